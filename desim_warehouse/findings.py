@@ -78,6 +78,10 @@ CODES: dict[str, Code] = {
     ),
     "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
+    "NO_SPARE_SLOT": Code(
+        "warning",
+        "as many slots as robots, and some without a charger for those who rest there: they never change places",
+    ),
     "CHARGED_TOO_LOW": Code(
         "warning", "charging ends too low for a task, which only a fuller battery at the start lasts for"
     ),

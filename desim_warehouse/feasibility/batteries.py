@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
@@ -57,7 +56,6 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
     """What a planner should know about a model with batteries."""
     yield from chargers_short(model, balance)
     yield from of_levels(model, layout, balance)
-    yield from slots(model, layout)
 
 
 def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
@@ -222,25 +220,9 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
     )
 
 
-def slots(model: Model, layout: Layout) -> Iterator[Finding]:
-    """Slots in which robots wait for a charger, and do not work meanwhile."""
-    homes, spare = Counter(model.fleet.homes(layout.bays)), Counter[str]()
-    for node, chargers in chargers_at(model, layout).items():
-        bay = layout.bays[node]
-        spare[bay.zone] += max(bay.slots(homes[node]) - max(chargers, homes[node]), 0)
-    for zone, count in spare.items():
-        if count:
-            yield Finding(
-                "CHARGER_SLOTS",
-                f"layout.bays.{zone}.places",
-                f"{count} slot{'s' * (count > 1)} beside chargers have none: robots that wait there do no work",
-                "as many slots as chargers may do better: total_chargers without places",
-            )
-
-
 def _no_charger(model: Model, layout: Layout) -> Iterator[Finding]:
-    battery, known = _battery(model), levels(model)
-    floor = battery.threshold if known is None else known.critical
+    battery = _battery(model)
+    floor = _floor(model)
     starts = battery.capacity * sum(start_energy(model)) / 2
     has = starts - floor
     drawn = _drawn_by_each(model, layout)
@@ -291,6 +273,18 @@ def _drawn_by_each(model: Model, layout: Layout) -> float:
     if length is not None and cycle.time:
         tasks = min(tasks, length / cycle.time)
     return tasks * cycle.energy(draws)
+
+
+def must_charge(model: Model, layout: Layout) -> bool:
+    """Whether the run draws more from a robot than it starts with above the level where it stops working."""
+    has = _battery(model).capacity * sum(start_energy(model)) / 2 - _floor(model)
+    return _drawn_by_each(model, layout) > has * (1 + EPS)
+
+
+def _floor(model: Model) -> float:
+    """The level at which robots stop working."""
+    known = levels(model)
+    return _battery(model).threshold if known is None else known.critical
 
 
 def _battery(model: Model) -> BatterySpec:

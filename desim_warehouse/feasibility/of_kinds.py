@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility import batteries
+from desim_warehouse.feasibility import batteries, charger_slots
 from desim_warehouse.findings import Finding
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike, said
 
@@ -38,6 +38,7 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
     """What a planner should know; also which kinds leave tasks to others."""
     if charge_alike(model):
         yield from batteries.warnings(model, layout, balance)
+        yield from _slots(model, layout)
         return
     found = _errors(model)
     powers = {} if balance is None else balance.kinds
@@ -52,7 +53,13 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
             if one.code not in TOGETHER:
                 yield _of(model, kind, one)
     yield from short
-    yield from batteries.slots(model, layout)
+    yield from _slots(model, layout)
+
+
+def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Slots at chargers, of all kinds together."""
+    yield from charger_slots.warnings(model, layout)
+    yield from charger_slots.notes(model, layout)
 
 
 def _errors(model: Model) -> dict[str, list[Finding]]:

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.order_file import Table
     from desim_warehouse.model.sections.orders import Reading
 
-_TOTAL = re.compile(r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b")
+_TOTAL = re.compile(r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$")  # SAP has stars
 _HOUR = 3600.0
 
 
@@ -219,10 +219,10 @@ class _Day:
         """Which rows are totals: no place and no order, but a word for a sum."""
         import pandas as pd
 
-        text = frame.astype(str)
+        text = frame.astype(str).apply(lambda column: column.str.strip())
         word = text.apply(lambda column: column.str.match(_TOTAL.pattern)).any(axis=1).to_numpy()
         places = [name for name in ("from", "to") if name in frame]
-        empty = frame[places].isin([None, ""]) | frame[places].isna() if places else pd.DataFrame(index=frame.index)
+        empty = (text[places] == "") | frame[places].isna() if places else pd.DataFrame(index=frame.index)
         return word & empty.all(axis=1).to_numpy()
 
     def more_problems(self, chunk: Chunk) -> None:

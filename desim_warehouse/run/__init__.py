@@ -79,8 +79,15 @@ class Run:
 
     @cached_property
     def log(self) -> pd.DataFrame:
-        """One row per event: time, kind, robot, task, node, edge, value, until, other (see `outcome.log`)."""
-        return self.record.frame()
+        """One row per event: time, kind, robot, task, node, edge, value, until, other (see `outcome.log`).
+
+        Where storage places have names, `place` is the first name of the one at which the task's good lies.
+        """
+        table, called = self.record.frame(), self.layout.called
+        if called:
+            places = {number: called.get(task.good) for number, task in self.history.tasks.items()}
+            table["place"] = table["task"].map(places)
+        return table
 
     @cached_property
     def robots(self) -> pd.DataFrame:

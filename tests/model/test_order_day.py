@@ -13,6 +13,8 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.model.order_day import order_day
 from desim_warehouse.model.sections import order_file
+from desim_warehouse.report.export import export
+from desim_warehouse.run.folder import load_run
 
 FLOOR = {
     "name": "hall",
@@ -283,6 +285,54 @@ def test_a_workbook_that_unfolds_to_gigabytes_is_refused(hall, tmp_path, monkeyp
 NAMED = {"pattern": "R-{aisle:02}-{bay:02}-{level_letter}", "levels": 2}
 
 
+def time(number, form):
+    return (MORNING + dt.timedelta(minutes=30 * number)).strftime(form)
+
+
+PRINTED = [
+    f"|{4711 + number // 2:010}|{time(number, '%d.%m.%Y|%H:%M:%S')}|{number % 8:>5}|pack |  1.000|"
+    for number in range(16)
+]
+LINE = "-" * 50
+WITH_TOTALS = {
+    "a list as SAP prints it": text(
+        [LINE, "|Beleg|ErDat|Uhrzeit|VLPla|NLPla|Menge|", LINE, *PRINTED, LINE, "|*  |  |  |   |   | 16.000|"], "cp1252"
+    ),
+    "UTF-16, days of the week, leading zeros": text(
+        [
+            HEAD,
+            *[
+                f'"{4711 + number // 2:010}";"Mo., {time(number, GERMAN)}";{number % 8:03};pack;"1.000,00"'
+                for number in range(16)
+            ],
+            "Gesamtsumme;;;;16.000,00",
+        ],
+        "utf-16",
+    ),
+    "line breaks, times with Uhr": text(
+        [
+            f"{HEAD};Bemerkung",
+            *[
+                f'{4711 + number // 2};{time(number, "Montag, %d.%m.%Y, %H:%M Uhr")};{number % 8};pack;1000;"an\nTor;1"'
+                for number in range(16)
+            ],
+            "Summe;;;;16000;",
+        ],
+        "cp1252",
+    ),
+}
+
+
+@pytest.mark.parametrize("name", WITH_TOTALS)
+def test_lists_with_totals_are_a_day_without_them(name, hall, tmp_path):
+    (path := tmp_path / "a.txt").write_bytes(WITH_TOTALS[name])
+    day = order_day(path, hall)
+    assert (day.orders, len(day.lines), day.pieces, day.busiest) == (8, 16, 16_000, (6 * 3600, 2))
+    assert [line.release for line in day.lines] == [300 + 1800 * number for number in range(16)]
+    [problem] = day.problems
+    assert "a total (got" in problem
+
+
 @pytest.mark.parametrize("names", [NAMED, "table"])
 def test_orders_name_storage_places_as_people_do(names, hall, tmp_path):
     if names == "table":
@@ -299,6 +349,24 @@ def test_orders_name_storage_places_as_people_do(names, hall, tmp_path):
     assert "did you mean 'R-01-0" in order_day(tmp_path / "bad.csv", hall).problems[0]
     written = dw.load(hall, {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "day.csv")})
     assert written.floor.called[2] == "R-01-03-A"
+
+
+def test_the_log_of_a_run_and_its_exports_name_storage_places(hall, tmp_path):
+    (tmp_path / "day.csv").write_text("release,from\n10,2\n20,R-01-08-A\n")
+    orders = {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "day.csv")}
+    run = dw.simulate(dw.load(hall, {**orders, "layout.storage_names": NAMED}))
+    released = run.log[run.log["kind"] == "released"]
+    assert released[["value", "place"]].to_numpy().tolist() == [[2.0, "R-01-03-A"], [7.0, "R-01-08-A"]]
+    assert set(run.log["place"][run.log["task"] == 1]) == {"R-01-08-A"}
+    assert run.log["place"][run.log["task"] < 0].isna().all()
+    export(run, "csv", tmp_path / "tables")
+    assert "R-01-03-A" in (tmp_path / "tables" / "log.csv").read_text()
+    run.save(tmp_path / "run")
+    pd.testing.assert_frame_equal(load_run(tmp_path / "run").log, run.log)
+    (tmp_path / "plain.csv").write_text("release,from\n10,2\n20,7\n")
+    plain = dw.simulate(dw.load(hall, {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "plain.csv")}))
+    assert "place" not in plain.log
+    assert plain.record.rows == run.record.rows  # names are for people: the run is the same
 
 
 def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):

@@ -135,6 +135,61 @@ def test_nobody_runs_flat_where_kinds_share_some_chargers(seed):
     assert run.kpis["C"] > 20
 
 
+SHARED = {
+    "layout.bays": {
+        "large": {"at": ["A"], "places": 2, "chargers": 1, "kinds": ["large"]},
+        "both": {"at": ["B"], "places": 1, "chargers": 1},
+        "rest": {"at": ["D"], "places": 1, "chargers": 0},
+    },
+    "fleet": {**RING["fleet"], "size": 4, "start": ["A", "A", "B", "D"]},
+    "fleet.kinds": {"large": {"count": 2, "battery": LARGE, "charging": {"name": "reach-aware", "margin": 0.2}}},
+    "policies.charging": {"name": "reach-aware", "margin": 0.2},
+    "battery.capacity": 400,
+    "fleet.kinds.large.battery.capacity": 800,
+    "tasks.goods": {"poisson": 40},
+    "run.length": 2000,
+}
+
+
+def no_spare_slot(changes):
+    model = load(RING, {**SHARED, **changes})
+    return [one for one in examine(model, model.floor)[0] if one.code == "NO_SPARE_SLOT"]
+
+
+def test_without_a_slot_to_spare_a_robot_beside_the_chargers_of_others_waits_until_it_is_flat():
+    # Robot 3 rests at D, without a charger. The one at B keeps its slot, as that at D is not free: flat at 400 / 1.
+    [found] = no_spare_slot({})
+    assert found.place == "layout.bays.rest.places"
+    assert "4 slots for 4 robots, and at most 3 robots can rest at chargers of their kind" in found.text
+    assert "one more slot in all" in found.cure
+    with pytest.raises(dw.BatteryError, match="robot 3 ran flat at time 400, in the bay at D, idle"):
+        dw.simulate(load(RING, SHARED), 0)
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"layout.bays.rest.places": 2},  # the cure
+        {"layout.bays.rest.chargers": 1},  # all rest at chargers
+        {"run.length": 300, "tasks.goods": {"poisson": 4}},  # nobody has to charge
+    ],
+    ids=["a slot more", "a charger more", "short run"],
+)
+def test_nothing_is_said_where_all_charge_or_a_slot_is_free(changes):
+    assert no_spare_slot(changes) == []
+
+
+def test_kinds_with_chargers_of_their_own_need_no_slot_to_spare():
+    own = {
+        "large": {"at": ["A"], "places": 2, "chargers": 1, "kinds": ["large"]},
+        "both": {"at": ["B"], "places": 2, "chargers": 1},
+    }
+    changes = {"layout.bays": own, "fleet.start": ["A", "A", "B", "B"]}
+    assert no_spare_slot(changes) == []
+    run = dw.simulate(load(RING, {**SHARED, **changes, "run.length": 20000}), 0)
+    assert min(run.history.lowest_levels) > 0
+
+
 def test_chargers_are_scarce_for_those_who_share_them():
     def scarce(**bays):
         world = World(load(RING, {**TWO, **CHARGERS, **{f"layout.bays.{key}": value for key, value in bays.items()}}))

@@ -302,6 +302,7 @@ def _dates(text: pd.Series[Any], slashes: str | None) -> pd.Series[Any]:
     """Dates with times, as people write them: ISO, 02.03.2026 14:00, and with slashes if it is said how."""
     import pandas as pd
 
+    text = text.str.replace(_AROUND, "", regex=True)
     found = pd.to_datetime(text.where(text.str.match(_ISO)), format="ISO8601", errors="coerce", utc=False)
     if getattr(found.dtype, "tz", None) is not None:
         found = found.dt.tz_localize(None)
@@ -532,6 +533,8 @@ _EXAMPLE = "2026-03-02T06:15"
 _DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
 _COMPARED = 1000
 _DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart, and that are shown
+_AROUND = r"(?i)^(?:mo|di|mi|do|fr|sa|so|mon|tue|wed|thu|fri|sat|sun)[a-zäö]{0,8}\.?,? +(?=\d)|,? uhr$"
+"""What stands around a date: a day of the week before it, *Uhr* after the time."""
 _ISO = r"\d{4}-?\d"
 _WRITTEN = (
     r"^(?P<a>\d{1,2})(?P<mark>[./-])(?P<b>\d{1,2})(?P=mark)(?P<year>\d{4}|\d{2})"
