@@ -22,6 +22,7 @@ def run() -> dw.Run:
     return dw.simulate(dw.load(benchmark.large(1000, 600.0)), seed=1)
 
 
+@pytest.mark.long
 def test_a_thousand_robots_are_drawn_where_they_are(browser: Any, tmp_path: Path, run: dw.Run) -> None:
     page, where = Page(browser, run, tmp_path), Positions(run.history)
     for time in np.random.default_rng(7).uniform(0, 600, 5):

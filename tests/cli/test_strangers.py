@@ -66,7 +66,7 @@ WITHIN = [
     pytest.param("", id="inside"),
     pytest.param("run", id="in-run", marks=pytest.mark.long),
     pytest.param("study", id="in-study", marks=pytest.mark.long),
-    pytest.param(None, id="outside"),
+    pytest.param(None, id="outside", marks=pytest.mark.long),
 ]
 
 

@@ -30,9 +30,41 @@ def copy(tmp_path, monkeypatch):
     return tmp_path
 
 
-@pytest.mark.parametrize("page", [page for page in PAGES if page not in pages.ELSEWHERE], ids=_name)
+TAKE_LONG = {
+    f"docs/how-to/{name}.md"
+    for name in (
+        "acceleration",
+        "breakdowns",
+        "find-the-bottleneck",
+        "fleet-size",
+        "from-lif-to-a-fleet-size",
+        "how-long",
+        "if-demand-grows",
+        "import-a-grid",
+        "my-own-day",
+        "open-rmf-fleet",
+    )
+}
+"""Pages of more than 10 s; every day their commands are read only, in the long run they are carried out."""
+EACH = [
+    pytest.param(page, id=_name(page), marks=[pytest.mark.long] if _name(page) in TAKE_LONG else [])
+    for page in PAGES
+    if page not in pages.ELSEWHERE
+]
+
+
+@pytest.mark.parametrize("page", EACH)
 def test_every_block_of_a_page_does_what_the_page_says(page, copy):
     _carry_out_page(page, copy, {"slow": "not run"})
+
+
+@pytest.mark.parametrize("name", sorted(TAKE_LONG))
+def test_the_commands_of_a_page_that_takes_long_are_commands(name):
+    desim = [one for block in pages.blocks(ROOT / name) if block.kind == "console" for one in pages.commands(block)]
+    found = [one for one in desim if shlex.split(one.words)[0] == "desim"]
+    assert found
+    for command in found:
+        pages.parse_desim(command.words)
 
 
 SLOW = [page for page in PAGES if any(block.note[0] == "slow" for block in pages.blocks(page))]

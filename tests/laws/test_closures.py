@@ -15,7 +15,7 @@ from tests.laws.test_random_models import Found, chunks
 from tests.laws.test_zones import zoned
 from tests.laws.two_way import KINDS
 
-DAILY, LONG = 80, 3000
+DAILY, LONG = 50, 3000
 
 
 def closed(number):

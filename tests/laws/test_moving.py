@@ -19,7 +19,7 @@ from tests.laws.test_random_models import Found, chunks
 from tests.laws.two_way import KINDS
 from tests.laws.wider import wider
 
-DAILY, LONG = 60, 3000
+DAILY, LONG = 40, 3000
 
 
 def make(number):

@@ -14,7 +14,7 @@ from tests.laws.test_random_models import Found, chunks
 from tests.laws.tours import with_tours
 from tests.laws.two_way import KINDS
 
-DAILY, LONG = 90, 2000
+DAILY, LONG = 60, 2000
 
 
 def toured(number):

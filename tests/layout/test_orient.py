@@ -126,6 +126,7 @@ def test_any_floor_without_bridges_is_oriented_all_over_and_never_worse_than_at_
     assert 1 - 1e-9 <= found.stretch <= oriented(graph, lanes, trials=0).stretch + 1e-9
 
 
+@pytest.mark.long
 def test_a_grid_of_fifty_thousand_nodes_is_oriented() -> None:
     graph = floor(nx.grid_2d_graph(230, 218))
     lanes = [edge for edge in graph.edges if edge[0] < edge[1]]

@@ -70,6 +70,7 @@ def test_a_file_of_another_format_is_one_message_or_known_for_what_it_is(name, t
         outcome(path)
 
 
+@pytest.mark.long
 def test_hostile_files_are_one_message_in_little_time_and_memory(tmp_path):
     command = [sys.executable, "-W", "error", "-m", "tests.plants.hostile_files", str(tmp_path)]
     done = subprocess.run(

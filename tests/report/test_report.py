@@ -210,7 +210,11 @@ def small(path):
     return Study.of(dataclasses.replace(plan, base=base, factors=tuple(factors), rule=rule, replications=2))
 
 
-@pytest.mark.parametrize("path", STUDIES, ids=[path.stem for path in STUDIES])
+DAILY = {"charging", "paper"}
+EACH = [pytest.param(path, id=path.stem, marks=[] if path.stem in DAILY else [pytest.mark.long]) for path in STUDIES]
+
+
+@pytest.mark.parametrize("path", EACH)
 def test_every_study_has_a_report(path, tmp_path):
     study = small(path).run(out=tmp_path)
     page = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8"))

@@ -254,8 +254,14 @@ def answer():
     return done.stdout
 
 
+STOPPED = [
+    (signal.SIGKILL, "2"),
+    *(pytest.param(*one, marks=pytest.mark.long) for one in [(signal.SIGKILL, "auto"), (signal.SIGINT, "1")]),
+]
+
+
 @posix
-@pytest.mark.parametrize(("number", "workers"), [(signal.SIGKILL, "auto"), (signal.SIGKILL, "2"), (signal.SIGINT, "1")])
+@pytest.mark.parametrize(("number", "workers"), STOPPED)
 def test_a_command_that_was_stopped_loses_nothing_that_ended(simulated, number, workers):
     process = started("--workers", workers)
     end = time.monotonic() + PATIENCE

@@ -90,7 +90,8 @@ def kill_after(folder: Path, workers: int, runs: int) -> None:
     wait_for(lambda: not any(alive(pid) for pid in orphans))
 
 
-@pytest.mark.parametrize("workers", [pytest.param(1, marks=pytest.mark.long), 2])
+@pytest.mark.long
+@pytest.mark.parametrize("workers", [1, 2])
 def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, workers):
     chance = random.Random(workers)
     count = 0
@@ -175,6 +176,7 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
     assert not alive(worker)
 
 
+@pytest.mark.long
 def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
     process = subprocess.Popen([*command(tmp_path, 100_000, 2), "--quiet"], **options)
@@ -419,6 +421,7 @@ def test_studies_in_threads_of_one_process_are_apart(tmp_path):
     assert [lines(tmp_path / name) for name in "abc"] == [90, 90, 90]
 
 
+@pytest.mark.long
 def test_two_studies_in_one_folder_are_refused_and_a_killed_one_leaves_no_lock(tmp_path):
     process = subprocess.Popen(command(tmp_path, 100_000, 1), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     wait_for(lambda: lines(tmp_path) > 0)

@@ -271,6 +271,7 @@ def test_robots_of_a_kind_have_their_own_price():
     assert designs.cost((4, 2)) == 25 + 3 * 10 + 2
 
 
+@pytest.mark.long
 def test_the_command_takes_prices_from_the_model_or_from_options(here):
     plan = (
         "desim plan w.yaml --target 'on_time >= 80 %' --vary policies.allocation=nearest --quiet --json --robots 1..3 "
@@ -315,6 +316,7 @@ def _hold(numbers):
     return len(found), sum(said.meets for said in found), sum(said.smallest for said in found)
 
 
+@pytest.mark.long
 def test_what_it_says_of_a_random_warehouse_is_so_on_other_days():
     assert _hold([2]) == (1, 1, 1)
 

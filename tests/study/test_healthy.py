@@ -72,6 +72,7 @@ def test_fewer_robots_and_the_same_warehouse_is_held_up():
 # Work that piles up
 
 
+@pytest.mark.long
 def test_a_worker_too_few_is_named():
     """A load takes 45 s and comes every 22.5 s: half of them are left."""
     model = dw.load(
@@ -245,6 +246,7 @@ FLAT = {
 }
 
 
+@pytest.mark.long
 def test_a_relief_that_runs_flat_is_a_row_and_the_rest_goes_on(tmp_path, monkeypatch):
     model = drafted(FLAT, orders=100, robots=6, chargers=6)
     (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")

@@ -270,6 +270,7 @@ def chargers() -> Iterator[Case]:
                 Quantity("swaps per hour", 3600 * busy / swap, "throughput_per_hour"),
             ),
             runs=10,
+            long=robots > 1,
         )
     p, r = 0.5, 1.0  # power in is power out: robots at work draw p, a charger gives r
     for places, robots in ((1, 1), (4, 4), (3, 6), (2, 6), (1, 6)):
@@ -311,6 +312,7 @@ def failures() -> Iterator[Case]:
             f"{count(robots, 'robot')}, a breakdown every {every:g} s of operation, repair {repair:g} s",
             partial(models.crews_that_break_down, robots, every, repair, length),
             (Quantity("availability", every / (every + repair), "availability"),),
+            long=robots > 1,
         )
     every, repair, service, load = 50.0, 20.0, 10.0, 0.25
     mean, square = completion(service, service**2, every, repair, 2 * repair**2)
@@ -427,7 +429,7 @@ def hours_and_buffers() -> Iterator[Case]:
                     "throughput_per_hour",
                 ),
             ),
-            long=places != 2,
+            long=True,
         )
 
 

@@ -108,6 +108,7 @@ def test_the_hand_calculation_knows_the_cap(tmp_path):
     assert "robots: 60 robots, at most 30 of them under way, can do 7220 tasks an hour" in said
 
 
+@pytest.mark.long
 def test_size_finds_the_best_cap_and_the_smallest_that_meets_a_target(tmp_path):
     path = tmp_path / "floor.json"
     path.write_text(json.dumps(crowded(60, run={"length": 500, "warm_up": 100})))

@@ -85,7 +85,14 @@ def test_the_30_cells_against_the_authors_program(multibots):
     assert (stops, sum(cell["S_program"] for cell in CELLS)) == (70, 65)
 
 
-@pytest.mark.parametrize(("seed", "margin", "more_stops"), [(1, 8.0, 0.08), (2, 8.0, 0.08), (3, 0.0, 0.25)])
+@pytest.mark.parametrize(
+    ("seed", "margin", "more_stops"),
+    [
+        pytest.param(1, 8.0, 0.08, marks=pytest.mark.long),
+        (2, 8.0, 0.08),
+        pytest.param(3, 0.0, 0.25, marks=pytest.mark.long),
+    ],
+)
 def test_random_experiments_against_the_stepped_reference(multibots, seed, margin, more_stops):
     """Goods, robots, unloading letter and battery at random; margin 0 is the distance in the paper's text.
 
