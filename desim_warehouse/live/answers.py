@@ -100,10 +100,10 @@ class RunsSoFar:
 
     @cached_property
     def indicators(self) -> list[str]:
-        """What such runs are judged by, the main one first."""
+        """What such runs are judged by: first the main one, then what a year costs where the model has prices."""
         names = dict.fromkeys(name for row in self.rows for name in row.indicators)
         found = judged_by(names, never_ends=self.model.tasks.never_end)
-        return [name for name in dict.fromkeys([self.main, *found]) if name in names][:_SHOWN]
+        return [name for name in dict.fromkeys([self.main, "annual_cost", *found]) if name in names][:_SHOWN]
 
     def estimate(self, indicator: str, n: int | None = None) -> Estimate | None:
         """Mean and usual interval, over the first n runs."""

@@ -21,14 +21,15 @@ from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.live.answers import FEWEST, Named, RunsSoFar, results_of
 from desim_warehouse.live.by_hand import ByHand, by_hand
 from desim_warehouse.live.messages import Answer, Tried
-from desim_warehouse.live.offers import spoken_design
+from desim_warehouse.live.offers import levels_of, spoken_design
+from desim_warehouse.run.folder import STUDY
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.execution.pool import Pool
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Wanted
 from desim_warehouse.study.plan import run_seed
-from desim_warehouse.study.record import write_record
+from desim_warehouse.study.record import read_record, write_record
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -52,6 +53,7 @@ MOST_LISTENERS = 64
 _KEPT_FLOORS = 20
 _AHEAD = 3  # runs handed to the executor for each worker
 _POLL = 0.5  # seconds between looks at the executor's health
+_LISTED = 24  # designs that a page lists
 _WRITE_EVERY = 5.0  # seconds between writes of the study
 
 
@@ -200,6 +202,18 @@ class Desk:
                 return
             design.outcomes[r] = outcome
 
+    def _recall_designs(self) -> None:
+        """List the designs that were tried in this folder before, the last ones of those that are still on offer."""
+        if not (self.folder / STUDY).exists():
+            return
+        try:
+            tried = [levels_of(self.offers, point.overrides) for point in read_record(self.folder).plan.points()]
+            for levels in [one for one in tried if one is not None][-_LISTED:]:
+                if not self.closing:
+                    self.design(levels)
+        except WarehouseError as error:
+            self.notes.append(str(error))
+
     # Listening
 
     def make_room(self) -> None:
@@ -290,6 +304,7 @@ class Desk:
 
     def _work(self) -> None:
         """Take what has ended, in a thread of its own."""
+        self._recall_designs()
         while not self.closing:
             handle: Handle | None = None
             with suppress(Empty):
@@ -393,7 +408,7 @@ class Desk:
             pinned=None if pinned is None else pinned.id,
             pinned_at=pinned_at,
             floor=floor,
-            tried=[self._tried(one, listener.target) for one in sorted(tried, key=lambda one: -one.asked)[:24]],
+            tried=[self._tried(one, listener.target) for one in sorted(tried, key=lambda one: -one.asked)[:_LISTED]],
             notes=notes,
         )
 

@@ -81,6 +81,17 @@ def offers(model: Model, vary: Mapping[str, Any] | Iterable[str] = ()) -> dict[s
     return found
 
 
+def levels_of(of: Mapping[str, Offer], changes: Mapping[str, Any]) -> dict[str, Any] | None:
+    """The value of each key where these are all the changes to the model; None where no values on offer make them."""
+    found, made = {}, dict[str, Any]()
+    for key, offer in of.items():
+        fits = [place for place, change in enumerate(offer.changes) if change and change.items() <= changes.items()]
+        place = fits[0] if fits else offer.today
+        found[key] = offer.values[place]
+        made |= offer.changes[place]
+    return found if made == changes else None
+
+
 def spoken_design(of: Mapping[str, Offer], places: Mapping[str, int]) -> str:
     """A design as one says it: its robots and chargers, and whatever is not as today."""
     said = {}

@@ -212,6 +212,21 @@ def test_the_folder_can_be_reported_while_the_page_is_served(page):
     assert len(results.runs("Design=2 robots")) == 30
 
 
+PRICES = {"hours": 4000, "robot": 9000}
+
+
+def test_a_new_server_on_an_old_folder_lists_what_was_tried_and_what_it_costs(tmp_path):
+    offered = {"vary": {"fleet.size": [1, 2, 3, 4]}, "changes": {"prices": PRICES}, "target": "T <= 6 min"}
+    with client(tmp_path, **offered) as page:
+        first = page.until(page.design(robots=4)["id"])
+    with client(tmp_path, **offered | {"vary": {"fleet.size": [1, 3, 4]}}) as page:
+        again = page.until(page.design(robots=4)["id"], lambda one: len(one["tried"]) == 2)
+    assert again["n"] >= first["n"]
+    assert again["values"][: first["n"]] == first["values"]
+    assert {one["words"] for one in again["tried"]} == {"3 robots", "4 robots"}
+    assert [one["name"] for one in again["measured"]][1] == "annual_cost"
+
+
 def test_the_floor_of_a_run_is_what_the_replay_page_plays(page):
     design = page.design(robots=2)["id"]
     page.until(design, lambda one: one["floor"])

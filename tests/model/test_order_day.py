@@ -134,6 +134,11 @@ MESSY = {
         lambda: book(("notes", [["see orders"]]), ("orders", [["Orders"], [], HEAD.split(";"), *excel_rows()])),
         ["--sheet", "orders"],
     ),
+    "Excel, units below headings": (
+        "a.xlsx",
+        lambda: book(("orders", [[*HEAD.split(";")[:4], "Menge\n(Stk)"], *excel_rows()])),
+        [],
+    ),
     "Excel, merged": (
         "a.xlsx",
         lambda: book(

@@ -198,7 +198,9 @@ def _encoding(path: Path) -> str:
 
 
 def _plain(title: Any) -> str:
-    return re.sub(r"[\W_]+", "", str(title if title is not None else "").casefold())
+    """A heading in letters and digits alone, without what stands in brackets: a unit, most often."""
+    text = re.sub(r"[(\[].*?[)\]]", "", str(title if title is not None else "").casefold())
+    return re.sub(r"[\W_]+", "", text)
 
 
 def _headed(
@@ -207,7 +209,7 @@ def _headed(
     """The table below the first row that has a column of releases."""
     rows = list(rows)
     for head, titles in enumerate(rows):
-        names = [str(title).strip() if title is not None else "" for title in titles]
+        names = [" ".join(str(title).split()) if title is not None else "" for title in titles]
         ranks = _ours(names, spec)
         if "release" in ranks:
             for ours, theirs in spec.columns.items():
