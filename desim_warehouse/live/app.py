@@ -143,13 +143,15 @@ class Calls:
     async def events(self, request: Request) -> Response:
         """The answers on a design as they change."""
         design, query = self._known(request.path_params["id"]), request.query_params
-        unknown = set(query) - {"runs", "pinned", "target"}
+        unknown = set(query) - {"runs", "pinned", "target", "floor"}
         if unknown or len(query.multi_items()) != len(query):
-            raise StudyError("query: expected runs, pinned and target, each once")
+            raise StudyError("query: expected runs, pinned, target and floor, each once")
         pinned = self._known(query["pinned"]) if "pinned" in query else None
         runs = _number(query.get("runs", "0"), "runs", whole=True)
         if not 0 <= runs <= MOST_RUNS:
             raise StudyError(f"runs: {runs:g}, expected 0 to {MOST_RUNS}")
+        if query.get("floor", "0") not in {"0", "1"}:
+            raise StudyError(f"floor: {query['floor']!r:.80}, expected 0 or 1")
         target = self.desk.target
         if "target" in query:
             if target is None or self.about.target is None:
@@ -162,7 +164,7 @@ class Calls:
             if not loop.is_closed():
                 loop.call_soon_threadsafe(changed.set)
 
-        listener = Listener(design, pinned, target, int(runs), told)
+        listener = Listener(design, pinned, target, int(runs), told, floor=query.get("floor") == "1")
         self.desk.make_room()
         return StreamingResponse(self._stream(listener, changed), media_type="text/event-stream", headers=HEADERS)
 

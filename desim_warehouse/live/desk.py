@@ -50,7 +50,7 @@ RUNS = 30
 MOST_RUNS = 1000
 MOST_DESIGNS = 2000
 MOST_LISTENERS = 64
-_KEPT_FLOORS = 20
+_KEPT_FLOORS = MOST_LISTENERS
 _AHEAD = 3  # runs handed to the executor for each worker
 _POLL = 0.5  # seconds between looks at the executor's health
 _LISTED = 24  # designs that a page lists
@@ -88,7 +88,8 @@ class Design:
 class Listener:
     """Somebody who listens to a design, beside a pinned one; `runs`: at least so many, whatever the verdict.
 
-    `most`: where no verdict falls before. `told` is called from another thread when there is more to know.
+    `most`: where no verdict falls before. `floor`: whether the floor of a run is to be watched. `told` is called from
+    another thread when there is more to know.
     """
 
     design: Design
@@ -97,6 +98,7 @@ class Listener:
     runs: int
     told: Callable[[], None] = lambda: None
     most: int = RUNS
+    floor: bool = False
 
 
 class Desk:
@@ -267,6 +269,7 @@ class Desk:
         for listener in self.listeners:
             for design in filter(None, (listener.design, listener.pinned)):
                 want[design] = max(want.get(design, 0), self.wanted(design, listener))
+        watched = {listener.design for listener in self.listeners if listener.floor}
         for handle, (design, r) in list(self.of.items()):
             if r >= want.get(design, 0):
                 del self.of[handle], design.handles[r]
@@ -275,28 +278,23 @@ class Desk:
             ready = [
                 (len(design.outcomes) + len(design.handles), -design.asked, design.number, design, run)
                 for design, count in want.items()
-                if (run := self._next(design, count)) is not None
+                if (run := self._next(design, count, design in watched)) is not None
             ]
             if not ready:
                 return
             *_, chosen, run = min(ready)
             self._submit(chosen, run)
 
-    def _next(self, design: Design, count: int) -> int | None:
-        """The next run of a design; its floor is wanted even if the run is known."""
-        shown = self._shown(design)
-        if design.floor is None and count > shown and shown not in design.handles and shown in design.outcomes:
-            return shown
+    def _next(self, design: Design, count: int, watched: bool) -> int | None:
+        """The next run of a design: the latest once more, for its floor, where that is watched and not made yet."""
+        under_way = any(r in design.outcomes for r in design.handles)
+        if watched and design.n and design.floor is None and not under_way:
+            return design.n - 1
         count = min(count, design.n + _AHEAD * self.workers)  # runs count in order: none is far ahead of a slow one
         return next((r for r in range(count) if r not in design.outcomes and r not in design.handles), None)
 
-    def _shown(self, design: Design) -> int:
-        """The run whose floor is shown: the second, so that the first is there the sooner."""
-        return 0 if design.named.model.is_deterministic else 1
-
     def _submit(self, design: Design, r: int) -> None:
-        with_floor = r == self._shown(design) and design.floor is None
-        run = Wanted(design.number, design.named.changes, run_seed(self.seed, r), floor=with_floor)
+        run = Wanted(design.number, design.named.changes, run_seed(self.seed, r), floor=r in design.outcomes)
         handle = self.pool.submit(run)
         design.handles[r] = handle
         self.of[handle] = design, r

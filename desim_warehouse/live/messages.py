@@ -172,7 +172,7 @@ def openapi() -> dict[str, Any]:
         return {"name": name, "in": where, "required": where == "path", "schema": {"type": kind}}
 
     design = [parameter("id", "path", "string")]
-    kinds = {"runs": "integer", "pinned": "string", "target": "number"}
+    kinds = {"runs": "integer", "pinned": "string", "target": "number", "floor": "integer"}
     asked = [parameter(name, "query", kind) for name, kind in kinds.items()]
     js = "application/json"
     return {

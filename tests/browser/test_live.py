@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 from contextlib import contextmanager
 from importlib.resources import files
+from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import pytest
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 TUTORIAL = "models/tutorial.yaml"
 TARGET = "T <= 6 min"  # three robots meet it, two do not
-END, HOME, RIGHT, SPACE = "\ue010", "\ue011", "\ue014", " "
+HOME, LEFT, RIGHT = "\ue011", "\ue012", "\ue014"
 SLIDE = (
     "const [id, place] = arguments, field = document.getElementById(id); field.value = place;"
     "field.dispatchEvent(new Event('input'))"
@@ -161,6 +162,18 @@ def test_thirty_more_runs_and_stop(page: LivePage) -> None:
     page.until(f"live.answer.n > {before}")
     page.done("5 robots")
     assert page.ask("live.answer.n") == before + 30
+
+
+def test_of_fifty_moves_in_five_seconds_the_last_wins_and_nothing_is_left_behind(page: LivePage, live: Live) -> None:
+    page.done("3 robots")
+    knob, begin = page.browser.find_element("id", "knob-0"), monotonic()
+    knob.send_keys(HOME, *(RIGHT if move % 6 < 3 else LEFT for move in range(49)))
+    assert monotonic() - begin < 5
+    page.done("2 robots")
+    assert page.ask("live.knobs.levels['fleet.size']") == 2
+    page.until("live.floorOf === live.answer.id")  # what was simulated last
+    with live.desk.lock:
+        assert (len(live.desk.listeners), live.desk.of) == (2, {})  # this page, and the design of today
 
 
 def test_two_tabs_see_the_same_designs(browser: Any, page: LivePage, live: Live) -> None:

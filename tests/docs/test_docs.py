@@ -35,14 +35,17 @@ TAKE_LONG = {
     for name in (
         "acceleration",
         "breakdowns",
+        "calibrate",
         "find-the-bottleneck",
         "fleet-size",
         "from-lif-to-a-fleet-size",
         "how-long",
+        "how-many-robots",
         "if-demand-grows",
         "import-a-grid",
         "my-own-day",
         "open-rmf-fleet",
+        "shifts",
     )
 }
 """Pages of more than 10 s; every day their commands are read only, in the long run they are carried out."""

@@ -15,7 +15,7 @@ from tests.laws.test_random_models import Found, chunks
 from tests.laws.tours import with_tours
 from tests.laws.two_way import KINDS
 
-DAILY, LONG = 60, 3000
+DAILY, LONG = 40, 3000
 
 
 def timed(number):

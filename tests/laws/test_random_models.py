@@ -1,4 +1,4 @@
-"""Laws that hold in every random model, by number: 200 of them every day, 5,000 in the long run (some six minutes).
+"""Laws that hold in every random model, by number: 100 of them every day, 5,000 in the long run (some six minutes).
 
 A fault names its number; `python -m tests.laws.test_random_models 17` looks at that model alone.
 """
@@ -17,6 +17,8 @@ from tests.accounting import faults
 from tests.auditor import audit
 from tests.laws.random_models import WHOLE, model
 from tests.recount import differences
+
+pytestmark = pytest.mark.xdist_group("random models")  # one worker makes what they share
 
 DAILY, LONG, CHUNK = 100, 5000, 100
 

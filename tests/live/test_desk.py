@@ -229,7 +229,7 @@ def test_a_new_server_on_an_old_folder_lists_what_was_tried_and_what_it_costs(tm
 
 def test_the_floor_of_a_run_is_what_the_replay_page_plays(page):
     design = page.design(robots=2)["id"]
-    page.until(design, lambda one: one["floor"])
+    page.until(design, lambda one: one["floor"], floor=1)
     floor = page.http.get(f"/api/design/{design}/floor").json()
     assert floor["header"]["name"] == "tutorial"
     assert len(floor["header"]["radii"]) == 2

@@ -71,7 +71,15 @@ def test_what_is_not_the_pages_own_is_refused_and_says_why(page, status, call):
 
 def test_a_query_that_is_not_understood_is_refused(page):
     design = next(iter(page.live.desk.designs), None) or page.design()["id"]
-    for query in ({"runs": "x"}, {"runs": -1}, {"runs": 10**9}, {"runs": 1.5}, {"target": 5}, {"more": 1}):
+    for query in (
+        {"runs": "x"},
+        {"runs": -1},
+        {"runs": 10**9},
+        {"runs": 1.5},
+        {"target": 5},
+        {"floor": 2},
+        {"more": 1},
+    ):
         answer = page.http.get(f"/api/design/{design}/events", params=query)
         assert answer.status_code == 422, query
 

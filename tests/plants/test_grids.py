@@ -273,6 +273,7 @@ def test_cells_hold_a_robot_each(tmp_path):
 # Large ones
 
 
+@pytest.mark.long
 def test_a_grid_of_fifty_thousand_cells_is_read_soon_and_in_little_memory(tmp_path):
     """Some 2.5 s of processor time and 240 MB; the limits leave room for slow machines."""
     begin = time.process_time()

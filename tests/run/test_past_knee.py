@@ -51,7 +51,7 @@ def test_a_run_past_its_knee_after_hours_with_fewer_robots_says_so():
     ]
 
 
-@pytest.mark.parametrize(("robots", "calm"), [(30, 1.1), (22, 0.9)])
+@pytest.mark.parametrize(("robots", "calm"), [pytest.param(30, 1.1, marks=pytest.mark.long), (22, 0.9)])
 def test_the_same_hours_with_a_fleet_of_the_right_size_do_not(robots, calm):
     run = dw.simulate(dw.load(waves(robots, 1, calm=calm, length=2000, burst=2000)), 1)
     assert run.verdicts == []

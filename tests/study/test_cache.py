@@ -283,6 +283,7 @@ def test_a_command_that_was_stopped_loses_nothing_that_ended(simulated, number, 
     assert len(simulated) == len(resumed.rows) - kept
 
 
+@pytest.mark.long
 @posix
 def test_two_commands_on_one_cache_at_once_answer_as_one():
     both = [started("--workers", "1"), started("--workers", "2")]

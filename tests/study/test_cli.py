@@ -276,6 +276,7 @@ def test_size_without_an_answer_says_so_by_its_exit_status():
     ]
 
 
+@pytest.mark.long
 def test_size_does_not_name_a_fleet_whose_batteries_still_fall(tmp_path, monkeypatch):
     """Two hours from full batteries, which last 5.6 h: hardly a robot charges while it is counted."""
     monkeypatch.chdir(tmp_path)

@@ -73,6 +73,7 @@ def test_a_cluster_gives_the_same_results_though_a_worker_is_killed_half_way(clu
     assert there.drop(columns="run_time").equals(here.table.drop(columns="run_time"))
 
 
+@pytest.mark.long
 def test_failing_and_endless_runs_are_rows_on_a_cluster_too(cluster, parking):
     address, _ = cluster
     usual = dw.Study(MULTIBOTS, changes=CHANGES, replications=20).run(cluster=address)

@@ -204,7 +204,7 @@ START_UP = [
 ]
 
 
-DAILY = ("study.Progress.__enter__", "execution.work.simulate", "execution.pool.Pool._receive")
+DAILY = ("study.Progress.__enter__", "execution.pool.Pool._receive")
 
 
 @pytest.mark.parametrize(
@@ -378,6 +378,7 @@ def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monk
     assert not batches.open
 
 
+@pytest.mark.long
 def test_a_run_that_kills_its_worker_each_time_is_a_row_with_an_error(parking, tmp_path):
     cases = {"good": "home", "deadly": parking("die"), "once": parking("die once", mark=str(tmp_path / "mark"))}
     made = study(2, {"policies.parking": {"named": cases}}).run(workers=2)

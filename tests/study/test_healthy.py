@@ -261,6 +261,7 @@ def test_a_relief_that_runs_flat_is_a_row_and_the_rest_goes_on(tmp_path, monkeyp
     assert (robots["failed"], robots["low"], robots["competes"]) == (1, None, False)
 
 
+@pytest.mark.long
 def test_where_the_warehouse_itself_runs_flat_that_is_the_answer_with_its_cure():
     found, said = answer(drafted({**FLAT, "fleet.size": 9}, orders=100, robots=6, chargers=6))
     assert said.startswith("As it is, it runs flat in ")

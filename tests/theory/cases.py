@@ -348,6 +348,7 @@ def failures() -> Iterator[Case]:
             Quantity("part of the time that it is in use", swap / cycle, charging),
         ),
         runs=20,
+        long=True,
     )
     p, r, places, robots, every, repair = 0.5, 1.0, 2, 6, 400.0, 100.0
     works = every / (every + repair)

@@ -117,7 +117,7 @@ class Live {
     if (!this.asked || this.refused) return;
     this.stream?.abort();
     const stream = (this.stream = new AbortController());
-    const query = new URLSearchParams({ runs: this.more });
+    const query = new URLSearchParams({ runs: this.more, floor: 1 });
     if (this.pinned) query.set("pinned", this.pinned.id);
     if (this.target !== null) query.set("target", this.target);
     try {
