@@ -165,7 +165,10 @@ class Work:
         fleet, layout = self.run.model.fleet, self.run.layout
         start = fleet.start or tuple(layout.bays)
         homes = Counter(start[number % len(start)] for number in range(fleet.size))
-        grown = {node: bay.grows * (homes[node] + (bay.chargers == 0)) for node, bay in layout.bays.items()}
+        grown = {
+            node: bay.grows * max(homes[node] + (bay.chargers == 0), bay.chargers or 0)
+            for node, bay in layout.bays.items()
+        }
         room = {
             ("parked", node): homes[node] if bay.places is None else max(bay.places, grown[node])
             for node, bay in layout.bays.items()

@@ -37,8 +37,8 @@ class BayPlaces:
     """Parking slots beside a node, `chargers` of them with a charger; None: as many as robots start there.
 
     `in_lane`: the one slot is the node itself, so that no route leads through it. `outages`: of each charger. `shared`:
-    its chargers are its share of a total. `grows`: it has a slot for each robot that starts there, at least, and one
-    more where it has no chargers. `kinds`: those whose robots use its chargers; none: all.
+    its chargers are its share of a total. `grows`: it has a slot for each robot that starts there and for each charger,
+    at least, and one more where it has no chargers. `kinds`: those whose robots use its chargers; none: all.
     """
 
     zone: str
@@ -59,7 +59,7 @@ class BayPlaces:
         """The slots of a bay where this many robots start: by default one for each of them and each shared charger."""
         if self.places is not None:
             spare = self.chargers == 0  # where a robot may park that leaves its slot at a charger to another
-            return max(self.places, homes + spare if self.grows else 0)
+            return max(self.places, homes + spare, self.chargers or 0) if self.grows else self.places
         return max(homes, (self.chargers or 0) if self.shared else 0)
 
 

@@ -357,7 +357,7 @@ class PlacesSpec(Part):
 
 def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
     places = info.data.get("places")
-    if count is not None and places is not None and count > places:
+    if count is not None and places is not None and count > places and not info.data.get("grows"):
         raise wrong(f"too many (got {count}), expected at most one for each of the {places} places")
     return count
 
@@ -372,8 +372,8 @@ class BaySpec(PlacesSpec):
     )
     grows: Flag = Field(
         False,
-        description="with places: where more robots start at a node, it has a slot for each of them, and without "
-        "chargers one more, so that a robot can leave its slot at a charger to another",
+        description="with places: where more robots start at a node, it has a slot for each of them, and for each "
+        "charger; without chargers one more, so that a robot can leave its slot at a charger to another",
     )
     chargers: Annotated[Annotated[Whole, limited("robots")] | None, AfterValidator(_one_a_place)] = Field(
         None, description="at each node; default: one for each slot"

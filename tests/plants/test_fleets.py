@@ -1,5 +1,6 @@
 """Another fleet on an imported plant: the floor stays the same, and every robot finds a slot."""
 
+import math
 from collections import Counter
 from pathlib import Path
 
@@ -79,6 +80,24 @@ def foreign():
     ]
 
 
+def with_enough_chargers(model):
+    """The same with half as many chargers again as check asks for, at least, where it says that they are too few."""
+    found = check(model)
+    if "CHARGERS_SHORT" not in {finding.code for finding in found.findings}:
+        return model
+    return model.replace({"layout.bays.chargers.chargers": math.ceil(1.5 * found.calculation.power.needed)})
+
+
+def test_chargers_that_check_asks_for_fit_into_a_bay_that_grows(tmp_path):
+    model = import_layout(DRAWN["opentcs"](tmp_path)).model
+    short = model.replace({"fleet.size": 8, "battery.charge_rate": model.battery.charge_rate / 8})
+    assert "CHARGERS_SHORT" in {finding.code for finding in check(short).findings}
+    enough = with_enough_chargers(short)
+    bay = next(bay for bay in enough.floor.bays.values() if bay.zone == "chargers")
+    assert bay.slots(homes=0) == bay.chargers > 1
+    assert "CHARGERS_SHORT" not in {finding.code for finding in check(enough).findings}
+
+
 @needs_plants
 @pytest.mark.long
 @pytest.mark.parametrize("path", foreign(), ids=lambda path: path.name)
@@ -90,7 +109,7 @@ def test_a_shift_on_every_plant_with_other_fleets(path):
     model = model.replace({"run.length": 8 * 3600, "log": "tasks"})
     done = []
     for robots in FLEETS:
-        run = dw.simulate(model.replace({"fleet.size": robots}))
+        run = dw.simulate(with_enough_chargers(model.replace({"fleet.size": robots})))
         done.append(run.kpis["tasks"])
         assert done[-1] > 0
     assert max(done) > done[0] * 0.9
