@@ -190,8 +190,13 @@ class _Day:
 
         lines: list[OrderLine] = []
         skipped: list[pd.DataFrame] = []
-        most = LIMITS["tasks"][0]
+        rows, most = 0, LIMITS["tasks"][0]
         for frame in chunks(self.spec, self.table):
+            rows += len(frame)
+            if rows > most:  # whatever they are: those that are left out are kept, too
+                raise ModelError(
+                    [f"{self.spec.file}: too many rows, expected at most {most:,}; split the file by days"]
+                )
             numbered = frame.assign(row=frame.index).drop(columns=BEYOND, errors="ignore")
             total = self.totals(frame)
             if total.any():
@@ -211,8 +216,6 @@ class _Day:
             bad[np.flatnonzero(~total)[~fine]] = True
             if bad.any():
                 skipped.append(numbered[bad])
-            if len(lines) > most:
-                raise ModelError([f"{self.spec.file}: too many rows, expected at most {most:,} tasks"])
         return lines, skipped
 
     def totals(self, frame: pd.DataFrame) -> Any:

@@ -15,6 +15,7 @@ from desim_warehouse.model.order_day import order_day
 from desim_warehouse.model.sections import order_file
 from desim_warehouse.report.export import export
 from desim_warehouse.run.folder import load_run
+from desim_warehouse.values.fields import LIMITS
 
 FLOOR = {
     "name": "hall",
@@ -405,3 +406,11 @@ def test_names_that_cannot_be_are_refused(names, said, hall):
     model["tasks"]["flows"]["day"]["arrivals"] = {"schedule": [{"at": 0}]}
     with pytest.raises(dw.WarehouseError, match=said):
         dw.simulate(dw.load(model))
+
+
+def test_rows_that_are_left_out_count_to_the_most_that_are_read(hall, tmp_path, monkeypatch):
+    """Ten million wrong rows would otherwise all be kept to be written beside."""
+    monkeypatch.setitem(LIMITS, "tasks", (16, *LIMITS["tasks"][1:]))
+    (path := tmp_path / "day.csv").write_bytes(text([*rows(GERMAN, header=HEAD), *rows(GERMAN, places=["R-17-B"] * 8)[1:]]))
+    with pytest.raises(dw.ModelError, match="too many rows, expected at most 16; split the file by days"):
+        order_day(path, hall)
