@@ -411,6 +411,7 @@ def test_names_that_cannot_be_are_refused(names, said, hall):
 def test_rows_that_are_left_out_count_to_the_most_that_are_read(hall, tmp_path, monkeypatch):
     """Ten million wrong rows would otherwise all be kept to be written beside."""
     monkeypatch.setitem(LIMITS, "tasks", (16, *LIMITS["tasks"][1:]))
-    (path := tmp_path / "day.csv").write_bytes(text([*rows(GERMAN, header=HEAD), *rows(GERMAN, places=["R-17-B"] * 8)[1:]]))
+    wrong = rows(GERMAN, places=["R-17-B"] * 8)[1:]
+    (path := tmp_path / "day.csv").write_bytes(text([*rows(GERMAN, header=HEAD), *wrong]))
     with pytest.raises(dw.ModelError, match="too many rows, expected at most 16; split the file by days"):
         order_day(path, hall)
