@@ -30,7 +30,7 @@ lint: $(READY)
 	$(BIN)/lint-imports
 
 tests: $(READY)
-	$(BIN)/python -m pytest -n 2 --dist loadgroup -m "not long"
+	$(BIN)/python -m pytest -n 2 -m "not long"
 
 test-long: $(READY)  ## slow proofs: thousands of random warehouses
 	HYPOTHESIS_PROFILE=long $(BIN)/python -m pytest -n 2

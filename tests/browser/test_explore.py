@@ -17,8 +17,6 @@ from tests.browser.pages import Opened
 if TYPE_CHECKING:
     from pathlib import Path
 
-pytestmark = pytest.mark.xdist_group("explore")  # one worker makes what they share
-
 LEFT, RIGHT, DOWN, TAB, END = "\ue012", "\ue014", "\ue015", "\ue004", "\ue010"
 SCREENS = {"desktop": (1400, 900, False), "phone": (390, 844, True)}
 CHOOSE = (

@@ -30,7 +30,7 @@ MAKERS = {
 }
 
 
-@pytest.mark.parametrize("numbers", [range(40), *chunks(40, LONG, pytest.mark.long)])
+@pytest.mark.parametrize("numbers", [range(25), *chunks(25, LONG, pytest.mark.long)])
 @pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
 def test_chance_is_known_before_a_run(make, numbers):
     wrong = []

@@ -18,8 +18,6 @@ from tests.auditor import audit
 from tests.laws.random_models import WHOLE, model
 from tests.recount import differences
 
-pytestmark = pytest.mark.xdist_group("random models")  # one worker makes what they share
-
 DAILY, LONG, CHUNK = 100, 5000, 100
 
 

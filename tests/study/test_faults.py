@@ -204,7 +204,7 @@ START_UP = [
 ]
 
 
-DAILY = ("study.Progress.__enter__", "execution.pool.Pool._receive")
+DAILY = ("study.Progress.__enter__",)
 
 
 @pytest.mark.parametrize(

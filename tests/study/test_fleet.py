@@ -19,7 +19,6 @@ from tests.world.test_hours import SQUARE
 
 WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 3"
 SHORT = "--set run.length=3600 --set run.warm_up=600"
-pytestmark = pytest.mark.xdist_group("fleet")  # one worker makes what they share
 
 
 @pytest.fixture(scope="module")

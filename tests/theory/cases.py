@@ -139,7 +139,7 @@ def queues() -> Iterator[Case]:
         model = partial(models.robots_that_serve, load, 1000.0, robots, tasks)
         wait = m_d_c_wait(load * robots / 1000, 1000.0, robots)
         yield queue(f"M/D/{robots}, {robots} robots, load {load}", model, wait, 1000, long=long)
-    for servers, load, tasks, long in ((1, 0.4, 1000, True), (3, 0.6, 800, False), (3, 0.75, 4000, True)):
+    for servers, load, tasks, long in ((1, 0.4, 1000, True), (3, 0.6, 800, True), (3, 0.75, 4000, True)):
         model = partial(models.station_that_serves, load, 1000.0, servers, tasks)
         wait = m_d_c_wait(load * servers / 1000, 1000.0, servers)
         yield queue(f"M/D/{servers}, station, load {load}", model, wait, ROUND + 1000, long=long)
