@@ -22,7 +22,7 @@ CASES = {
 def plain(model: dw.Model, runs: int) -> float:
     """Seconds for the runs alone, in as many processes, which have begun."""
     with multiprocessing.get_context("spawn").Pool(WORKERS) as pool:
-        pool.starmap(dw.simulate, [(model, seed) for seed in range(WORKERS)], chunksize=1)
+        pool.starmap(_indicators, [(model, seed) for seed in range(WORKERS)], chunksize=1)
         begin = perf_counter()
         pool.starmap(_indicators, [(model, run_seed(0, r)) for r in range(runs)], chunksize=1)
         return perf_counter() - begin

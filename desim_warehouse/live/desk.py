@@ -50,7 +50,6 @@ RUNS = 30
 MOST_RUNS = 1000
 MOST_DESIGNS = 2000
 MOST_LISTENERS = 64
-_KEPT_FLOORS = MOST_LISTENERS
 _AHEAD = 3  # runs handed to the executor for each worker
 _POLL = 0.5  # seconds between looks at the executor's health
 _LISTED = 24  # designs that a page lists
@@ -241,14 +240,17 @@ class Desk:
 
     def wanted(self, design: Design, listener: Listener) -> int:
         """How many runs of a design a listener wants."""
-        n, least = design.n, listener.runs if design is listener.design else 0
-        target = listener.target
-        key = None if target is None else target.value
-        if design.clear.get(key, (-1, False))[0] != n:
-            design.clear[key] = n, n > 0 and self._is_clear(design, n, target)
-        return max(n if design.clear[key][1] else listener.most, least)
+        least = listener.runs if design is listener.design else 0
+        return max(design.n if self._is_clear(design, listener.target) else listener.most, least)
 
-    def _is_clear(self, design: Design, n: int, target: Target | None) -> bool:
+    def _is_clear(self, design: Design, target: Target | None) -> bool:
+        """Whether no more runs are needed; worked out once for each number of runs."""
+        n, key = design.n, None if target is None else target.value
+        if design.clear.get(key, (-1, False))[0] != n:
+            design.clear[key] = n, n > 0 and self._says_enough(design, n, target)
+        return design.clear[key][1]
+
+    def _says_enough(self, design: Design, n: int, target: Target | None) -> bool:
         if design.outcomes[0].deterministic:
             return True
         if sum(outcome.error is not None for outcome in design.outcomes.values()) and n >= FEWEST:
@@ -344,7 +346,7 @@ class Desk:
 
     def _forget_floors(self, latest: Design) -> None:
         kept = [one for one in self.designs.values() if one.floor and one is not latest]
-        for one in sorted(kept, key=lambda one: one.asked)[: max(len(kept) - _KEPT_FLOORS, 0)]:
+        for one in sorted(kept, key=lambda one: one.asked)[: max(len(kept) - MOST_LISTENERS, 0)]:
             one.floor = None
 
     def _tell(self, design: Design | None) -> None:
@@ -363,7 +365,7 @@ class Desk:
             later = [pinned] if pinned is not None and pinned is not design else []
             left = sum(max(self.wanted(one, listener) - one.n, 0) for one in [design, *later])
             taken = [outcome.run_time for outcome in design.outcomes.values()]
-            clear = design.n > 0 and self._is_clear(design, design.n, listener.target)
+            clear = self._is_clear(design, listener.target)
             floor, notes = bool(design.floor), self.notes[-3:]
             tried = [one for one in self.designs.values() if one.outcomes.get(0)]
         scale = known.scale(self.main)

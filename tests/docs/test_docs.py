@@ -62,12 +62,10 @@ def test_every_block_of_a_page_does_what_the_page_says(page, copy):
 
 
 @pytest.mark.parametrize("name", sorted(TAKE_LONG))
-def test_the_commands_of_a_page_that_takes_long_are_commands(name):
-    desim = [one for block in pages.blocks(ROOT / name) if block.kind == "console" for one in pages.commands(block)]
-    found = [one for one in desim if shlex.split(one.words)[0] == "desim"]
-    assert found
-    for command in found:
-        pages.parse_desim(command.words)
+def test_the_commands_of_a_page_that_takes_long_are_commands(name, copy):
+    consoles = [block for block in pages.blocks(ROOT / name) if block.kind == "console"]
+    assert any(command.words.startswith("desim") for block in consoles for command in pages.commands(block))
+    _carry_out_page(ROOT / name, copy, dict.fromkeys(("", "fails", "slow"), "not run"))
 
 
 SLOW = [page for page in PAGES if any(block.note[0] == "slow" for block in pages.blocks(page))]
