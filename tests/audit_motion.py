@@ -6,6 +6,7 @@ the time of the fastest drive over what it has driven, from a stand to a stand.
 
 from __future__ import annotations
 
+import math
 from itertools import groupby
 
 from tests.audit_work import STATES
@@ -35,6 +36,40 @@ class Motion:
         for robot, mine in groupby(rows, key=lambda row: row[2]):
             if robot >= 0:
                 self.check_stretches(robot, mine)
+
+    def check_braking(self, first, then):
+        """On one edge `then` can stop D behind `first` at any time, if it keeps its braking distance.
+
+        A ring of robots turns as one, D apart.
+        """
+        robot = self.robots[then.robot]
+        if robot.keeps != "braking" or self.in_ring(then) or self.in_ring(first):
+            return
+        brakes = robot.motion[1]
+        pieces = list(zip(then.times, then.places, then.times[1:], then.places[1:], strict=False))
+        stop = math.inf
+        for begin, place, end, to in reversed(pieces):
+            if to <= place + self.slack:  # it stands
+                stop = to if end > begin + self.delay else stop
+                continue
+            pace = (to - place) / (end - begin)
+            braking = pace * pace * brakes / 2
+            if end == then.times[-1] and then.leave > end + self.delay:  # it stands there, or was cleared off the edge
+                stop = min(stop, to)
+            moments = {begin, end, *(time for time in first.times if begin < time < end)}
+            if place < stop - braking < to:
+                moments.add(begin + (stop - braking - place) / pace)
+            for time in sorted(moments):
+                ahead, here = first.at(time), then.at(time)
+                need = self.contact + min(braking, stop - here)
+                if time <= min(first.leave, then.leave) and ahead - here < need - 10 * self.slack:
+                    self.fault(time, f"robot {then.robot} drives {ahead - here:g} behind {first.robot}, not {need:g}")
+                    return
+
+    def in_ring(self, visit):
+        """Whether a ring turned with the robot while it was on the edge, or came to it."""
+        begin = visit.enter - self.start_time() - TOL
+        return any(begin <= time <= visit.leave + TOL for time in self.trains[visit.robot])
 
     def check_stretches(self, robot, rows):
         """From stand to stand, each as long as it takes at least."""

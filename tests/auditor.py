@@ -194,6 +194,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours):
             begin, end = then.enter, min(first.leave, then.leave, self.run.record.end)
             if end <= begin + TOL:
                 continue
+            self.check_braking(first, then)
             end = min(end, max(first.times[-1], then.times[-1], begin))
             for time in sorted({begin, end, *first.times, *then.times}):
                 if begin <= time <= end and first.at(time) - then.at(time) < self.contact - self.slack:

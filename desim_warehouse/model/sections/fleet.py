@@ -50,6 +50,7 @@ if TYPE_CHECKING:
 
 
 LoadTypes = tuple[Name, ...]
+Keeps = Literal["distance", "braking"]
 
 
 class RobotSpec(Part):
@@ -68,6 +69,12 @@ class RobotSpec(Part):
         description="how it gathers speed, in length units per time unit squared; default: at once",
     )
     deceleration: Acceleration | None = Field(None, description="how it brakes; default: as it accelerates")
+    keeps: Keeps = Field(
+        "distance",
+        title="distance kept",
+        description="distance: D, moving or not, as in the paper; braking: while it drives also its braking distance, "
+        "v^2 / (2 x deceleration), and it claims intersections that much earlier",
+    )
     capacity: Annotated[Count, limited("loads")] = Field(
         1,
         title="loads carried at once",
@@ -90,6 +97,15 @@ class RobotSpec(Part):
         braking = self.acceleration if self.deceleration is None else self.deceleration
         return 1 / self.acceleration if self.acceleration else 0.0, 1 / braking if braking else 0.0
 
+    @model_validator(mode="after")
+    def _brakes(self) -> RobotSpec:
+        if self.keeps == "braking" and not self.motion[1]:
+            raise wrong(_NO_BRAKES, "keeps")
+        return self
+
+
+_NO_BRAKES = "braking without a deceleration, so that the braking distance is not known, expected deceleration too"
+
 
 class Kind(Part):
     """Some robots of the fleet that differ, in size, speed or load (the first `count`, then the next kind's)."""
@@ -107,6 +123,7 @@ class Kind(Part):
         None,
         description="default: its own acceleration, if it has one, else fleet.robot.deceleration",
     )
+    keeps: Keeps | None = Field(None, title="distance kept", description="default: fleet.robot.keeps")
     capacity: Annotated[Count, limited("loads")] | None = Field(
         None, title="loads carried at once", description="default: fleet.robot.capacity"
     )
@@ -269,6 +286,7 @@ class Fleet(Part):
             speed_loaded=kind.speed_loaded or kind.speed or self.robot.speed_loaded,
             acceleration=kind.acceleration or self.robot.acceleration,
             deceleration=kind.deceleration or kind.acceleration or self.robot.deceleration,
+            keeps=kind.keeps or self.robot.keeps,
             capacity=kind.capacity or self.robot.capacity,
             carries=self.robot.carries if kind.carries is None else kind.carries,
             breakdowns=kind.breakdowns or self.robot.breakdowns,

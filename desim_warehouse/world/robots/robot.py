@@ -89,6 +89,8 @@ class Robot:
         self.home = self.parked_at = self.last_bay = home
         delays = None if shape.delays is None else NodeDelays(shape.delays, number, around.streams)
         self.body = Body(number, shape.speed, around.traffic.nodes[home], self, motion, delays)
+        if shape.keeps == "braking":
+            self.body.keep_braking_distance(self.env)
         self.itinerary = Itinerary(
             self.body,
             lanes=around.traffic.lanes,

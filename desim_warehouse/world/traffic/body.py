@@ -5,11 +5,14 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from desim_warehouse.world.traffic.braking import LookAhead
 from desim_warehouse.world.traffic.driver import NoDriver
 from desim_warehouse.world.traffic.motion import Stretch
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
+    from simpy import Environment
+
     from desim_warehouse.world.traffic.closures import Closure
     from desim_warehouse.world.traffic.delays import NodeDelays
     from desim_warehouse.world.traffic.drive import Drive
@@ -38,10 +41,12 @@ class Body:
     It waits for a `claim`, or for the robot ahead on its lane (`waiting_behind`, the drive to go on with), never both.
 
     It sets out from a stop line on its next lane at once: `out_at`, `out_pace` say when and how fast it passes the end
-    of the one before, `entered_at` when it is really there. A `delay` is counted when it becomes known. On a node it
-    faces its next lane at `ready_at`.
+    of the one before, `entered_at` when it is really there, and `line_at` when it comes to the stop line. A `delay` is
+    counted when it becomes known. On a node it faces its next lane at `ready_at`.
     `limit` bounds its pace on its lane, `train_pace` that on the next, when it turns with a ring of slower robots.
     `stretch` is what it has driven since it stood, or None if it gathers speed and brakes in no time.
+    `look_ahead` keeps its braking distance, `braking` at its pace (0 in a ring that turns). None: it keeps only D. Once
+    it has begun to brake for its target it stands there, and can go on, at `stands_at`.
     From `recall_at` on it stops at the next node. From `halts_at` on it breaks down at its next decision: at its
     target, on a node, or before it sets off. While `broken`, it stands until it is repaired. `cleared`: it is off the
     lanes for a repair, or comes back from it. `delays`: those at nodes.
@@ -53,6 +58,7 @@ class Body:
         "ahead",
         "at",
         "behind",
+        "braking",
         "broken",
         "claim",
         "cleared",
@@ -70,6 +76,8 @@ class Body:
         "held",
         "lane",
         "limit",
+        "line_at",
+        "look_ahead",
         "moves",
         "number",
         "out_at",
@@ -81,6 +89,7 @@ class Body:
         "recall_at",
         "since",
         "speed",
+        "stands_at",
         "stretch",
         "target",
         "task",
@@ -115,6 +124,9 @@ class Body:
         self.pos = self.target = self.goal = 0.0
         self.since = self.until = self.entered_at = self.out_at = -math.inf
         self.out_pace = speed
+        self.look_ahead: LookAhead | None = None
+        self.braking = 0.0
+        self.stands_at = self.line_at = -math.inf
         self.claim: Claim | None = None
         self.waiting_behind: Drive | None = None
         self.waiting_since = 0.0
@@ -149,7 +161,8 @@ class Body:
         """Length driven so far."""
         before = max(self.out_at - now, 0.0) * self.out_pace
         if self.stretch is not None and self.lane is not None:
-            before = min(before, self.lane.headway)  # it may stand at the stop line still
+            # It may stand at the stop line still, or be on its way there.
+            before = min(before, self.lane.headway + max(self.line_at - now, 0.0) * self.out_pace)
         return self.driven + self.position(now) - before
 
     def place(self, now: float) -> str:
@@ -175,9 +188,24 @@ class Body:
 
     def take_pace_of(self, lane: Lane) -> None:
         """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest, from now on."""
-        train, self.train_pace = self.train_pace, math.inf
-        self.limit = min(lane.limit, train)
+        self.limit = self._limit_on(lane)
+        self._take_pace()
+        if self.train_pace < math.inf:
+            self.braking = 0.0
+            self.train_pace = math.inf
+
+    def pace_on(self, lane: Lane) -> float:
+        """The pace that it will have on a lane."""
+        return min(self.speed, self._limit_on(lane))
+
+    def _limit_on(self, lane: Lane) -> float:
+        limit = min(lane.limit, self.train_pace)
+        return limit if self.look_ahead is None else min(limit, self.look_ahead.limit_on(lane))
+
+    def _take_pace(self) -> None:
         self.pace = min(self.speed, self.limit)
+        if self.look_ahead is not None:
+            self.braking = self.look_ahead.distance(self.pace)
 
     def hold(self, node: Intersection, room: Lane | None) -> None:
         """It is granted an intersection, with room on the lane beyond."""
@@ -224,7 +252,7 @@ class Body:
         """From the node at its start, holding its end, at `since`; it has committed to no target yet."""
         self._join(lane, ahead)
         self.pos = self.target = self.goal = 0.0
-        self.entered_at = since
+        self.entered_at = self.line_at = since
         self.moves += 1
 
     def into_bay(self, node: Intersection) -> None:
@@ -261,6 +289,7 @@ class Body:
     def turn_with_ring(self, pace: float) -> None:
         """It moves with a ring of waiting robots, on its lane and, if it leaves that, on the next."""
         self.pace = pace
+        self.braking = 0.0
         if self.claim is not None:
             self.train_pace = pace
 
@@ -328,18 +357,35 @@ class Body:
         """Standing, it has loaded or unloaded, and drives at another speed from now on."""
         if speed != self.speed:
             self.speed = speed
-            self.pace = min(speed, self.limit)
+            self._take_pace()
+
+    @property
+    def run_up(self) -> float:
+        """The length over which it gathers its speed from a stand."""
+        return 0.0 if self.stretch is None else self.pace * self.pace * self.stretch.motion.gathers / 2
+
+    def keep_braking_distance(self, env: Environment) -> None:
+        """It can always stop before it may have to: it looks its braking distance ahead."""
+        assert self.stretch is not None
+        self.look_ahead = LookAhead(env, self, self.stretch.motion.brakes)
+
+    def begin_to_brake(self) -> None:
+        """It comes to a stand at its target, even if it could go on meanwhile."""
+        assert self.stretch is not None
+        self.stands_at = self.until + self.stretch.braking
+        self.stretch = self.stretch.anew()
 
     def going_on(self, now: float) -> tuple[float, Stretch]:
         """When a robot that may go on now does, and its stretch then: if it had to stop it has braked first."""
         assert self.stretch is not None
         if now > self.until + EPS:
-            return max(now, self.until + self.stretch.braking), self.stretch.anew()
-        return max(now, self.until), self.stretch
+            return max(now, self.until + self.stretch.braking, self.stands_at), self.stretch.anew()
+        return max(now, self.until, self.stands_at), self.stretch
 
     def commit_stretch(self, stretch: Stretch) -> None:
-        """It drives a stretch that was worked out before."""
+        """It leaves its lane by a stretch that was worked out before."""
         self.stretch = stretch
+        self.line_at = self.until
 
     def commit_length(self, length: float, now: float) -> float:
         """It drives a further length on its lane, and sets off at the time returned."""
@@ -351,6 +397,8 @@ class Body:
         """Under way it drives a further length as fast as now; False: that is not possible, and nothing has changed."""
         if self.stretch is None:
             return True
+        if self.stands_at >= self.until:  # it brakes for its target
+            return False
         more, stretch = self.stretch.further(length, self.pace)
         if more > 0:
             return False
@@ -368,7 +416,7 @@ class Body:
         """It stops where it is, or is sure to get to; returns when it has braked."""
         if self.stretch is None:
             return now
-        braked = max(now, self.until + self.stretch.braking)
+        braked = max(now, self.until + self.stretch.braking, self.stands_at)
         self.stretch = self.stretch.anew()
         return braked
 

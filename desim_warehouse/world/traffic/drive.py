@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.intersection import Intersection
     from desim_warehouse.world.traffic.lane import Lane
     from desim_warehouse.world.traffic.motion import Stretch
     from desim_warehouse.world.traffic.rules import Rules
@@ -73,7 +74,7 @@ class Drive:
         self.cleared_before_stop = False
         # Crossing takes more than a drive and node time.
         self.slow = rules.turn_time > 0 or robot.stretch is not None or robot.delays is not None
-        self.held_up: Event
+        self.held_up: Event | None = None
 
     @property
     def onward(self) -> Lane | None:
@@ -92,6 +93,8 @@ class Drive:
         return self._drive_and_brake() if self.slow else self._drive()
 
     def _drive_and_brake(self) -> Generator[Event, object, bool]:
+        if self.robot.look_ahead is not None:
+            self.robot.look_ahead.drive = self
         there = yield from self._drive()
         if there:
             braked = self.robot.brake_to_stand(self.env._now)
@@ -167,10 +170,15 @@ class Drive:
             self.roll()
         return event
 
+    @property
+    def _process_sleeps(self) -> bool:
+        """Whether the robot's process waits for the event of its progress, and not for another."""
+        return self.held_up is not None and self.held_up.callbacks is not None
+
     def _wake(self) -> None:
         """Let the robot's process go on at once, without a turn of SimPy's queue."""
-        event = self.held_up
-        callbacks, event.callbacks = event.callbacks, None  # type: ignore[assignment]  # as SimPy does
+        event: Any = self.held_up
+        callbacks, event.callbacks = event.callbacks, None  # as SimPy does
         for callback in callbacks:
             callback(event)
 
@@ -198,11 +206,11 @@ class Drive:
         robot, lane = self.robot, self.robot.lane
         begin, stretch = robot.going_on(now)
         # In a rotation there may be no room yet, and then there is: it loses what driving clear of the node takes.
-        ahead = onward.first_target(stop), min(robot.speed, onward.limit, robot.train_pace), onward.headway
-        if lane is None or robot.pos >= lane.length:
+        ahead = onward.first_target(stop), robot.pace_on(onward), onward.headway
+        if lane is None or robot.target >= lane.length:
             more, stretch = stretch.further(*ahead)
             return now, now, begin + more, stretch
-        rest = lane.length - robot.pos
+        rest = lane.length - robot.target
         more, stretch = stretch.further(rest, robot.pace)
         begin += more
         spent = lane.node_time + self._more_time(lane, onward)
@@ -234,6 +242,35 @@ class Drive:
             self._cross(onward, clear, None if self.onward else self.stop, self.env._now)
         else:
             yield from self._to_node()
+
+    def goes_on_early(self, now: float) -> bool:
+        """Before it would have to brake for the stop line it goes on, if the way is free: over the node or up to it."""
+        robot, lane, onward = self.robot, self.robot.lane, self.onward
+        node: Intersection = lane.end
+        if robot.halts_at <= robot.until or (onward is None and self.stop is not None):
+            return False
+        if robot.held is not None:
+            return self._goes_on_from_node(onward, now)
+        if not self._process_sleeps:
+            return False
+        if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
+            beyond = self._rests_beyond() if robot.recall_at > now else None
+            return node.take(robot, beyond, lane, self._closes_beyond())
+        clear = self._clear_of_node(onward)
+        if not node.take(robot, onward, lane):
+            return False
+        self.index += 1
+        self._cross(onward, clear, None if self.onward else self.stop, now)
+        return True
+
+    def _goes_on_from_node(self, onward: Lane | None, now: float) -> bool:
+        """The same where the node at the end of its lane is its own already."""
+        robot, lane = self.robot, self.robot.lane
+        if onward is None or lane.node_time or robot.delays is not None or (self.turn_time and lane.turn_to(onward)):
+            return False  # it stops there
+        if onward.inside or robot.granted is onward:
+            return True
+        return self._process_sleeps and self._cross_next_short(now)
 
     # The event: the hot path of every run, counted in bytecodes (`benchmarks.bytecodes`). Attributes are read once,
     # and SimPy's queue is used directly: its methods and properties would be a third of a free crossing.
@@ -331,7 +368,7 @@ class Drive:
             if lane is not None:
                 robot.off_lane(clear - lane.node_time - self._more_time(lane, onward))
             return now, clear
-        if lane is None or robot.pos >= lane.length:
+        if lane is None or robot.target >= lane.length:
             out = now
             _, _, clear, stretch = self._crossing(onward, stop, clear)
         else:
@@ -456,16 +493,21 @@ class Drive:
         """From the node it holds over a short lane whose end is granted, where the drive is due."""
         robot, node, log, env = self.robot, onward.start, self.rules.log, self.env
         turning = max(robot.ready_at - now, 0.0) if self.turn_time else 0.0
+        # One that looks ahead is let in before it is at the node, and its drive is due there already.
+        early = robot.look_ahead is not None and robot.until > now
+        out = robot.until if early else now
         if robot.lane is not None:
-            robot.off_lane(now)
-        onward.enter_standing(robot, now + turning)
+            robot.off_lane(out)
+        onward.enter_standing(robot, out + turning)
         if log.moves:
-            log.enter(now + turning, robot)
-        onward.set_off(robot, target, now + turning)
+            log.enter(out + turning, robot)
+        onward.set_off(robot, target, out + turning)
         if not onward.inside:
             node.passed(robot, onward, robot.since)
             if node.claims:
                 node.freed(now)
+        if early:
+            return
         # The time at the node is spent where it gets there: it may stop short of it.
         there = self._spend_node_time(onward) if target == onward.length else robot.until
         self.callbacks = ROLL  # as `due` does
@@ -474,7 +516,7 @@ class Drive:
     def _cross_next_short(self, now: float) -> bool:
         """From the end of a short lane: set out over the next, if that is short too and the way is free."""
         robot, index = self.robot, self.index
-        if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None):
+        if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None) or not robot.lane.short:
             return False
         onward = self.route[index]
         node = onward.end

@@ -142,17 +142,10 @@ class Intersection:
 
     def claim(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> Steps:
         """Claim it and room on the lane beyond, in one step, and wait until both are granted."""
+        if self.take(robot, lane, via, over):
+            return
         now: float = self.rules.env._now
         guard = self.rules.guard
-        if (
-            not self.claims  # earlier claims are served first
-            and self.is_open(robot, via, now)
-            and (lane is None or lane.has_room(robot))
-            and (over is None or over.shut_by(robot) is None)
-            and (guard is None or guard.admit(robot, self, lane))
-        ):
-            self.grant(robot, lane)
-            return
         claim = Claim(robot, self, lane, via, over)
         robot.wait_for(claim, now)
         self.claims.append(claim)
@@ -178,6 +171,20 @@ class Intersection:
         robot.hold(self, lane)
         if lane is not None:
             lane.entering = robot
+
+    def take(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> bool:
+        """Grant it at once, with room on the lane beyond, if both can be had. Else nothing changes."""
+        guard = self.rules.guard
+        if (
+            self.claims  # earlier claims are served first
+            or not self.is_open(robot, via, self.rules.env._now)
+            or not (lane is None or lane.has_room(robot))
+            or not (over is None or over.shut_by(robot) is None)
+            or not (guard is None or guard.admit(robot, self, lane))
+        ):
+            return False
+        self.grant(robot, lane)
+        return True
 
     def award(self, claim: Claim, lane: Lane | None) -> None:
         """Grant a waiting claim, with room on `lane`, and wake its robot."""

@@ -184,11 +184,13 @@ class Lane:
             target = min(target, max(ahead.target - self.headway, 0.0))  # in a rotation there may be no room yet
             ahead.behind = robot  # here, where there is one: this is the hot path
         until = clear + target / robot.pace
-        if mixed and (late := self.free_at(ahead, target, robot.pace, clear) - until) > EPS:
+        if mixed and (late := self.free_at(robot, ahead, 0.0, target, clear) - until) > EPS:
             self._put_off(robot, ahead, robot.pace, clear, late, now + (clear + late - now))
             clear += late
             until += late
         robot.onto_lane(self, ahead, goal, target, clear, until)
+        if robot.look_ahead is not None:
+            robot.look_ahead.expect()
         self.last = robot
         self.entering = None
         self.passages += 1
@@ -245,7 +247,7 @@ class Lane:
         if mixed and robot.stretch is not None:
             since = robot.commit_length(target - robot.pos, now)
         until = since + (target - robot.pos) / robot.pace
-        if mixed and (late := self.free_at(robot.ahead, target, robot.pace, since) - until) > EPS:
+        if mixed and (late := self.free_at(robot, robot.ahead, robot.target, target, since) - until) > EPS:
             self._put_off(robot, robot.ahead, robot.pace, since, late, since + late)
             since += late
             until += late
@@ -253,6 +255,8 @@ class Lane:
         robot.since = since
         robot.until = until
         robot.target = target
+        if mixed and robot.look_ahead is not None:
+            robot.look_ahead.expect()
         if rules.log.everything:
             rules.log.drive(robot, since)
 
@@ -277,34 +281,43 @@ class Lane:
         if robot.until < now or (
             self.rules.mixed
             and (
-                self.free_at(robot.ahead, target, robot.pace, now) > until + EPS
+                self.free_at(robot, robot.ahead, robot.target, target, now) > until + EPS
                 or not robot.commit_length_under_way(target - robot.target)
             )
         ):
             return False
         since = robot.until
         robot.drive_on(target, until)
+        if robot.look_ahead is not None:
+            robot.look_ahead.expect()
         if self.rules.log.everything:
             self.rules.log.drive(robot, since)
         return True
 
-    def free_at(self, ahead: Body | None, target: float, pace: float, since: float) -> float:
+    def free_at(self, robot: Body, ahead: Body | None, start: float, target: float, since: float) -> float:
         """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
 
         Coming later than it could counts as waiting.
         Both drive at a steady pace, so it is enough that it keeps D at its target and where the one ahead sets off,
-        if that is after `since`, when it could set off itself.
+        if that is after `since`, when it could set off itself from `start`. One that keeps its braking distance B is D
+        + B behind, at most B before its target, and from where it has gathered its speed.
         """
-        if ahead is None:
-            beyond = target - (self.length - self.headway)
-            free = self.out_at + beyond / (pace if beyond > 0 else self.out_pace)
-            if self.out_since > since:
-                free = max(free, self.out_since + max(target - (self.stop_line - self.headway), 0.0) / pace)
-            return free
-        free = ahead.passes(target + self.headway)
-        if ahead.since > since:
-            free = max(free, ahead.since + max(target - (ahead.pos - self.headway), 0.0) / pace)
+        pace, braking = robot.pace, robot.braking
+        free = self._clear_at(ahead, target, pace) + braking / pace
+        if braking and target - start > (run_up := robot.run_up) + braking:
+            clear = self._clear_at(ahead, start + run_up + braking, pace)
+            free = max(free, clear + (target - start - run_up) / pace)
+        begin, stood = (self.out_since, self.stop_line) if ahead is None else (ahead.since, ahead.pos)
+        if begin > since:
+            free = max(free, begin + max(target + braking - (stood - self.headway), 0.0) / pace)
         return free
+
+    def _clear_at(self, ahead: Body | None, place: float, pace: float) -> float:
+        """When the one ahead is D beyond a place, or the one that left last: off the lane it is no slower than `pace`."""
+        if ahead is not None:
+            return ahead.passes(place + self.headway)
+        beyond = place - (self.length - self.headway)
+        return self.out_at + beyond / (pace if beyond > 0 else self.out_pace)
 
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
         """One collision: an episode of waiting behind `other` on this lane that ends at `end`.

@@ -65,6 +65,11 @@ class Stretch(NamedTuple):
         """The time that it loses more if it stops at its end."""
         return max(time_lost(self.pieces, self.motion, self.speed, stops=True) - self.lost, 0.0)
 
+    def braking_distance(self, most: float) -> float:
+        """The length over which it brakes to stop at its end: `most`, or less if it does not gather all its speed."""
+        gathers, brakes = self.motion
+        return min(most, sum(length for length, _ in self.pieces) * brakes / (gathers + brakes))
+
     def anew(self) -> Stretch:
         """After a stop."""
         return Stretch(self.motion)
