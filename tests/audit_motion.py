@@ -40,31 +40,51 @@ class Motion:
     def check_braking(self, first, then):
         """On one edge `then` can stop D behind `first` at any time, if it keeps its braking distance.
 
-        A ring of robots turns as one, D apart.
+        That is shorter while it gathers speed, and before a stand. A ring of robots turns as one, D apart.
         """
         robot = self.robots[then.robot]
         if robot.keeps != "braking" or self.in_ring(then) or self.in_ring(first):
             return
-        brakes = robot.motion[1]
-        pieces = list(zip(then.times, then.places, then.times[1:], then.places[1:], strict=False))
-        stop = math.inf
-        for begin, place, end, to in reversed(pieces):
-            if to <= place + self.slack:  # it stands
-                stop = to if end > begin + self.delay else stop
-                continue
+        gathers, brakes = robot.motion
+        for begin, end, place, to, stood, stop in self.drives_of(then):
             pace = (to - place) / (end - begin)
-            braking = pace * pace * brakes / 2
-            if end == then.times[-1] and then.leave > end + self.delay:  # it stands there, or was cleared off the edge
-                stop = min(stop, to)
-            moments = {begin, end, *(time for time in first.times if begin < time < end)}
-            if place < stop - braking < to:
-                moments.add(begin + (stop - braking - place) / pace)
-            for time in sorted(moments):
+            run_up, braking = pace * pace * gathers / 2, pace * pace * brakes / 2
+            bends = [begin + (bend - place) / pace for bend in (stood + run_up, stop - braking)]
+            for time in sorted({begin, end, *(time for time in (*bends, *first.times) if begin < time < end)}):
                 ahead, here = first.at(time), then.at(time)
-                need = self.contact + min(braking, stop - here)
+                need = self.contact + min(braking, (here - stood) * brakes / gathers, stop - here)
                 if time <= min(first.leave, then.leave) and ahead - here < need - 10 * self.slack:
                     self.fault(time, f"robot {then.robot} drives {ahead - here:g} behind {first.robot}, not {need:g}")
                     return
+
+    def drives_of(self, visit):
+        """From where to where a robot drives on an edge, and when; where it stood before it, and stands after it."""
+        pieces = list(zip(visit.times, visit.times[1:], visit.places, visit.places[1:], strict=False))
+        if visit.leave > visit.times[-1] + self.delay:
+            pieces.append((visit.times[-1], visit.leave, visit.places[-1], visit.places[-1]))
+        stands = [place for begin, end, place, to in pieces if to == place and end > begin + self.delay]
+        for begin, end, place, to in pieces:
+            if to > place:
+                stood = max((stand for stand in stands if stand <= place), default=-self.run_before(visit))
+                yield begin, end, place, to, stood, min((stand for stand in stands if stand >= to), default=math.inf)
+
+    def run_before(self, visit):
+        """How far a robot has driven since it stood when it comes onto an edge, for short edges one after the other."""
+        visits = self.visits[visit.robot]
+        index = next(i for i, other in enumerate(visits) if other is visit)
+        driven = 0.0
+        for before in reversed(visits[:index]):
+            if before.into_bay or before.leave > before.times[-1] + self.delay:
+                return driven
+            for begin, end, place, to in reversed(
+                list(zip(before.times, before.times[1:], before.places, before.places[1:], strict=False))
+            ):
+                if to == place and end > begin + self.delay:
+                    return driven
+                driven += to - place
+            if driven > self.graph.edges[before.edge]["length"]:
+                return driven
+        return driven
 
     def in_ring(self, visit):
         """Whether a ring turned with the robot while it was on the edge, or came to it."""

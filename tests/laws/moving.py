@@ -10,7 +10,10 @@ LARGER = 8
 
 
 def moving(mapping, seed):
-    """A copy of a model in which robots take time to start and to stop; some drive slower, or faster, with a load."""
+    """A copy of a model in which robots take time to start and to stop; some drive slower, or faster, with a load.
+
+    In some models they keep their braking distance.
+    """
     draw = random.Random(f"moving {seed}")
     fleet, battery = mapping["fleet"], mapping["battery"]
     rates = [rate for rate in RATES if rate >= 1 or battery is None]
@@ -18,6 +21,8 @@ def moving(mapping, seed):
     robot = {**fleet["robot"], **drawn(draw, rates, fleet["robot"]["speed"])}
     if not any("acceleration" in one or "deceleration" in one for one in (robot, *kinds.values())):
         robot["acceleration"] = draw.choice(rates)
+    if draw.random() < 0.3 and ("acceleration" in robot or "deceleration" in robot):
+        robot["keeps"] = "braking"
     if battery is not None:
         amounts = ("capacity", "threshold", "charge_rate", "reserve")
         battery = {**battery, **{key: LARGER * battery[key] for key in amounts if key in battery}}

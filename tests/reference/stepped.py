@@ -38,7 +38,8 @@ class Setting:
     """One experiment: `robots` robots fetch `goods` (numbers 0..79, in order) to the letter `unload_at`.
 
     `finer`: into how many equal parts each step is cut, an even number (or 1, as in the paper): what drives are rounded
-    up by in whole steps is then spent at the nodes. Times stay in whole steps.
+    up by in whole steps is then spent at the nodes. Times stay in whole steps. `braking`: how much speed a robot gathers
+    or loses in a step, if it does not do so at once. Then it can always brake before the place where it has to stop.
     """
 
     robots: int
@@ -55,11 +56,17 @@ class Setting:
     load_time: int = 10
     unload_time: int = 20
     finer: int = 1
+    braking: float | None = None
 
     @property
     def stride(self) -> float:
         """How far a robot drives in a part of a step."""
         return self.speed / self.finer
+
+    @property
+    def braking_distance(self) -> float:
+        """From its speed."""
+        return self.speed**2 / (2 * self.braking) if self.braking else 0.0
 
 
 @dataclass(frozen=True)
@@ -138,6 +145,7 @@ class Robot:
     low: bool = False  # has reached the threshold since the last charge
     fetching: bool = False  # on the way to the node where its good's edge begins
     waits_for: Robot | None = None
+    pace: float = 0.0
     story: Iterator[None] = field(default_factory=lambda: iter(()))
 
 
@@ -183,7 +191,7 @@ class Warehouse:
             return
         waiting.remove(robot)
         if not robot.inside:
-            for other in self.in_way(robot, self.reach + self.setting.stride):
+            for other in self.in_way(robot, self.reach + self.setting.stride + self.setting.braking_distance):
                 self.act(other, waiting)
         next(robot.story)
 
@@ -250,14 +258,47 @@ class Warehouse:
         length = math.dist(robot.point, goal)
         while length > TINY:
             robot.heading = ((goal[0] - robot.point[0]) / length, (goal[1] - robot.point[1]) / length)
-            if not self.must_wait(robot):
-                stride = min(self.setting.stride, length)
+            if self.must_wait(robot):
+                robot.pace = 0.0
+            else:
+                stride = self.stride(robot, length)
                 x, y = robot.point
                 robot.point = (x + stride * robot.heading[0], y + stride * robot.heading[1])
                 length = math.dist(robot.point, goal)
                 if length <= TINY:
                     robot.point = goal
             yield
+
+    def stride(self, robot: Robot, length: float) -> float:
+        """How far it drives in this step: if it brakes, so that it can stop at its goal and before the others."""
+        setting = self.setting
+        if setting.braking is None:
+            return min(setting.stride, length)
+        room, change = min(length, self.free_way(robot)), setting.braking / setting.finer
+        # After v / finer in this step it needs v^2 / 2 b more to stop: as fast as leaves that.
+        safe = math.sqrt(change * change + 2 * setting.braking * room) - change
+        robot.pace = min(setting.speed, robot.pace + change, safe)
+        if room <= change / setting.finer / 2:  # the rest in one step
+            robot.pace = 0.0
+            return room
+        return robot.pace / setting.finer
+
+    def free_way(self, robot: Robot) -> float:
+        """How far it could drive until it had to wait, if all others stood still."""
+        tangent = math.tan(math.radians(self.setting.collision_angle))
+        free = math.inf
+        for other in self.robots:
+            dx, dy = other.point[0] - robot.point[0], other.point[1] - robot.point[1]
+            along, across = (
+                dx * robot.heading[0] + dy * robot.heading[1],
+                abs(dx * robot.heading[1] - dy * robot.heading[0]),
+            )
+            if other is robot or other.inside or across >= self.reach or is_waiting_for(other, robot):
+                continue
+            near = math.sqrt(self.reach**2 - across**2)
+            if near * tangent > across and along >= near:
+                free = min(free, along - near)
+        return free
 
     def follow(self, robot: Robot, letters: list[str]) -> Iterator[None]:
         for letter in letters:

@@ -73,7 +73,7 @@ class RobotSpec(Part):
         "distance",
         title="distance kept",
         description="distance: D, moving or not, as in the paper; braking: while it drives also its braking distance, "
-        "v^2 / (2 x deceleration), and it claims intersections that much earlier",
+        "v^2 / (2 x deceleration); it claims intersections that much earlier, and gathers speed no faster than it brakes",
     )
     capacity: Annotated[Count, limited("loads")] = Field(
         1,
@@ -93,9 +93,14 @@ class RobotSpec(Part):
 
     @property
     def motion(self) -> tuple[float, float]:
-        """Time in which it gathers a unit of speed, and in which it brakes from one: 0 where it does so at once."""
+        """Time in which it gathers a unit of speed, and in which it brakes from one: 0 where it does so at once.
+
+        One that keeps its braking distance gathers speed no faster than it brakes. Then the distance to a robot that
+        sets off before it grows as fast as its braking distance.
+        """
         braking = self.acceleration if self.deceleration is None else self.deceleration
-        return 1 / self.acceleration if self.acceleration else 0.0, 1 / braking if braking else 0.0
+        gathers, brakes = 1 / self.acceleration if self.acceleration else 0.0, 1 / braking if braking else 0.0
+        return max(gathers, brakes) if self.keeps == "braking" else gathers, brakes
 
     @model_validator(mode="after")
     def _brakes(self) -> RobotSpec:

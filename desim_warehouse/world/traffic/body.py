@@ -188,19 +188,18 @@ class Body:
 
     def take_pace_of(self, lane: Lane) -> None:
         """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest, from now on."""
-        self.limit = self._limit_on(lane)
+        train, self.train_pace = self.train_pace, math.inf
+        self.limit = min(lane.limit, train)
+        if self.look_ahead is not None:
+            self.limit = min(self.limit, self.look_ahead.limit_on(lane))
         self._take_pace()
-        if self.train_pace < math.inf:
+        if train < math.inf:
             self.braking = 0.0
-            self.train_pace = math.inf
 
     def pace_on(self, lane: Lane) -> float:
         """The pace that it will have on a lane."""
-        return min(self.speed, self._limit_on(lane))
-
-    def _limit_on(self, lane: Lane) -> float:
-        limit = min(lane.limit, self.train_pace)
-        return limit if self.look_ahead is None else min(limit, self.look_ahead.limit_on(lane))
+        pace = min(self.speed, lane.limit, self.train_pace)
+        return pace if self.look_ahead is None else min(pace, self.look_ahead.limit_on(lane))
 
     def _take_pace(self) -> None:
         self.pace = min(self.speed, self.limit)

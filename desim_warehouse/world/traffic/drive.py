@@ -50,6 +50,7 @@ class Drive:
         "_ok",
         "callbacks",
         "cleared_before_stop",
+        "crossing",
         "env",
         "held_up",
         "index",
@@ -60,6 +61,9 @@ class Drive:
         "stop",
         "turn_time",
     )
+
+    crossing: tuple[float, float, float, Stretch]
+    """Of the instant at which it was last asked when the robot would leave the node (see `_crossing`)."""
 
     def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
         self._ok = True
@@ -187,7 +191,8 @@ class Drive:
         robot, lane = self.robot, self.robot.lane
         if robot.stretch is not None:
             stop = self.stop if self.index + 1 == len(self.route) else None
-            return self._crossing(onward, stop, self.env._now)[2]
+            self.crossing = self._crossing(onward, stop, self.env._now)
+            return self.crossing[2]
         clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + lane.node_time)
         return clear + self._more_time(lane, onward)
 
@@ -372,7 +377,7 @@ class Drive:
             out = now
             _, _, clear, stretch = self._crossing(onward, stop, clear)
         else:
-            begin, out, clear, stretch = self._crossing(onward, stop, now)
+            begin, out, clear, stretch = self.crossing  # of this instant: nothing crosses unless it is known when
             lane.out_since = begin
         robot.commit_stretch(stretch)
         if lane is not None:

@@ -143,8 +143,8 @@ class Gridlock:
         And all of it starts at one time, when the last has braked and gathered speed.
         """
         claims = [robot.claim for robot in ring if robot.claim is not None]
-        lanes = [lane for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
-        slowest = min(*(min(robot.speed, robot.pace) for robot in ring), *(lane.limit for lane in lanes))
+        drives = [(claim.robot, lane) for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
+        slowest = min(*(min(robot.speed, robot.pace) for robot in ring), *(one.pace_on(lane) for one, lane in drives))
         for robot in ring:
             robot.turn_with_ring(slowest)
         driven = [(robot, robot.stretch) for robot in ring if robot.stretch is not None]

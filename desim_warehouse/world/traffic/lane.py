@@ -308,7 +308,7 @@ class Lane:
             clear = self._clear_at(ahead, start + run_up + braking, pace)
             free = max(free, clear + (target - start - run_up) / pace)
         begin, stood = (self.out_since, self.stop_line) if ahead is None else (ahead.since, ahead.pos)
-        if begin > since:
+        if begin > since - braking / pace:
             free = max(free, begin + max(target + braking - (stood - self.headway), 0.0) / pace)
         return free
 
