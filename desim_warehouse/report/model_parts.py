@@ -89,7 +89,7 @@ def _hours(model: Model) -> Iterator[tuple[str, str]]:
 
 
 def _motion(robot: RobotSpec) -> str:
-    """Speed with a load, acceleration and deceleration, where the model has them."""
+    """Speed with a load, acceleration, deceleration and the distance kept, where the model has them."""
     said = [
         f"{numbers.number(value)} {what}"
         for value, what in (
@@ -99,6 +99,8 @@ def _motion(robot: RobotSpec) -> str:
         )
         if value is not None
     ]
+    if robot.keeps == "braking":
+        said.append("keeps its braking distance")
     return f" ({', '.join(said)})" if said else ""
 
 

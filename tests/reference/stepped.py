@@ -38,8 +38,8 @@ class Setting:
     """One experiment: `robots` robots fetch `goods` (numbers 0..79, in order) to the letter `unload_at`.
 
     `finer`: into how many equal parts each step is cut, an even number (or 1, as in the paper): what drives are rounded
-    up by in whole steps is then spent at the nodes. Times stay in whole steps. `braking`: how much speed a robot gathers
-    or loses in a step, if it does not do so at once. Then it can always brake before the place where it has to stop.
+    up by in whole steps is then spent at the nodes. Times stay in whole steps. `braking`: how much speed robots gain or
+    lose in a step, if not all at once. Then they can always brake before the place where they have to stop.
     """
 
     robots: int

@@ -104,3 +104,13 @@ def test_the_auditor_sees_robots_that_do_not(monkeypatch):
     assert [audit(dw.simulate(model)) for model in models] == [[]] * len(models)
     monkeypatch.setattr(Body, "keep_braking_distance", lambda *_: None)
     assert sum("drives" in str(audit(dw.simulate(model))) for model in models) >= 3
+
+
+@pytest.mark.long
+@pytest.mark.parametrize(("robots", "distance", "braking"), [(20, 556, 544), (60, 1380, 1236), (100, 1581, 1261)])
+def test_the_price_that_the_how_to_page_states(robots, distance, braking):
+    model = dw.load("models/medium.yaml").replace({"run.length": 3600, "run.warm_up": 600, "fleet.size": robots})
+    for keeps, stated in (("distance", distance), ("braking", braking)):
+        kept = model.replace({"fleet.robot.keeps": keeps})
+        found = [dw.simulate(kept, seed).kpis["throughput_per_hour"] for seed in range(5)]
+        assert round(sum(found) / 5) == stated

@@ -73,7 +73,7 @@ class RobotSpec(Part):
         "distance",
         title="distance kept",
         description="distance: D, moving or not, as in the paper; braking: while it drives also its braking distance, "
-        "v^2 / (2 x deceleration); it claims intersections that much earlier, and gathers speed no faster than it brakes",
+        "v^2 / (2 x deceleration); it claims intersections that much earlier and gains speed no faster than it brakes",
     )
     capacity: Annotated[Count, limited("loads")] = Field(
         1,

@@ -313,7 +313,7 @@ class Lane:
         return free
 
     def _clear_at(self, ahead: Body | None, place: float, pace: float) -> float:
-        """When the one ahead is D beyond a place, or the one that left last: off the lane it is no slower than `pace`."""
+        """When the one ahead, or the last that left, is D beyond a place: off the lane no slower than `pace`."""
         if ahead is not None:
             return ahead.passes(place + self.headway)
         beyond = place - (self.length - self.headway)
