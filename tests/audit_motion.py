@@ -53,7 +53,7 @@ class Motion:
             for time in sorted({begin, end, *(time for time in (*bends, *first.times) if begin < time < end)}):
                 ahead, here = first.at(time), then.at(time)
                 need = self.contact + min(braking, (here - stood) * brakes / gathers, stop - here)
-                if time <= min(first.leave, then.leave) and ahead - here < need - 10 * self.slack:
+                if time <= min(first.leave, then.leave, self.run.record.end) and ahead - here < need - 10 * self.slack:
                     self.fault(time, f"robot {then.robot} drives {ahead - here:g} behind {first.robot}, not {need:g}")
                     return
 

@@ -163,8 +163,8 @@ class Work:
     def check_places(self):
         """Robots leave a bay by its node, and no bay or station ever holds more robots than it has places."""
         fleet, layout = self.run.model.fleet, self.run.layout
-        start = fleet.start or tuple(layout.bays)
-        homes = Counter(start[number % len(start)] for number in range(fleet.size))
+        start = fleet.homes(layout.bays)
+        homes = Counter(start)
         grown = {
             node: bay.grows * max(homes[node] + (bay.chargers == 0), bay.chargers or 0)
             for node, bay in layout.bays.items()
@@ -174,9 +174,7 @@ class Work:
             for node, bay in layout.bays.items()
         }
         room |= {("docked", node): station.places for node, station in layout.stations.items()}
-        inside = {
-            number: ("parked", start[number % len(start)]) for number in range(len(fleet.start_on_lanes), fleet.size)
-        }
+        inside = {number: ("parked", start[number]) for number in range(len(fleet.start_on_lanes), fleet.size)}
         for time, rows in groupby(self.rows, key=lambda row: row[0]):
             for _, kind, robot, _, node, edge, *_ in rows:
                 if kind in {"parked", "docked"}:
@@ -190,20 +188,30 @@ class Work:
                     self.fault(time, f"{robots} robots are {place[0]} at {place[1]}, which has {room.get(place, 0)}")
 
     def check_energy(self):
-        """Never flat, never more than full, drawn and charged at no more than the model's rates."""
-        battery = self.run.model.battery
-        if battery is None:
+        """Never flat, never more than full, drawn and charged at no more than the rates of its battery.
+
+        And charged where there are chargers for its kind.
+        """
+        model, fleet = self.run.model, self.run.model.fleet
+        if model.battery is None:
             return
-        spent = battery.consumption
-        steady = isinstance(spent, (int, float))
-        most = spent if steady else max(spent.standing, spent.empty, spent.loaded, spent.handling)
-        swapped = self.run.model.policies.charging.name == "swap"
-        tol = TOL * battery.capacity
-        begins = start_levels(self.run.model, Streams(self.run.seed))
+        kinds = fleet.kinds_of_robots()
+        own = [fleet.kinds.get(kind) for kind in kinds]
+        batteries = [(kind and kind.battery) or model.battery for kind in own]
+        policies = [(kind and kind.charging) or model.policies.charging for kind in own]
+        begins = start_levels(model, Streams(self.run.seed))
         before, state = {}, {}
-        for time, kind, robot, _, _, _, energy, *_ in self.rows:
+        for time, kind, robot, _, node, _, energy, *_ in self.rows:
             if robot < 0 or kind in NO_ENERGY or energy is None:
                 continue
+            battery, spent = batteries[robot], batteries[robot].consumption
+            steady = isinstance(spent, (int, float))
+            most = spent if steady else max(spent.standing, spent.empty, spent.loaded, spent.handling)
+            swapped = policies[robot].name == "swap"
+            tol = TOL * battery.capacity
+            reserved = self.run.layout.bays[node].kinds if kind == "charging" else ()
+            if reserved and kinds[robot] not in reserved:
+                self.fault(time, f"robot {robot} of kind {kinds[robot]!r} charges at {node}, which is for {reserved}")
             if energy < -battery.reserve - tol or energy > battery.capacity + tol:
                 self.fault(time, f"robot {robot} has {energy} energy")
             since, had = before.get(robot, (0.0, begins[robot]))

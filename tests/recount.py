@@ -107,13 +107,14 @@ class Recount:
 
     def measure_time(self):
         """Time in each state less the waits in it, and the energy that it takes; a robot begins idle in its bay."""
-        start = self.model.fleet.start or tuple(self.layout.bays)
+        place = dict(enumerate(self.model.fleet.homes(self.layout.bays)))
         stretches = defaultdict(list)
-        now = {robot: (0.0, "idle", start[robot % len(start)]) for robot in range(self.size)}
-        place = {robot: start[robot % len(start)] for robot in range(self.size)}
+        now = {robot: (0.0, "idle", place[robot]) for robot in range(self.size)}
         waits_for = defaultdict(str)
         self.queued = Counter()
         self.lowest, self.gained = math.inf, 0.0
+        self.kinds = [self.model.fleet.kinds.get(kind) for kind in self.model.fleet.kinds_of_robots()]
+        self.batteries = [(kind and kind.battery) or self.model.battery for kind in self.kinds]
         for time, kind, robot, task, node, _, _, _, _ in self.rows:
             if kind in {"parked", "docked", "cleared"}:
                 place[robot] = node if kind == "parked" else None
@@ -144,7 +145,7 @@ class Recount:
                 waited += part
         worked = self.within(since, until) - waited
         tally[state] += worked
-        tally["energy"] += worked * self.rate(state, where) + waited * self.rate("idle", None)
+        tally["energy"] += worked * self.rate(robot, state, where) + waited * self.rate(robot, "idle", None)
 
     def measure_people(self):
         """Where robots and people are, from row to row: those that a person meets, and for how long."""
@@ -185,7 +186,7 @@ class Recount:
         known = [row[6] for row in self.rows if row[2] == robot and row[1] in STATES]
         given = self.model.fleet.start_energy
         if isinstance(given, (int, float)):
-            first_level = given * self.model.battery.capacity
+            first_level = given * self.batteries[robot].capacity
         else:  # drawn at random: nothing but drawing came before the first row, or the end
             then = known[0] if known else self.at_end[robot]
             first_level = then + self.drawn(robot, *parts[0], parts[0][1])
@@ -198,25 +199,27 @@ class Recount:
             level = self.level(robot, at_start, since, until, state, where, max(since, self.begin))
             before = level if before is None else before
             last = self.level(robot, at_start, since, until, state, where, until) if at_next is None else at_next
-            self.lowest = min(self.lowest, level, last)
+            self.lowest = min(
+                self.lowest, level / self.batteries[robot].capacity, last / self.batteries[robot].capacity
+            )
             after = last
         self.gained += after - before
 
     def drawn(self, robot, since, until, state, where, at):
         """Energy drawn from the start of a stretch to an instant in it."""
         waited = sum(max(min(end, at) - max(begin, since), 0.0) for begin, end, _ in self.waits[robot])
-        return (at - since - waited) * self.rate(state, where) + waited * self.rate("idle", None)
+        return (at - since - waited) * self.rate(robot, state, where) + waited * self.rate(robot, "idle", None)
 
     def level(self, robot, start, since, until, state, where, at):
         if state != "charging":
             return start - self.drawn(robot, since, until, state, where, at)
-        if self.model.policies.charging.name == "swap":
+        kind = self.kinds[robot]
+        if ((kind and kind.charging) or self.model.policies.charging).name == "swap":
             return start
-        return self.charged(start, at - since)
+        return self.charged(self.batteries[robot], start, at - since)
 
-    def charged(self, start, time):
+    def charged(self, battery, start, time):
         """Straight up to the knee; from there on what is missing to a level beyond full shrinks exponentially."""
-        battery = self.model.battery
         rate, capacity = battery.charge_rate, battery.capacity
         if battery.taper is None:
             return min(start + rate * time, capacity)
@@ -228,18 +231,19 @@ class Recount:
         return min(level, capacity)
 
     def energy(self):
-        battery, hours = self.model.battery, (self.end - self.begin) / self.model.units.hour
-        if battery is None:
+        hours = (self.end - self.begin) / self.model.units.hour
+        if self.model.battery is None:
             return {}
-        start = self.model.fleet.start or tuple(self.layout.bays)
-        places = Counter(start[robot % len(start)] for robot in range(self.size))
+        places = Counter(self.model.fleet.homes(self.layout.bays))
         chargers = 0
         for node, bay in self.layout.bays.items():
             room = places[node] if bay.places is None else bay.places
             chargers += room if bay.chargers is None else min(bay.chargers, room)
         found = {
-            "energy_lowest": self.lowest / battery.capacity,
-            "energy_drift_per_hour": self.gained / battery.capacity / self.size / hours if hours else math.nan,
+            "energy_lowest": self.lowest,
+            "energy_drift_per_hour": self.gained / sum(one.capacity for one in self.batteries) / hours
+            if hours
+            else math.nan,
         }
         if chargers:
             used = sum(robot["charging"] for robot in self.robots)
@@ -248,21 +252,23 @@ class Recount:
             found["charger_wait"] = self.queued["charger"]
         return found
 
-    def rate(self, state, where):
-        """Energy drawn in a time unit; nothing while a robot charges, or rests beside a charger."""
-        battery = self.model.battery
+    def rate(self, robot, state, where):
+        """Energy drawn in a time unit; nothing while a robot charges, or rests beside a charger of its kind."""
+        battery = self.batteries[robot]
         if (
             battery is None
             or state == "charging"
-            or (state in {"idle", "on_break", "queueing"} and self.has_charger(where))
+            or (state in {"idle", "on_break", "queueing"} and self.has_charger(robot, where))
         ):
             return 0.0
         spent = battery.consumption
         return spent if isinstance(spent, (int, float)) else getattr(spent, DRAWS[state])
 
-    def has_charger(self, node):
+    def has_charger(self, robot, node):
         bay = self.layout.bays.get(node)
-        return bay is not None and bay.chargers != 0
+        if bay is None or bay.chargers == 0:
+            return False
+        return not bay.kinds or self.model.fleet.kinds_of_robots()[robot] in bay.kinds
 
     def breakdowns(self):
         """Availability: of the time in operation or broken, waits not counted."""

@@ -1,7 +1,7 @@
 """With everything on at once work ends, nothing impossible happens, and all is counted.
 
 Tours, opening hours and buffers, breakdowns, outages and delays, closures, slow zones and people, robots that gather
-speed: one-way and two-way. `python -m tests.laws.test_everything 17` looks at one random model alone.
+speed, kinds that charge apart: one-way and two-way. `python -m tests.laws.test_everything 17` looks at one random model alone.
 """
 
 import sys
@@ -13,6 +13,7 @@ from tests.laws import test_two_way
 from tests.laws.breakdowns import with_breakdowns
 from tests.laws.closures import with_closures
 from tests.laws.hours import with_hours
+from tests.laws.kinds import with_kinds
 from tests.laws.moving import moving
 from tests.laws.random_models import model
 from tests.laws.test_random_models import Found, chunks
@@ -23,7 +24,7 @@ DAILY, LONG = 40, 3000
 
 
 def with_everything(mapping, number):
-    mapping = with_tours(mapping, number)
+    mapping = with_tours(with_kinds(mapping, number), number)
     mapping = with_closures(mapping, number, dw.load(mapping).fleet.contact)
     return with_breakdowns(moving(with_hours(mapping, number), number), number)
 
