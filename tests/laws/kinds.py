@@ -21,7 +21,7 @@ def with_kinds(mapping, seed):
 
 
 def drawn(draw, battery):
-    """What a kind says of its battery and of charging: all, or some. It lasts at least as long as that of the others."""
+    """What a kind says of its battery and of charging: all, or some. It lasts no shorter than that of the others."""
     found = {}
     if draw.random() < 0.6:
         unit, more = draw.choice((0.5, 1, 3)), draw.choice((1, 1.5, 4))

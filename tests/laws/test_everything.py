@@ -1,7 +1,7 @@
 """With everything on at once work ends, nothing impossible happens, and all is counted.
 
 Tours, opening hours and buffers, breakdowns, outages and delays, closures, slow zones and people, robots that gather
-speed, kinds that charge apart: one-way and two-way. `python -m tests.laws.test_everything 17` looks at one random model alone.
+speed, kinds that charge apart: one-way and two-way. `python -m tests.laws.test_everything 17` looks at one model alone.
 """
 
 import sys
