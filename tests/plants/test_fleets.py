@@ -8,6 +8,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.plants import import_layout
+from desim_warehouse.report.model_parts import work
 from desim_warehouse.run import check
 from desim_warehouse.study.fleet.designs import Designs, refused
 from tests.auditor import audit
@@ -18,10 +19,26 @@ FLEETS = (2, 8, 20)
 
 
 @pytest.mark.parametrize("name", ["opentcs", "lif", "rmf", "tables", "kiva"])
-def test_stations_and_bays_of_a_plant_do_not_depend_on_the_fleet(name, tmp_path):
+def test_a_plant_imported_for_another_fleet_differs_in_the_fleet_alone(name, tmp_path):
+    """Its work, too: with as many open tasks as robots, 20 of them find goods near by more often than 2."""
     path = DRAWN[name](tmp_path)
-    layouts = {repr(import_layout(path, robots=robots).model.layout) for robots in (None, *FLEETS)}
-    assert len(layouts) == 1
+    drawn = import_layout(path).model
+    for robots in FLEETS:
+        asked = import_layout(path, robots=robots).model
+        assert (asked.layout, asked.tasks) == (drawn.layout, drawn.tasks)
+
+
+def test_as_many_tasks_are_open_as_there_are_robots(tmp_path):
+    model = import_layout(DRAWN["kiva"](tmp_path)).model.replace({"run.length": 600, "log": "all"})
+    for robots in (2, 5):
+        run = dw.simulate(model.replace({"fleet.size": robots}))
+        assert (
+            run.record.rows
+            == dw.simulate(model.replace({"fleet.size": robots, "tasks.goods.saturated": robots})).record.rows
+        )
+        released = [task.released for task in run.history.tasks.values()]
+        assert released.count(0) == 2 * robots  # one for each robot, and as many again in place of those taken
+        assert f"lifelong, {robots} tasks always open" in work(run.model)
 
 
 @pytest.mark.parametrize("name", ["opentcs", "rmf", "kiva"])
