@@ -13,7 +13,10 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.model.order_day import order_day
 from desim_warehouse.model.sections import order_file
+from desim_warehouse.outcome.chains import LANE, Root
 from desim_warehouse.report.export import export
+from desim_warehouse.report.run_parts import lost_time
+from desim_warehouse.report.text.root_words import root
 from desim_warehouse.run.folder import load_run
 from desim_warehouse.values.fields import LIMITS
 
@@ -373,6 +376,19 @@ def test_the_log_of_a_run_and_its_exports_name_storage_places(hall, tmp_path):
     plain = dw.simulate(dw.load(hall, {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "plain.csv")}))
     assert "place" not in plain.log
     assert plain.record.rows == run.record.rows  # names are for people: the run is the same
+
+
+def test_reports_say_where_robots_waited_by_the_names_of_storage_places(hall):
+    """Three robots come to one stand, where loading takes a minute; two more places lie along the next lane."""
+    model = json.loads(hall.read_text())
+    aisle = [{"edge": ["B", "C"], "offset": offset} for offset in (6, 3)]
+    model["layout"] |= {"storage": [{"node": "B"}, *aisle], "storage_names": {"pattern": "R-{aisle}-{bay}"}}
+    model["fleet"]["size"] = 3
+    model["tasks"] = {"goods": [0, 0, 0], "unload_at": ["pack"], "load_time": 60, "unload_time": 5}
+    run = dw.simulate(dw.load(model, {"log": "all"}))
+    assert "for robots loading at B (R-1-1)" in str(lost_time(run))
+    assert root(Root(LANE, "B>C"), run.model) == "behind others on B>C (R-2-1 to R-2-2)"
+    assert root(Root(LANE, "C>D"), run.model) == "behind others on C>D"
 
 
 def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):
