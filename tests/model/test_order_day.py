@@ -220,6 +220,37 @@ def test_all_kinds_of_problems_are_told_at_once(hall, tmp_path):
     assert dw.simulate(dw.load(hall)).kpis["tasks"] == 16
 
 
+@pytest.mark.parametrize(
+    "form",
+    [
+        "%a %-d %b %Y %H:%M",
+        "%A, %B %-d, %Y, %I:%M %p",
+        "%d-%b-%y %H:%M:%S",
+        "%b %-dnd %Y %H:%M",
+        "Mo., %-d. März %Y, %H:%M Uhr",
+        "%-d. mrz. %Y %H:%M",
+    ],
+)
+@pytest.mark.parametrize("unit", [" ST", " pcs", "ea", " Stk.", ",00 Stück"])
+def test_months_in_words_and_quantities_with_a_word_for_pieces(form, unit, hall, tmp_path):
+    lines = rows(form, header=HEAD)
+    (path := tmp_path / "day.csv").write_bytes(text([lines[0], *[line + unit for line in lines[1:]]]))
+    day = order_day(path, hall)
+    assert day.problems == ()
+    assert (day.pieces, day.midnight) == (48, pd.Timestamp("2026-03-02"))
+    assert [line.release for line in day.lines] == [300 + 1800 * number for number in range(16)]
+
+
+def test_words_that_are_no_month_and_units_that_are_no_pieces_are_refused(hall, tmp_path):
+    (path := tmp_path / "day.csv").write_text(
+        "release;quantity\n2 Mar 2026 07:00;3 KG\n2 Mar 2026 07:00;3 ST 4\n2 Foo 2026;1\n31 Feb 2026;1\n"
+    )
+    dated, weighed = order_day(path, hall).problems
+    assert "quantity: not a number of this kind (2 rows from row 1 on, 2 values: '3 KG', '3 ST 4')" in weighed
+    assert "expected a whole number of at least 1, alone or with ST or pcs" in weighed
+    assert "release: not a time (2 rows from row 3 on, 2 values: '2 Foo 2026', '31 Feb 2026')" in dated
+
+
 def test_what_was_assumed_is_said(hall, tmp_path):
     path = tmp_path / "day.csv"
     path.write_bytes(MESSY["Windows, umlauts"][1])
