@@ -17,6 +17,7 @@ from desim_warehouse.outcome.chains import LANE, Root
 from desim_warehouse.report.export import export
 from desim_warehouse.report.run_parts import lost_time
 from desim_warehouse.report.text.root_words import root
+from desim_warehouse.run import check
 from desim_warehouse.run.folder import load_run
 from desim_warehouse.values.fields import LIMITS
 
@@ -389,6 +390,16 @@ def test_orders_name_storage_places_as_people_do(names, hall, tmp_path):
     assert "did you mean 'R-01-0" in order_day(tmp_path / "bad.csv", hall).problems[0]
     written = dw.load(hall, {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "day.csv")})
     assert written.floor.called[2] == "R-01-03-A"
+    [note] = [one for one in check(written).findings if one.code == "SHARED_NAMES"]
+    assert "8 places have several names" in note.text
+    assert "show the first, such as R-01-0" in note.text
+
+
+def test_a_name_for_each_place_is_nothing_to_note(hall):
+    model = json.loads(hall.read_text())
+    model["layout"]["storage_names"] = {**NAMED, "levels": 1}
+    model["tasks"] = {"goods": [0], "unload_at": ["pack"], "load_time": 5, "unload_time": 5}
+    assert "SHARED_NAMES" not in {one.code for one in check(dw.load(model)).findings}
 
 
 def test_the_log_of_a_run_and_its_exports_name_storage_places(hall, tmp_path):
