@@ -1,12 +1,15 @@
 """Another fleet on an imported plant: the floor stays the same, and every robot finds a slot."""
 
+import contextlib
 import math
 from collections import Counter
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.cli import desim
 from desim_warehouse.plants import import_layout
 from desim_warehouse.report.model_parts import work
 from desim_warehouse.run import check
@@ -113,6 +116,19 @@ def test_chargers_that_check_asks_for_fit_into_a_bay_that_grows(tmp_path):
     bay = next(bay for bay in enough.floor.bays.values() if bay.zone == "chargers")
     assert bay.slots(homes=0) == bay.chargers > 1
     assert "CHARGERS_SHORT" not in {finding.code for finding in check(enough).findings}
+
+
+def test_size_of_a_plant_with_too_few_chargers_names_them_and_not_the_range(tmp_path):
+    """A wider range would do no good: the more robots, the faster their batteries fall."""
+    plant = import_layout(DRAWN["opentcs"](tmp_path))
+    (tmp_path / "yard.yaml").write_text(plant.text())
+    slow = f"battery.charge_rate={plant.model.battery.charge_rate / 20:g}"
+    asked = ["yard.yaml", "--range", "3..5", "--target", "throughput_per_hour >= 20", "--set", "fleet.kinds={}"]
+    short = ["--set", slow, "--set", "run.length=20min", "--first", "4", "--cap", "4", "--search", "scan", "--quiet"]
+    with contextlib.chdir(tmp_path):
+        said = CliRunner().invoke(desim, ["size", *asked, *short]).stdout
+    assert "only as counted with 3, 4 and 5: batteries fall by " in said
+    assert "within --range 3..5: more chargers, which desim plan looks for, too, or ask for less" in said
 
 
 @needs_plants
