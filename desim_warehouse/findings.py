@@ -58,6 +58,7 @@ CODES: dict[str, Code] = {
     "TWO_WAY": Code("note", "lanes that serve both directions, one at a time"),
     "LOAD_NEAR_NODE": Code("note", "storage places nearer than D to a node"),
     "LOAD_ON_NODE": Code("note", "robots load standing on nodes where edges meet"),
+    "SHARED_NAMES": Code("note", "storage places with several names, of which logs and reports show the first"),
     "STATION_PLACES": Code(
         "note", "the slots of stations hold robots back, as a task needs a free one before it is given"
     ),

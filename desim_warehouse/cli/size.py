@@ -101,7 +101,9 @@ def command(
     sure = f"confidence {100 * found.confidence:g} %, {number_of(found.runs, 'run')}"
     click.echo(f"{words.factor_name(key)}: {said} ({sure})")
     if found.smallest is None:
-        click.echo(f"no answer within --range {values}: widen it, or ask for less with --target")
+        short = found.vetoed and study.plan.base.battery is not None
+        cure = "more chargers, which desim plan looks for, too, or" if short else "widen it, or"
+        click.echo(f"no answer within --range {values}: {cure} ask for less with --target")
     _show(key, found, study.plan.base)
     if found.smallest is None and key == FLEET:
         _try_cap(study, found.target.indicator, first, execution)

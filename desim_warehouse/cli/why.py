@@ -26,6 +26,10 @@ if TYPE_CHECKING:
     from desim_warehouse.study.why import Why
 
 
+_PASTED = 4000
+"""Letters of a line that terminals take when it is pasted."""
+
+
 @click.command("why")
 @click.argument("source", metavar="MODEL|RUN_DIR")
 @click.option("--indicator", metavar="NAME", help="What costs are counted in.  [default: throughput, cycle time or T]")
@@ -107,8 +111,9 @@ def _show(found: Why, lines: list[str], model: Model) -> None:
     for line in found.left_out:
         click.echo(f"not tried: {line}")
     click.echo("each relief again:")
-    for line in lines:
-        click.echo(f"  {line}")
+    for (suspect, _), line in zip(found.found, lines, strict=True):
+        long = f"{suspect.relief}: {len(suspect.overrides)} keys, more than a terminal takes at once; --json has them"
+        click.echo(f"  {line if len(line) <= _PASTED else long}")
 
 
 def _standing(found: Why, gain: Gain) -> str:

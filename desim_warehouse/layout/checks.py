@@ -54,6 +54,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *zones.examine(layout, use.zones, use.contact, use.gridlock),
         *_stops(layout, use),
         *_queues(layout, use),
+        *_shared_names(layout),
         *_short(layout, use),
         *_merges(layout),
         *_bridges(near),
@@ -274,6 +275,19 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
                 f"for it, and robots wait in bays (slots for {places}, {use.robots} robots)",
                 "more slots (places) let more of them work",
             )
+
+
+def _shared_names(layout: Layout) -> Iterator[Finding]:
+    """Levels that share a stand are one storage place: a robot picks at either, and what is written has one name."""
+    others = {number: name for name, number in layout.place_names.items() if name != layout.called[number]}
+    if others:
+        number, name = next(iter(others.items()))
+        yield Finding(
+            "SHARED_NAMES",
+            "layout.storage_names",
+            f"{len(others)} places have several names, one for each good at the same stand: orders may use all of "
+            f"them, logs, replays and reports show the first, such as {layout.called[number]} for {name}",
+        )
 
 
 def _short(layout: Layout, use: Use) -> Iterator[Finding]:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from dataclasses import dataclass, field
 from functools import cached_property
+from operator import attrgetter
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
@@ -97,6 +99,17 @@ class Layout:
         for name, number in self.place_names.items():
             found.setdefault(number, name)
         return found
+
+    @cached_property
+    def names_at(self) -> dict[str, tuple[str, ...]]:
+        """The names of storage places at a node, beside an edge (`A>B`) or a lane (`A-B`), in the order along it."""
+        found: defaultdict[str, list[str]] = defaultdict(list)
+        for place in sorted(self.storage, key=attrgetter("offset")) if self.called else ():
+            a, b = place.edge
+            edges = {">".join(edge) for edge, _ in self.approaches(place.edge, place.offset)}
+            for at in {a} if a == b else {*edges, "-".join(sorted(place.edge))}:
+                found[at] += [self.called[place.number]] if place.number in self.called else []
+        return {at: tuple(names) for at, names in found.items()}
 
     @property
     def two_way(self) -> list[Edge]:

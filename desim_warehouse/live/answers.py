@@ -218,7 +218,7 @@ class RunsSoFar:
         return found
 
     def holds_up(self) -> list[tuple[str, float, str]]:
-        """Robots, chargers and servers with the part of their time that they are busy, the busiest first."""
+        """Robots, chargers and servers with the part of their time that they are busy, what holds most up first."""
         found = busy_shares(self.rows, self.model, CONFIDENCE)
         return [(part, one.mean, numbers.PERCENT.estimate(one)) for part, one in found.items()]
 

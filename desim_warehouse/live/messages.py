@@ -115,7 +115,7 @@ class Answer(Message):
 
     `n`: the runs that count, 1 to n without a gap. `values`: of the indicator in each, `band`: its mean and the ends of
     its usual interval after each; `pinned_at`: those of the pinned design. `done`: nothing more is simulated, and why.
-    `holds_up`: the part of their time that robots, chargers and servers are busy.
+    `holds_up`: the part of their time that robots, chargers and servers are busy, or robots wait in traffic.
     """
 
     id: str

@@ -35,7 +35,12 @@ def standing(model: Model) -> tuple[str, ...]:
 
 def busy_share(stands: Iterable[float], off_duty: float) -> float:
     """The share of their time on duty for which robots are busy, by the shares of `standing`; nan without such time."""
-    return (1 - math.fsum(stands)) / (1 - off_duty) if off_duty < 1 else math.nan
+    return on_duty(1 - math.fsum(stands), off_duty)
+
+
+def on_duty(share: float, off_duty: float) -> float:
+    """A share of all time as one of the time on duty; nan without such time."""
+    return share / (1 - off_duty) if off_duty < 1 else math.nan
 
 
 @dataclass(frozen=True)

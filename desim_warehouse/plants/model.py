@@ -199,7 +199,7 @@ class _Maker:
             "description": "",
             "layout": layout,
             "fleet": fleet,
-            "tasks": self.tasks(fleet["size"], layout["stations"]),
+            "tasks": self.tasks(layout["stations"]),
             **({"battery": battery} if battery else {}),
             "policies": {"allocation": "nearest", "routing": routing, **charging, "parking": "nearest"},
             **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
@@ -311,7 +311,7 @@ class _Maker:
         if any(one.speed is None for one in vehicles):
             self.plant.assume("fleet.robot.speed", "the drawing has no speed of vehicles")
 
-    def tasks(self, robots: int, stations: Content) -> Content:
+    def tasks(self, stations: Content) -> Content:
         if not self.stops.tasks:
             why = "always as many tasks open as there are robots: what the plant can do at most"
             self.plant.assume("tasks.goods", why)
@@ -325,7 +325,7 @@ class _Maker:
         if are_orders(self.stops.tasks):
             return times
         return {
-            "goods": self.goods(stations) or {"saturated": robots},
+            "goods": self.goods(stations) or {"saturated": "fleet"},
             "unload_at": [
                 one for name, item in stations.items() for one in (item["at"] if name in self.plant.points else [name])
             ],

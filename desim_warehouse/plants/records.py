@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NoReturn
 from desim_warehouse.errors import ModelError, got, nearest, spoken
 from desim_warehouse.plants.plant import Link, Location, Waypoint
 from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.values.headings import heading
 from desim_warehouse.values.units import TABLE, UnitNames, converted
 
 if TYPE_CHECKING:
@@ -34,20 +35,18 @@ EDGE = {
     "from": ("from", "source", "start", "from_node"),
     "to": ("to", "target", "end", "to_node"),
     "length": ("length", "distance"),
-    "speed": ("speed", "max_speed", "maxspeed", "speed_limit"),
+    "speed": ("speed", "max_speed", "speed_limit"),
     "speed_back": ("speed_back", "max_reverse_speed"),
-    "two_way": ("two_way", "twoway", "bidirectional", "both_ways"),
+    "two_way": ("two_way", "bidirectional", "both_ways"),
     "side_by_side": ("side_by_side",),
 }
 """Columns, each with the names that tables have for it; the first that is there counts."""
 _KINDS = {"x": "length", "y": "length", "north": "length", "length": "length", "speed": "speed", "speed_back": "speed"}
-_HEAD = re.compile(r"\s*(.*?)\s*(?:[\[(]\s*([^\])]*?)\s*[\])])?\s*")
 _YES, _NO = {"yes", "true", "1", "x", "y", "ja", "wahr", "both"}, {"no", "false", "0", "", "-", "n", "nein", "falsch"}
 _SEVERAL = re.compile(r"\s*[+;,|/]\s*")
 _SHORTEST = 0.001
 """Of a length in metres, and of a speed in metres a second: what is below is a slip."""
 _METRES = UnitNames()
-_LONGEST = 100  # letters of a column's name
 _SHOWN = 30  # of them in a message
 _COMPARED = 1000  # names in which one like another is looked for
 
@@ -66,12 +65,11 @@ class Columns:
         named: dict[str, str] = {}
         units: dict[str, float] = {}
         unread = []
-        aliases = {alias: (name, rank) for name, all_ in known.items() for rank, alias in enumerate(all_)}
+        aliases = {heading(one)[0]: (name, rank) for name, all_ in known.items() for rank, one in enumerate(all_)}
         best: dict[str, int] = {}
         for title in header:
-            written = _HEAD.fullmatch(title) if len(title) <= _LONGEST else None
-            words, unit = (written[1], written[2]) if written else (title, None)
-            name, rank = aliases.get(re.sub(r"[\s_-]+", "_", words.casefold()), ("", 0))
+            words, unit = heading(title)
+            name, rank = aliases.get(words, ("", 0))
             if not name or (name in best and best[name] < rank):
                 unread.append(title)
                 continue

@@ -9,6 +9,7 @@ from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import disturbances
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike, said
 from desim_warehouse.model.sections.flows import in_words
+from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.report import html
 from desim_warehouse.report.text import numbers, words
 
@@ -63,9 +64,10 @@ def work(model: Model) -> str:
         return "; ".join(f"{name}: {in_words(flow, model.tasks.demand)}" for name, flow in model.tasks.flows.items())
     if isinstance(goods, tuple):
         return f"{len(goods)} goods, one by one as listed"
+    if isinstance(goods, SaturatedGoods):
+        return f"lifelong, {numbers.number(goods.open(model.fleet.size))} tasks always open"
     for name, text in (
         ("random", "{} goods drawn at random"),
-        ("saturated", "lifelong, {} tasks always open"),
         ("poisson", "lifelong, {} tasks an hour on average"),
     ):
         if hasattr(goods, name):

@@ -5,7 +5,8 @@ import { test } from "node:test";
 import { load } from "./load.mjs";
 
 const world = { AbortController, TextDecoderStream, clearTimeout, setTimeout };
-const { Feed, RefusedError, placeOf } = load("../live", ["01-feed", "02-knobs"], ["Feed", "RefusedError", "placeOf"], {
+const files = ["01-feed", "02-knobs", "04-held-up"];
+const { Feed, RefusedError, heldUp, placeOf } = load("../live", files, ["Feed", "RefusedError", "heldUp", "placeOf"], {
   ...world,
   fetch: (path, options) => world.fetch(path, options),
 });
@@ -36,4 +37,11 @@ test("a call that is refused says why", async () => {
   const error = await new Feed("").ask("/api/design", {}).catch((found) => found);
   assert.ok(error instanceof RefusedError);
   assert.deepEqual([error.status, error.message], [422, "one\ntwo"]);
+});
+
+test("the page names what is busiest, nothing where that has time left, and traffic where robots wait in it most", () => {
+  assert.equal(heldUp(["chargers", 0.863, "86.3 % (85.2 to 87.1)"]), "The chargers: 86.3 % busy.");
+  assert.equal(heldUp(["stations", 0.5, "50 % (49 to 51)"]), "Nothing: even the servers are free 50 % of the time.");
+  const said = heldUp(["traffic", 0.509, "50.9 % (50.4 to 51.2)"]);
+  assert.equal(said, "Traffic: robots wait in it 50.9 % of the time, longer than they are busy.");
 });

@@ -13,7 +13,11 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.model.order_day import order_day
 from desim_warehouse.model.sections import order_file
+from desim_warehouse.outcome.chains import LANE, Root
 from desim_warehouse.report.export import export
+from desim_warehouse.report.run_parts import lost_time
+from desim_warehouse.report.text.root_words import root
+from desim_warehouse.run import check
 from desim_warehouse.run.folder import load_run
 from desim_warehouse.values.fields import LIMITS
 
@@ -217,6 +221,37 @@ def test_all_kinds_of_problems_are_told_at_once(hall, tmp_path):
     assert dw.simulate(dw.load(hall)).kpis["tasks"] == 16
 
 
+@pytest.mark.parametrize(
+    "form",
+    [
+        "%a %-d %b %Y %H:%M",
+        "%A, %B %-d, %Y, %I:%M %p",
+        "%d-%b-%y %H:%M:%S",
+        "%b %-dnd %Y %H:%M",
+        "Mo., %-d. März %Y, %H:%M Uhr",
+        "%-d. mrz. %Y %H:%M",
+    ],
+)
+@pytest.mark.parametrize("unit", [" ST", " pcs", "ea", " Stk.", ",00 Stück"])
+def test_months_in_words_and_quantities_with_a_word_for_pieces(form, unit, hall, tmp_path):
+    lines = rows(form, header=HEAD)
+    (path := tmp_path / "day.csv").write_bytes(text([lines[0], *[line + unit for line in lines[1:]]]))
+    day = order_day(path, hall)
+    assert day.problems == ()
+    assert (day.pieces, day.midnight) == (48, pd.Timestamp("2026-03-02"))
+    assert [line.release for line in day.lines] == [300 + 1800 * number for number in range(16)]
+
+
+def test_words_that_are_no_month_and_units_that_are_no_pieces_are_refused(hall, tmp_path):
+    (path := tmp_path / "day.csv").write_text(
+        "release;quantity\n2 Mar 2026 07:00;3 KG\n2 Mar 2026 07:00;3 ST 4\n2 Foo 2026;1\n31 Feb 2026;1\n"
+    )
+    dated, weighed = order_day(path, hall).problems
+    assert "quantity: not a number of this kind (2 rows from row 1 on, 2 values: '3 KG', '3 ST 4')" in weighed
+    assert "expected a whole number of at least 1, alone or with ST or pcs" in weighed
+    assert "release: not a time (2 rows from row 3 on, 2 values: '2 Foo 2026', '31 Feb 2026')" in dated
+
+
 def test_what_was_assumed_is_said(hall, tmp_path):
     path = tmp_path / "day.csv"
     path.write_bytes(MESSY["Windows, umlauts"][1])
@@ -355,6 +390,16 @@ def test_orders_name_storage_places_as_people_do(names, hall, tmp_path):
     assert "did you mean 'R-01-0" in order_day(tmp_path / "bad.csv", hall).problems[0]
     written = dw.load(hall, {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "day.csv")})
     assert written.floor.called[2] == "R-01-03-A"
+    [note] = [one for one in check(written).findings if one.code == "SHARED_NAMES"]
+    assert "8 places have several names" in note.text
+    assert "show the first, such as R-01-0" in note.text
+
+
+def test_a_name_for_each_place_is_nothing_to_note(hall):
+    model = json.loads(hall.read_text())
+    model["layout"]["storage_names"] = {**NAMED, "levels": 1}
+    model["tasks"] = {"goods": [0], "unload_at": ["pack"], "load_time": 5, "unload_time": 5}
+    assert "SHARED_NAMES" not in {one.code for one in check(dw.load(model)).findings}
 
 
 def test_the_log_of_a_run_and_its_exports_name_storage_places(hall, tmp_path):
@@ -373,6 +418,19 @@ def test_the_log_of_a_run_and_its_exports_name_storage_places(hall, tmp_path):
     plain = dw.simulate(dw.load(hall, {"tasks.flows.day.arrivals.orders.file": str(tmp_path / "plain.csv")}))
     assert "place" not in plain.log
     assert plain.record.rows == run.record.rows  # names are for people: the run is the same
+
+
+def test_reports_say_where_robots_waited_by_the_names_of_storage_places(hall):
+    """Three robots come to one stand, where loading takes a minute; two more places lie along the next lane."""
+    model = json.loads(hall.read_text())
+    aisle = [{"edge": ["B", "C"], "offset": offset} for offset in (6, 3)]
+    model["layout"] |= {"storage": [{"node": "B"}, *aisle], "storage_names": {"pattern": "R-{aisle}-{bay}"}}
+    model["fleet"]["size"] = 3
+    model["tasks"] = {"goods": [0, 0, 0], "unload_at": ["pack"], "load_time": 60, "unload_time": 5}
+    run = dw.simulate(dw.load(model, {"log": "all"}))
+    assert "for robots loading at B (R-1-1)" in str(lost_time(run))
+    assert root(Root(LANE, "B>C"), run.model) == "behind others on B>C (R-2-1 to R-2-2)"
+    assert root(Root(LANE, "C>D"), run.model) == "behind others on C>D"
 
 
 def test_a_drawing_has_the_names_of_storage_places(hall, tmp_path):

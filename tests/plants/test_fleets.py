@@ -1,13 +1,17 @@
 """Another fleet on an imported plant: the floor stays the same, and every robot finds a slot."""
 
+import contextlib
 import math
 from collections import Counter
 from pathlib import Path
 
 import pytest
+from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.cli import desim
 from desim_warehouse.plants import import_layout
+from desim_warehouse.report.model_parts import work
 from desim_warehouse.run import check
 from desim_warehouse.study.fleet.designs import Designs, refused
 from tests.auditor import audit
@@ -18,10 +22,26 @@ FLEETS = (2, 8, 20)
 
 
 @pytest.mark.parametrize("name", ["opentcs", "lif", "rmf", "tables", "kiva"])
-def test_stations_and_bays_of_a_plant_do_not_depend_on_the_fleet(name, tmp_path):
+def test_a_plant_imported_for_another_fleet_differs_in_the_fleet_alone(name, tmp_path):
+    """Its work, too: with as many open tasks as robots, 20 of them find goods near by more often than 2."""
     path = DRAWN[name](tmp_path)
-    layouts = {repr(import_layout(path, robots=robots).model.layout) for robots in (None, *FLEETS)}
-    assert len(layouts) == 1
+    drawn = import_layout(path).model
+    for robots in FLEETS:
+        asked = import_layout(path, robots=robots).model
+        assert (asked.layout, asked.tasks) == (drawn.layout, drawn.tasks)
+
+
+def test_as_many_tasks_are_open_as_there_are_robots(tmp_path):
+    model = import_layout(DRAWN["kiva"](tmp_path)).model.replace({"run.length": 600, "log": "all"})
+    for robots in (2, 5):
+        run = dw.simulate(model.replace({"fleet.size": robots}))
+        assert (
+            run.record.rows
+            == dw.simulate(model.replace({"fleet.size": robots, "tasks.goods.saturated": robots})).record.rows
+        )
+        released = [task.released for task in run.history.tasks.values()]
+        assert released.count(0) == 2 * robots  # one for each robot, and as many again in place of those taken
+        assert f"lifelong, {robots} tasks always open" in work(run.model)
 
 
 @pytest.mark.parametrize("name", ["opentcs", "rmf", "kiva"])
@@ -96,6 +116,19 @@ def test_chargers_that_check_asks_for_fit_into_a_bay_that_grows(tmp_path):
     bay = next(bay for bay in enough.floor.bays.values() if bay.zone == "chargers")
     assert bay.slots(homes=0) == bay.chargers > 1
     assert "CHARGERS_SHORT" not in {finding.code for finding in check(enough).findings}
+
+
+def test_size_of_a_plant_with_too_few_chargers_names_them_and_not_the_range(tmp_path):
+    """A wider range would do no good: the more robots, the faster their batteries fall."""
+    plant = import_layout(DRAWN["opentcs"](tmp_path))
+    (tmp_path / "yard.yaml").write_text(plant.text())
+    slow = f"battery.charge_rate={plant.model.battery.charge_rate / 20:g}"
+    asked = ["yard.yaml", "--range", "3..5", "--target", "throughput_per_hour >= 20", "--set", "fleet.kinds={}"]
+    short = ["--set", slow, "--set", "run.length=20min", "--first", "4", "--cap", "4", "--search", "scan", "--quiet"]
+    with contextlib.chdir(tmp_path):
+        said = CliRunner().invoke(desim, ["size", *asked, *short]).stdout
+    assert "only as counted with 3, 4 and 5: batteries fall by " in said
+    assert "within --range 3..5: more chargers, which desim plan looks for, too, or ask for less" in said
 
 
 @needs_plants

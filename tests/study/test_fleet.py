@@ -138,6 +138,22 @@ def test_robots_and_stations_are_busy_for_a_part_of_their_hours():
     assert (both["robots"].mean, both["stations"].mean) == pytest.approx((0.75, 0.15), rel=0.01)
 
 
+def test_traffic_is_named_where_robots_wait_in_it_longer_than_they_are_busy():
+    """A crossing that takes a minute: six robots queue for it, however few of them are needed elsewhere."""
+    work = {"tasks.goods": {"saturated": "fleet"}, "run.length": 3600, "traffic.nodes.B.time": 60}
+    model = dw.load(SQUARE, {**work, "layout.stations.desk": {"at": ["E"], "places": 6, "servers": 6}})
+    study = dw.Study(model, {"fleet.size": [1, 6]})
+    study.run(workers=1)
+    alone, six = (utilisation(study, point) for point in study.points)
+    assert "traffic" not in alone
+    assert next(iter(six)) == "traffic"
+    [row] = study.results.by_point[1]
+    assert six["traffic"].mean == row.value("share_waiting") > six["robots"].mean
+    plan = plan_fleet(model, "throughput_per_hour >= 20", robots=[6], first=2, runs=10)
+    [said] = [line for line in fleet_words.sentences(plan, model) if "bottleneck" in line]
+    assert said.startswith("The bottleneck is traffic: robots wait in it ")
+
+
 def test_servers_are_judged_where_robots_unload_at_them_and_nowhere_else():
     """A share of the time for unloading does not say where: of goods put into storage, or loaded at the desk."""
 

@@ -5,10 +5,13 @@ import json
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.cli.study_options import ModelOptions
+from desim_warehouse.cli.why import _commands, _show
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text import why_words
-from desim_warehouse.study.suspects import suspects
-from desim_warehouse.study.why import usual_indicator, why
+from desim_warehouse.study.statistics import Gain, Gains
+from desim_warehouse.study.suspects import Suspect, suspects
+from desim_warehouse.study.why import Why, usual_indicator, why
 from tests.docs import pages
 from tests.study import bottlenecks
 from tests.world.test_hours import SQUARE
@@ -176,3 +179,24 @@ def test_thirty_where_plain_waiting_misleads():
     assert sum(one.right for one in found) >= 26
     assert sum(one.as_promised for one in found) >= 26
     assert sum(one.by_waiting != one.planted for one in found) >= 15
+
+
+def test_the_largest_gain_is_named_where_it_takes_many_changes(capsys):
+    """Two lanes for each of 60: little for each 10 %, and most of all as a whole. Its command is too long to paste."""
+    lanes = {
+        f"layout.edges.{rank}": {"from": f"a long name of one of the nodes {rank}", "to": "hub"} for rank in range(60)
+    }
+    crossing = Suspect("intersection A", "nobody waits at A", {"traffic.nodes.A.free": True}, 0.02)
+    every = Suspect("two-way lanes", "two lanes for each of 60 two-way lanes", lanes, dose=20.0)
+    gains = [Gain(1, 18, -58, 94, 6), Gain(2, 330, 275, 384, 6, scale=every.scale)]
+    both = tuple(zip((crossing, every), gains, strict=True))
+    found = Why("throughput_per_hour", both, Gains(tuple(gains), 851, 8.5, 0.95, 12))
+    model = dw.load(SQUARE)
+    said = why_words.sentence(found, model.units)
+    assert "what gains most tasks an hour for each 10 %: nobody waits at A 18 (−58 to 94)" in said
+    assert said.endswith("As a whole two lanes for each of 60 two-way lanes gains most: 330 (275 to 384).")
+    _show(found, _commands(found, "w.yaml", ModelOptions((), 0.95, 0)), model)
+    shown = capsys.readouterr().out
+    assert "+2,000 %" in shown
+    assert "two lanes for each of 60 two-way lanes: 60 keys, more than a terminal takes at once; --json has" in shown
+    assert "desim what-if w.yaml --set traffic.nodes.A.free=true" in shown

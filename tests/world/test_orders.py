@@ -97,7 +97,7 @@ def test_what_is_wrong_is_said_by_row_and_column_at_most_20_of_them(tmp_path):
         lines(path)
     problems = refused.value.problems
     place = "expected a node, a station, 'storage', or a storage place from 0 to 1"
-    whole = "expected a whole number of at least 1"
+    whole = "expected a whole number of at least 1, alone or with ST or pcs"
     a_time = "expected a number of at least 0, or a time such as 06:15 or 2026-03-02T06:15"
     assert problems == [
         f"{path}, row 5, release: before the start of the run (got '05:00'), {a_time}",

@@ -241,12 +241,12 @@ class Live {
       const than = one.pinned === null ? [] : [element("dd", { class: "than" }, `pinned ${one.pinned}${one.difference ? `, difference ${one.difference}` : ""}`)];
       return [element("dt", {}, `${one.label}${unit}`), element("dd", {}, one.text), ...than];
     }));
-    const parts = { robots: "Robots", chargers: "Chargers", stations: "Servers" }, [first] = answer.holds_up;
+    const [first] = answer.holds_up;
     byId("hold").hidden = !first;
     if (first) {
-      byId("busiest").textContent = first[1] >= 0.8 ? `The ${parts[first[0]].toLowerCase()}: ${first[2].split(" (")[0]} busy.` : `Nothing: even the ${parts[first[0]].toLowerCase()} are free ${Math.round(100 * (1 - first[1]))} % of the time.`;
+      byId("busiest").textContent = heldUp(first);
       byId("busy").replaceChildren(...answer.holds_up.map(([part, share]) =>
-        element("li", {}, element("span", {}, parts[part]), element("meter", { min: 0, max: 1, value: share, "aria-label": `${parts[part]} busy` }), element("span", {}, `${Math.round(100 * share)} %`))));
+        element("li", {}, element("span", {}, PARTS[part]), element("meter", { min: 0, max: 1, value: share, "aria-label": part === "traffic" ? PARTS[part] : `${PARTS[part]} busy` }), element("span", {}, `${Math.round(100 * share)} %`))));
     }
     byId("notes").textContent = answer.notes.join(" ");
     const focused = document.activeElement?.dataset?.design;

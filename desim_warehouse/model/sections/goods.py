@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator
 
@@ -73,11 +73,22 @@ class RandomGoods(Part):
         return is_drawn(model.tasks.popularity, model)
 
 
+def _open_form(value: Any) -> str:
+    return "\0fleet" if value == "fleet" else "\0number"
+
+
 class SaturatedGoods(Part):
     """`saturated: n`: lifelong; n tasks are always open, a new one is released as one is taken."""
 
-    saturated: Annotated[Count, limited("open")] = Field(title="open tasks", description="number of open tasks")
+    saturated: Annotated[
+        Annotated[Count, limited("open"), form("number")] | Annotated[Literal["fleet"], form("fleet")],
+        Forms("a whole number, or fleet", pick=_open_form),
+    ] = Field(title="open tasks", description="number of open tasks; fleet: as many as there are robots")
     due_within: Duration | None = Field(None, title="time until due", description="time from release to due")
+
+    def open(self, robots: int) -> int:
+        """How many tasks are always open with a fleet of this size."""
+        return robots if self.saturated == "fleet" else self.saturated
 
     def is_random(self, model: Any) -> bool:
         """Whether there is more than one place to draw."""

@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS
+from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -197,12 +198,6 @@ def _encoding(path: Path) -> str:
     return "utf-8-sig"
 
 
-def _plain(title: Any) -> str:
-    """A heading in letters and digits alone, without what stands in brackets: a unit, most often."""
-    text = re.sub(r"[(\[].*?[)\]]", "", str(title if title is not None else "").casefold())
-    return re.sub(r"[\W_]+", "", text)
-
-
 def _headed(
     path: Path, spec: OrdersFile, rows: Iterable[Sequence[Any]], encoding: str = "utf-8-sig", delimiter: str = ","
 ) -> Table:
@@ -215,7 +210,7 @@ def _headed(
             for ours, theirs in spec.columns.items():
                 if ours not in ranks:
                     raise _missing(path, theirs, names)
-            said = [f"'{names[rank]}' is {ours}" for ours, rank in ranks.items() if _plain(names[rank]) != ours]
+            said = [f"'{names[rank]}' is {ours}" for ours, rank in ranks.items() if heading(names[rank])[0] != ours]
             assumed = [", ".join(said)] if said and not spec.columns else []
             assumed += [f"encoding {encoding}"] if encoding == "cp1252" else []
             assumed += [f"cells end with {delimiter!r}"] if delimiter != "," else []
@@ -235,12 +230,16 @@ def _missing(path: Path, name: str, names: Sequence[str]) -> ModelError:
 
 
 def _ours(names: Sequence[str], spec: OrdersFile) -> dict[str, int]:
-    """The ranks of our columns in a header."""
+    """The ranks of our columns in a header.
+
+    Unlike columns of plants (`plants.records`) they are guessed only where no heading is our `release`. A second column
+    that could be meant is left, and what was guessed is said.
+    """
     exact = {ours: spec.columns.get(ours, ours) for ours in ORDER_COLUMNS}
     found = {ours: names.index(theirs) for ours, theirs in exact.items() if theirs in names}
     if "release" in found or "release" in spec.columns:
         return found
-    plain = [_plain(name) for name in names]
+    plain = [heading(name)[0] for name in names]
     for ours, text in HEADINGS.items():
         rank = next((plain.index(word) for word in text.split() if word in plain), None)
         if ours not in found and rank is not None and rank not in found.values():

@@ -9,7 +9,6 @@ from __future__ import annotations
 import datetime as dt
 import hashlib
 import math
-import re
 from collections import Counter
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
@@ -19,6 +18,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ModelError, got, nearest
+from desim_warehouse.model.sections.dates import SLASHES, read_dates
 from desim_warehouse.model.sections.flows import STORAGE, OrdersArrivals
 from desim_warehouse.model.sections.order_file import BEYOND, check_there, chunks, table_of
 from desim_warehouse.values.fields import LIMITS
@@ -275,7 +275,7 @@ def _earliest_day(spec: OrdersFile, _: tuple[int, int]) -> dt.datetime | None:
         cells = frame["release"]
         if pd.api.types.is_numeric_dtype(cells):
             return None
-        dates = cells if pd.api.types.is_datetime64_any_dtype(cells) else _dates(_texts(cells), spec.dates)
+        dates = cells if pd.api.types.is_datetime64_any_dtype(cells) else read_dates(_texts(cells), spec.dates)
         if getattr(dates.dt, "tz", None) is not None:
             dates = dates.dt.tz_localize(None)
         day = dates.min()
@@ -296,32 +296,6 @@ def _texts(cells: pd.Series[Any]) -> pd.Series[Any]:
         ["" if value is None or value != value else str(value).strip() for value in cells.tolist()],  # noqa: PLR0124
         dtype=object,
     )
-
-
-def _dates(text: pd.Series[Any], slashes: str | None) -> pd.Series[Any]:
-    """Dates with times, as people write them: ISO, 02.03.2026 14:00, and with slashes if it is said how."""
-    import pandas as pd
-
-    text = text.str.replace(_AROUND, "", regex=True)
-    found = pd.to_datetime(text.where(text.str.match(_ISO)), format="ISO8601", errors="coerce", utc=False)
-    if getattr(found.dtype, "tz", None) is not None:
-        found = found.dt.tz_localize(None)
-    parts = text.str.extract(_WRITTEN)
-    dotted = parts["mark"] == "."
-    if not (parts["mark"].notna() & (dotted | (slashes is not None))).any():
-        return found
-    month_first = ~dotted & (slashes == "us")
-    day, month = parts["a"].where(~month_first, parts["b"]), parts["b"].where(~month_first, parts["a"])
-    year = parts["year"].where(parts["year"].str.len() != 2, "20" + parts["year"])  # noqa: PLR2004 - of the century
-    hour = pd.to_numeric(parts["hour"]).fillna(0)
-    half = parts["half"].str.lower()
-    hour = hour.where(half.isna(), hour % 12 + 12 * (half == "p"))
-    known = dotted | (parts["mark"].notna() & (slashes is not None))
-    days = pd.to_datetime((year + "-" + month + "-" + day).where(known), format="%Y-%m-%d", errors="coerce")
-    minutes, seconds = pd.to_numeric(parts["minute"]).fillna(0), pd.to_numeric(parts["second"].str.replace(",", "."))
-    late = (hour > 23) | (minutes > 59) | (seconds > 60)  # noqa: PLR2004 - of a clock
-    time = pd.to_timedelta(hour * 3600 + minutes * 60 + seconds.fillna(0), unit="s")
-    return found.where(found.notna(), (days + time).where(~late).astype(found.dtype))
 
 
 class Chunk:
@@ -417,7 +391,7 @@ class Chunk:
         bad = ~empty & ~early & ~(found >= 0)
         slashes = self._text(column) if bad.any() and self.spec.dates is None else []
         if slashes:
-            unsaid = bad & np.array([bool(_SLASHES.match(one)) for one in slashes], dtype=bool)
+            unsaid = bad & np.array([bool(SLASHES.match(one)) for one in slashes], dtype=bool)
             self.problem(
                 unsaid, column, "a date that may be meant in two ways", "dates: us or uk to say which (--dates)"
             )
@@ -431,7 +405,7 @@ class Chunk:
 
         hands = text.str.extract(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$").astype(float).fillna({2: 0.0})
         seconds = (hands[0] * 3600 + hands[1] * 60 + hands[2]).to_numpy() - clock(self.how.start)
-        dates = _dates(text.where(np.isnan(seconds)), self.spec.dates)
+        dates = read_dates(text.where(np.isnan(seconds)), self.spec.dates)
         return np.where(np.isnan(seconds), self._of_dates(dates) * self.how.seconds, seconds) / self.how.seconds
 
     def _of_dates(self, dates: pd.Series[Any]) -> Any:
@@ -469,8 +443,11 @@ class Chunk:
         found = self.table[column].to_numpy(dtype=float) if is_number else self._plain_numbers(text)
         least = NUMBERS[column]
         empty = (text == "").to_numpy()
+        left = np.isnan(found) & ~empty
+        if column == "quantity" and left.any():
+            found[left] = self._plain_numbers(text[left].str.replace(_COUNTED, r"\1", regex=True))
         bad = ~empty & ~((found >= least) & (found == np.floor(found)) & (found <= LIMITS["number"][0]))
-        expected = "a whole number" if column == "priority" else "a whole number of at least 1"
+        expected = "a whole number" if column == "priority" else "a whole number of at least 1, alone or with ST or pcs"
         self.problem(bad, column, "not a number of this kind", expected)
         return [None if none or wrong else int(value) for value, none, wrong in zip(found, empty, bad, strict=True)]
 
@@ -533,15 +510,8 @@ _EXAMPLE = "2026-03-02T06:15"
 _DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
 _COMPARED = 1000
 _DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart, and that are shown
-_AROUND = r"(?i)^(?:mo|di|mi|do|fr|sa|so|mon|tue|wed|thu|fri|sat|sun)[a-zäö]{0,8}\.?,? +(?=\d)|,? uhr$"
-"""What stands around a date: a day of the week before it, *Uhr* after the time."""
-_ISO = r"\d{4}-?\d"
-_WRITTEN = (
-    r"^(?P<a>\d{1,2})(?P<mark>[./-])(?P<b>\d{1,2})(?P=mark)(?P<year>\d{4}|\d{2})"
-    r"(?:[ T,]+(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d+)?))?"
-    r" ?(?:(?P<half>[AaPp])\.?[Mm]\.?)?)?$"
-)
-_SLASHES = re.compile(r"\d{1,2}([/-])\d{1,2}\1\d{2}")
+_COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
+"""Quantities with a word for pieces; kilograms, cartons or pallets are none."""
 
 
 def _plain(value: Any) -> Any:

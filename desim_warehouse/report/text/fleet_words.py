@@ -25,8 +25,13 @@ if TYPE_CHECKING:
 
 _LISTED = 8
 """Fleets that are named one by one."""
-PARTS = {"robots": "robots", "chargers": "charging", "stations": "packing at the stations"}
-"""What may be the bottleneck, in words."""
+PARTS = {
+    "robots": ("the robots", "they are busy"),
+    "traffic": ("traffic", "robots wait in it"),
+    "chargers": ("charging", "chargers are in use"),
+    "stations": ("packing at the stations", "servers are busy"),
+}
+"""What may be the bottleneck, in words, and what its share of the time is."""
 
 
 @dataclass(frozen=True)
@@ -266,10 +271,9 @@ def _bottleneck(plan: FleetPlan) -> str:
     sized = plan.grown or plan.today
     (part, most), *others = sized.utilisation.items()
     rest = ", ".join(f"{name} {numbers.PERCENT.estimate(estimate)}" for name, estimate in others)
-    are = "The bottleneck is the robots" if part == "robots" else f"The bottleneck is {PARTS[part]}"
-    who = {"robots": "they are busy", "chargers": "chargers are in use", "stations": "servers are busy"}[part]
+    what, who = PARTS[part]
     time = "of the time within their hours" if sized.in_hours else "of the time"
-    return f"{are}: {who} {numbers.PERCENT.estimate(most)} {time}" + (f" ({rest})." if rest else ".")
+    return f"The bottleneck is {what}: {who} {numbers.PERCENT.estimate(most)} {time}" + (f" ({rest})." if rest else ".")
 
 
 def _reached(plan: FleetPlan, shown: Shown, model: Model) -> str:

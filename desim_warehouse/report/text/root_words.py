@@ -23,11 +23,18 @@ _PLACES = {
 def root(of: Root, model: Model) -> str:
     """What robots waited for: `for a server of packing (R)`, `at the crossing V`, `for robots loading at E`."""
     if of.cause in _PLACES:
-        return _PLACES[of.cause].format(of.at)
+        return _PLACES[of.cause].format(_with_names(of.at, model))
     if of.cause in APART:
-        return f"{APART[of.cause].doing.removeprefix('waiting ')}: {of.at}"
+        return f"{APART[of.cause].doing.removeprefix('waiting ')}: {_with_names(of.at, model)}"
     zones = {node: item.zone for of_kind in (model.floor.bays, model.floor.stations) for node, item in of_kind.items()}
-    place, state = f"{zones[of.at]} ({of.at})" if of.at in zones else of.at, SHOWN[of.cause]
+    place, state = f"{zones[of.at]} ({of.at})" if of.at in zones else _with_names(of.at, model), SHOWN[of.cause]
     if state.queue is None:
         return f"for robots {state.doing} at {place}"
     return f"for {place} to open" if state.queue == OPENING else f"for {state.queue.what} of {place}"
+
+
+def _with_names(at: str, model: Model) -> str:
+    """A node or lane with what people call its storage places: `A>B (R-01-01 to R-01-08)`."""
+    names = model.floor.names_at.get(at, ())
+    ends = dict.fromkeys((names[0], names[-1])) if names else ()
+    return f"{at} ({' to '.join(ends)})" if ends else at

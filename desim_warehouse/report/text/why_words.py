@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.why import Failure, Health, Why
 
 _ROOTS_SAID = 3
+_MANY = 1000  # per cent
 _FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": "jams for good"}
 """What a run does that could not go on, by its error."""
 
@@ -78,13 +79,22 @@ def _gains(found: Why, units: Units) -> str:
         more = "" if rest is None else f"; nothing else gains more than {amount(found, max(rest, 0.0), up=True)}{per}"
         if len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
             more = f"; nothing else made a difference in {most.n} run{'s' * (most.n > 1)}"
-        return f"{_answer(found, suspect, most, unit)}{more}."
+        return f"{_answer(found, suspect, most, unit)}{more}.{_largest(found, competing[:1], competing)}"
     leader = most.each.low
     near = [(one, gain) for one, gain in competing if gain.each.high >= leader and gain.high > 0]
     listed = spoken(
         [f"{one.relief} {amount(found, gain.each.mean)} ({interval(found, gain.each)})" for one, gain in near[:4]]
     )
-    return f"Too close to tell after {most.n} replications what gains most{unit} for {DOSE}: {listed}."
+    unclear = f"Too close to tell after {most.n} replications what gains most{unit} for {DOSE}: {listed}."
+    return unclear + _largest(found, near[:4], competing)
+
+
+def _largest(found: Why, named: list[tuple[Suspect, Gain]], competing: list[tuple[Suspect, Gain]]) -> str:
+    """What is sure to gain most as a whole, however large a change it takes; empty where it is named first anyway."""
+    suspect, most = max(competing, key=lambda item: item[1].mean)
+    if suspect is named[0][0] or any(gain.high >= most.low for one, gain in named if one is not suspect):
+        return ""
+    return f" As a whole {suspect.relief} gains most: {amount(found, most.mean)} ({interval(found, most)})."
 
 
 DOSE = "each 10 %"
@@ -110,7 +120,10 @@ def _costs(name: str) -> str:
 
 def dose(suspect: Suspect) -> str:
     """A relief as a part of what is there."""
-    return "all" if suspect.dose is None else f"{100 * suspect.dose:+.3g} %"
+    if suspect.dose is None:
+        return "all"
+    percent = 100 * suspect.dose
+    return f"{percent:+,.0f} %" if abs(percent) >= _MANY else f"{percent:+.3g} %"
 
 
 def unit_of(found: Why, units: Units) -> str:

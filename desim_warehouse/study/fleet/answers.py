@@ -36,8 +36,9 @@ class Sized:
 
     `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
     failed. `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots,
-    chargers and stations are busy at `best`, or at the largest design, the busiest first. With hours (`in_hours`) only
-    the time within them counts. It follows from the indicators `shown_by`, and is empty where no design was judged.
+    chargers and stations are busy at `best`, or at the largest design, what holds most up first (`busy_shares`). With
+    hours (`in_hours`) only the time within them counts. It follows from the indicators `shown_by`, and is empty where
+    no design was judged.
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
     `worse`: designs with one robot or one charger more than the one found first that do worse, and by how much.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.

@@ -125,7 +125,7 @@ class _Planner:
             busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
             used = utilisation(study, study.points[busiest])
         in_hours = base.layout.has_hours or base.fleet.has_hours
-        shown_by = tuple(indicator for part in used for indicator in indicators_of(base)[part])
+        shown_by = tuple(dict.fromkeys(indicator for part in used for indicator in indicators_of(base)[part]))
         left = tuple(counts[number] for number in found.open)
         worse = tuple((*counts[one.number], one.difference) for one in found.larger if one.worse)
         capped = self._capped(study, below[-1], name, changes) if best is None and below and not left else None

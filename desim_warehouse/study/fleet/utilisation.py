@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.sections.flows import StorageEnd
-from desim_warehouse.outcome.resources import busy_share, standing
+from desim_warehouse.outcome.resources import busy_share, on_duty, standing
+from desim_warehouse.states import WAITING
 from desim_warehouse.study import statistics
 
 if TYPE_CHECKING:
@@ -24,6 +25,7 @@ def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
     """The indicators from which the utilisation follows: robots are busy but for the shares in which they stand."""
     return {
         "robots": standing(model),
+        "traffic": (f"share_{WAITING.name}",),
         "chargers": ("charger_utilisation",),
         "stations": ("share_unloading",),
     }
@@ -36,11 +38,12 @@ def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
 
 
 def busy_shares(runs: Sequence[Row], model: Model, confidence: float) -> dict[str, Estimate]:
-    """The part of their time that robots, chargers and the servers of stations are busy, the busiest first.
+    """The part of their time that robots, chargers and the servers of stations are busy, what holds most up first.
 
-    A robot that waits, for work, in a queue, in traffic or for a repair, is not busy: others hold it up. Time outside
-    their hours is not the time of robots and stations. Nothing is said of servers where robots unload elsewhere, too,
-    or load in stations.
+    A robot that waits, for work, in a queue, in traffic or for a repair, is not busy: others hold it up. Where robots
+    wait in traffic longer than they are busy, that is a part of its own, `traffic`, and as robots have no other time
+    left, the two together say how scarce they are. Time outside their hours is not the time of robots and stations.
+    Nothing is said of servers where robots unload elsewhere, too, or load in stations.
     """
     rows = [row for row in runs if row.outcome.error is None]
     counted = model.run.warm_up, model.run.end
@@ -52,6 +55,7 @@ def busy_shares(runs: Sequence[Row], model: Model, confidence: float) -> dict[st
     stand = indicators_of(model)["robots"]
     values = {
         "robots": [busy_share([row.value(name) for name in stand], _off_duty(row, model)) for row in rows],
+        "traffic": [on_duty(row.value(f"share_{WAITING.name}"), _off_duty(row, model)) for row in rows],
         "chargers": [row.value("charger_utilisation") for row in rows],
         "stations": [row.value("share_unloading") * each for row in rows] if servers and _unloads_only(model) else [],
     }
@@ -61,7 +65,13 @@ def busy_shares(runs: Sequence[Row], model: Model, confidence: float) -> dict[st
         for name, given in values.items()
         if given and all(map(math.isfinite, given))
     }
-    return dict(sorted(found.items(), key=lambda item: -item[1].mean))
+    rank = {name: one.mean for name, one in found.items()}
+    if found.keys() >= {"robots", "traffic"}:
+        if found["traffic"].mean > found["robots"].mean:
+            rank["traffic"] += rank["robots"]
+        else:
+            del found["traffic"]
+    return dict(sorted(found.items(), key=lambda item: -rank[item[0]]))
 
 
 def _unloads_only(model: Model) -> bool:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Generic, Literal, TypeVar
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, spoken
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING, bounds, bounds_of, gaps
 from desim_warehouse.study.statistics.procedure import Procedure, follow, request
@@ -79,7 +79,7 @@ class Sizing(Generic[V]):
         else:
             parts = [f"{self.smallest} is the smallest shown to {aim}"]
         if self.vetoed:
-            values = " and ".join(str(value) for value, _ in self.vetoed)
+            values = spoken(str(value) for value, _ in self.vetoed)
             parts.append(f"only as counted with {values}: {self.vetoed[0][1]}")
         if self.below is not None and self.below.verdict == "undecided":
             alone = "" if self.below.outlier is None else f", for replication {self.below.outlier} alone"

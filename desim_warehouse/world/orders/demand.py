@@ -29,6 +29,7 @@ class Demand:
 
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
+        self.robots = model.fleet.size
         self.storage = layout.storage
         self.own = own_destinations(model, layout)
         self.streams = streams
@@ -50,7 +51,7 @@ class Demand:
         if isinstance(goods, PoissonGoods):
             self.env.process(self._arrivals(goods))
         elif isinstance(goods, SaturatedGoods):
-            for _ in range(goods.saturated):
+            for _ in range(goods.open(self.robots)):
                 self._release(self._draw(), goods.due_within)
         elif isinstance(goods, RandomGoods):
             self.total = goods.random
@@ -71,7 +72,7 @@ class Demand:
         """
         self._open -= len(task.tasks)
         for _ in task.tasks:
-            if isinstance(self.goods, SaturatedGoods) and self._open < self.goods.saturated:
+            if isinstance(self.goods, SaturatedGoods) and self._open < self.goods.open(self.robots):
                 self._release(self._draw(), self.goods.due_within)
 
     def returned(self, task: Task) -> None:
