@@ -80,7 +80,7 @@ def test_the_content_is_plain_json_with_defaults_but_without_what_is_empty():
     model = load(MULTIBOTS, POLICY)
     content = model.content()
     assert json.loads(json.dumps(content, allow_nan=False)) == content
-    assert content["fleet"]["robot"] == {"radius": 12.5, "speed": 4, "margin": 8, "capacity": 1}
+    assert content["fleet"]["robot"] == {"radius": 12.5, "speed": 4, "margin": 8, "keeps": "distance", "capacity": 1}
     assert content["run"] == {"warm_up": 0, "start": "00:00"}
     assert content["policies"]["routing"] == "highways"
     assert content["policies"]["charging"] == {"name": "threshold", "levels": {"a": {"c": 3}, "b": [1, 2]}}
