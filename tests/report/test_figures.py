@@ -183,6 +183,7 @@ def test_a_sampled_surface_keeps_its_points():
 
 def test_utilisation_stacks_to_one_and_shows_the_tallies(run):
     ax = plot.utilisation(run)
+    assert [label.get_text() for label in ax.get_yticklabels()][:2] == ["0 %", "20 %"]
     stacks = np.array([[bar.get_height() for bar in container] for container in ax.containers])
     np.testing.assert_allclose(stacks.sum(axis=0), 1.0)
     states = [state for state in palette.STATE_COLOURS if state in run.robots]

@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from desim_warehouse.model import Model
@@ -162,6 +163,11 @@ def legend(ax: Axes, entries: int, name: str | None = None, **options: Any) -> N
     """A legend beside the plot; none for a single entry without a name."""
     if entries > 1 or name:
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=name and text(name), **options)
+
+
+def in_percent(axis: Axis) -> None:
+    """Marks of an axis of shares, as in 25 %."""
+    axis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
 
 
 def floor_axes(axes: Axes, model: Model, xs: tuple[float, float], ys: tuple[float, float]) -> None:
