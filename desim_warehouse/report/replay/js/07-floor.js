@@ -5,8 +5,9 @@ class Floor {
     this.header = header;
     this.edges = edges;
     this.radius = header.radii.reduce((a, b) => Math.max(a, b), 0);
+    this.slot = header.slot || this.radius; // the radius for which slots have room
     this.span = Array.from({ length: edges.real }, (_, i) => Math.hypot(edges.dx[i], edges.dy[i]));
-    this.cell = this.cellSize();
+    this.cell = header.cell; // the side of its cells, if it is a grid of them; else 0
     this.storageX = totals(columns.storage_x).map((value) => value * header.grain);
     this.storageY = totals(columns.storage_y).map((value) => value * header.grain);
     this.storageEdge = totals(columns.storage_edge);
@@ -23,17 +24,6 @@ class Floor {
   // The length that separates lanes: a quarter of all edges are shorter.
   get pitch() {
     return (this.quarter ??= this.span.slice().sort((a, b) => a - b)[Math.floor(this.span.length / 4)] ?? Infinity);
-  }
-
-  // The side of the cells if the floor is a grid of them, one robot to each: many edges along x or y, nearly all of one
-  // length, not much longer than a robot; else 0.
-  cellSize() {
-    const { dx, dy } = this.edges;
-    if (this.header.goods_size || this.header.nodes.length < 64) return 0;
-    const size = this.pitch;
-    if (size > 8 * this.radius) return 0;
-    const fits = this.span.filter((long, i) => Math.abs(long - size) < size * 1e-6 && (dx[i] === 0 || dy[i] === 0));
-    return fits.length > 0.9 * this.span.length ? size : 0;
   }
 
   // Where goods have no size of their own they lie on their edge: shown to the right of it; or below their node.
@@ -70,7 +60,7 @@ class Floor {
     let next = 0;
     return this.header.zones.map(([kind, name, node, count]) => {
       const places = this.header.places.slice(next, (next += count));
-      const xs = places.map((p) => p[0]), ys = places.map((p) => p[1]), r = this.radius * 1.25;
+      const xs = places.map((p) => p[0]), ys = places.map((p) => p[1]), r = this.slot * (this.cell ? 1 : 1.25);
       const [number, resource] = (kind === "station" ? servers : chargers).get(node) ?? [0, -1];
       return { kind, name, node, places, number, resource, left: Math.min(...xs) - r, right: Math.max(...xs) + r,
         top: Math.min(...ys) - r, bottom: Math.max(...ys) + r };

@@ -56,8 +56,9 @@ class Scene {
   // A robot in a slot is not drawn over its neighbours.
   radius(robot) {
     const size = this.header.radii[robot] * this.view.scale;
-    const room = this.tracks.on[robot] < this.edges.real ? this.small : Math.min(this.small, 1.25 * size);
-    return Math.max(size, room, 1.6);
+    if (this.tracks.on[robot] < this.edges.real) return Math.max(size, this.small, 1.6);
+    const room = this.header.slot ? this.header.slot * this.view.scale : Infinity;
+    return Math.max(Math.min(size, room), Math.min(this.small, 1.25 * size, room), 1.6);
   }
 
   draw(time) {
@@ -188,9 +189,10 @@ class Scene {
       ctx.fillRect(x - wide / 2, y, wide, 4);
       ctx.fillStyle = zone.kind === "bay" ? colours.full : colours.outLine;
       ctx.fillRect(x - wide / 2, y, wide * (used || 0), 4);
-      if (room < 44 || !(used || queue)) continue;
+      if (room < 44) continue;
       ctx.fillStyle = colours.ink;
-      this.write(`${percent(used)}${queue ? `, queue ${queue}` : ""}`, x, outward > 0 ? y + 6 : y - 12);
+      const state = used || queue ? `${percent(used)}${queue ? `, queue ${queue}` : ""}` : "", named = `${zone.name} ${state}`.trim();
+      this.write(ctx.measureText(named).width < room - 6 ? named : state, x, outward > 0 ? y + 6 : y - 12);
     }
     for (const node of this.floor.outlets) {
       const [wx, wy] = this.floor.below(node), x = wx * s + view.x, y = wy * s + view.y + 3;
