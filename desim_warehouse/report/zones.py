@@ -35,6 +35,8 @@ _INSIDE = 0.9
 """Share of the side of a cell that its slots take up."""
 _ALIKE = 0.9
 """Share of the edges of a grid that are steps."""
+DEEP = 8
+"""The most slots in a row away from the node."""
 SPREAD = 0.85
 """Share of the shortest edge at a node that its slots may take up side by side."""
 
@@ -47,6 +49,8 @@ class Zone:
     name: str
     node: str
     places: tuple[Point, ...]
+    room: float
+    """The radius for which each slot has room; a robot may be drawn smaller there."""
 
 
 def robot_radii(model: Model) -> list[float]:
@@ -67,10 +71,11 @@ def zones(model: Model, layout: Layout) -> list[Zone]:
         count = _slots(start, node, bay)
         beside = not here.get("in_lane")
         slots = _places(layout, node, count, largest, 0) if beside else ((here["x"], here["y"]),)
-        result.append(Zone("bay", bay.zone, node, slots))
+        result.append(Zone("bay", bay.zone, node, slots, largest))
     for node, station in layout.stations.items():
         nth = 1 if node in layout.bays else 0
-        result.append(Zone("station", station.zone, node, _places(layout, node, station.places, largest, nth)))
+        slots = _places(layout, node, station.places, largest, nth)
+        result.append(Zone("station", station.zone, node, slots, largest))
     return result
 
 
@@ -93,26 +98,14 @@ def cell_size(model: Model, layout: Layout) -> float:
     return usual if alike and usual <= _ROOMY * max(robot_radii(model)) else 0.0
 
 
-def room_of_slot(shown: list[Zone], cell: float) -> float:
-    """The radius that a slot has room for, where slots lie inside cells."""
-    count = max((len(zone.places) for zone in shown), default=1)
-    shared = len({zone.node for zone in shown}) < len(shown)
-    return cell * _INSIDE / 2 / max(_across(count), 2 if shared else 1)
-
-
 def _slots(start: Sequence[str], node: str, bay: BayPlaces) -> int:
     """The slots of a bay; without a number one for each robot that starts there."""
     return max(start.count(node) if bay.places is None else bay.places, 1)
 
 
-def _across(count: int) -> int:
-    """Slots side by side in a cell."""
-    return math.ceil(math.sqrt(count))
-
-
 def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
     """Slots in rows inside the cells of their nodes; where a bay and a station share one, each has a half."""
-    start = model.fleet.homes(layout.bays)
+    start, largest = model.fleet.homes(layout.bays), max(robot_radii(model))
     zones = [("bay", bay.zone, node, _slots(start, node, bay)) for node, bay in layout.bays.items()]
     zones += [("station", one.zone, node, one.places) for node, one in layout.stations.items()]
     made = []
@@ -120,14 +113,14 @@ def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
         here, shared = layout.graph.nodes[node], node in layout.bays and node in layout.stations
         high = _INSIDE * cell / (2 if shared else 1)
         middle = here["y"] + (0.0 if not shared else -high / 2 if kind == "bay" else high / 2)
-        across = _across(count)
+        across = math.ceil(math.sqrt(count))
         wide, deep = _INSIDE * cell / across, high / math.ceil(count / across)
         places = []
         for number in range(count):
             row, column = divmod(number, across)
             x = here["x"] - _INSIDE * cell / 2 + (column + 0.5) * wide
             places.append((x, middle - high / 2 + (row + 0.5) * deep))
-        made.append(Zone(kind, name, node, tuple(places)))
+        made.append(Zone(kind, name, node, tuple(places), min(wide, deep, 2 * largest) / 2))
     return made
 
 
@@ -142,7 +135,7 @@ def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> t
     ]
     pitch = PITCH * radius
     narrow = not free or (node in layout.bays and node in layout.stations)
-    wide = max(1, min(count, NARROW if narrow else count, int(SPREAD * min(lengths, default=pitch) / pitch)))
+    wide = max(-(-count // DEEP), min(count, NARROW if narrow else count, int(SPREAD * min(lengths, default=pitch) / pitch)))
     places = []
     for number in range(count):
         row, column = divmod(number, wide)

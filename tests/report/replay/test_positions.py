@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.positions import Positions
-from desim_warehouse.report.zones import cell_size, room_of_slot, zones
+from desim_warehouse.report.zones import cell_size, zones
 from tests.report.replay.floors import RUNS, busy, busy_run, drawn_run, grid_run, jammed_run, paper_run, people_run
 
 EPS = 1e-6
@@ -183,13 +183,12 @@ def test_slots_on_a_grid_are_inside_their_cell_and_clear_of_each_other() -> None
     model, layout = run.model, run.history.layout
     assert cell_size(model, layout) == 1.0
     shown = zones(model, layout)
-    radius = room_of_slot(shown, 1.0)
     assert [len(zone.places) for zone in shown] == [2, 2, 2]
     for zone in shown:
         node = layout.graph.nodes[zone.node]
         for x, y in zone.places:
-            assert max(abs(x - node["x"]), abs(y - node["y"])) + radius <= 0.5
-        assert math.dist(*zone.places) >= 2 * radius
+            assert max(abs(x - node["x"]), abs(y - node["y"])) + zone.room <= 0.5
+        assert math.dist(*zone.places) >= 2 * zone.room
 
 
 def test_floors_that_are_no_grid_have_their_slots_beside_the_node() -> None:

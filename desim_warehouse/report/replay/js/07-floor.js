@@ -5,7 +5,6 @@ class Floor {
     this.header = header;
     this.edges = edges;
     this.radius = header.radii.reduce((a, b) => Math.max(a, b), 0);
-    this.slot = header.slot || this.radius; // the radius for which slots have room
     this.span = Array.from({ length: edges.real }, (_, i) => Math.hypot(edges.dx[i], edges.dy[i]));
     this.cell = header.cell; // the side of its cells, if it is a grid of them; else 0
     this.storageX = totals(columns.storage_x).map((value) => value * header.grain);
@@ -16,6 +15,7 @@ class Floor {
     this.shelves = new Set(this.cell ? Array.from(this.storageEdge).filter((edge) => edge < 0).map((edge) => -1 - edge) : []);
     this.floor = this.extent();
     this.zones = this.boxes();
+    this.room = this.zones.flatMap(({ places, room }) => places.map(() => room)); // radius that fits, by slot
     this.bounds = this.everything();
     this.longestName = Math.min(header.nodes.reduce((most, [name]) => Math.max(most, name.length), 1), 14);
     this.sheet = document.createElement("canvas");
@@ -58,11 +58,11 @@ class Floor {
       (kind === "station" ? servers : chargers).set(node, [number, i]);
     });
     let next = 0;
-    return this.header.zones.map(([kind, name, node, count]) => {
+    return this.header.zones.map(([kind, name, node, count, room]) => {
       const places = this.header.places.slice(next, (next += count));
-      const xs = places.map((p) => p[0]), ys = places.map((p) => p[1]), r = this.slot * (this.cell ? 1 : 1.25);
+      const xs = places.map((p) => p[0]), ys = places.map((p) => p[1]), r = room * (this.cell ? 1 : 1.25);
       const [number, resource] = (kind === "station" ? servers : chargers).get(node) ?? [0, -1];
-      return { kind, name, node, places, number, resource, left: Math.min(...xs) - r, right: Math.max(...xs) + r,
+      return { kind, name, node, places, room, number, resource, left: Math.min(...xs) - r, right: Math.max(...xs) + r,
         top: Math.min(...ys) - r, bottom: Math.max(...ys) + r };
     });
   }
@@ -88,19 +88,13 @@ class Floor {
     return [x, y + Math.max(this.header.aisle / 2, this.cell / 2, this.radius * 2)];
   }
 
-  // The least distance between zones of a kind of which there is something to write.
-  apart(kind) {
-    this.nearest ??= Object.fromEntries(["bay", "station"].map((one) => [one, this.gap(one)]));
-    return this.nearest[kind];
-  }
-
-  gap(kind) {
-    const places = this.zones.filter((zone) => zone.resource >= 0 && zone.kind === kind).map((zone) => this.beside(zone));
-    let least = Infinity;
-    for (let i = 0; i < places.length; i++)
-      for (let j = 0; j < i; j++)
-        least = Math.min(least, Math.max(Math.abs(places[i][0] - places[j][0]), 4 * Math.abs(places[i][1] - places[j][1])));
-    return least;
+  // The distance from a zone to the nearest of its kind of which there is something to write.
+  apart(zone) {
+    return (zone.apart ??= this.zones.reduce((least, other) => {
+      if (other === zone || other.resource < 0 || other.kind !== zone.kind) return least;
+      const [x, y] = this.beside(zone), [ox, oy] = this.beside(other);
+      return Math.min(least, Math.max(Math.abs(x - ox), 4 * Math.abs(y - oy)));
+    }, Infinity));
   }
 
   everything() {

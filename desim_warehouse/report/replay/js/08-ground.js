@@ -74,7 +74,7 @@ Object.assign(Floor.prototype, {
 
   // The slots of a bay or station; those with a charger show a bolt.
   slots(ctx, view, colours, zone) {
-    const s = view.scale, r = this.slot * s, bay = zone.kind === "bay";
+    const s = view.scale, r = zone.room * s, bay = zone.kind === "bay";
     if (r < 2) return;
     ctx.fillStyle = ctx.strokeStyle = bay ? colours.bayLine : colours.outLine;
     ctx.lineWidth = 1;
