@@ -135,7 +135,8 @@ def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> t
     ]
     pitch = PITCH * radius
     narrow = not free or (node in layout.bays and node in layout.stations)
-    wide = max(-(-count // DEEP), min(count, NARROW if narrow else count, int(SPREAD * min(lengths, default=pitch) / pitch)))
+    fit = int(SPREAD * min(lengths, default=pitch) / pitch)
+    wide = max(-(-count // DEEP), min(count, NARROW if narrow else count, fit))
     places = []
     for number in range(count):
         row, column = divmod(number, wide)
