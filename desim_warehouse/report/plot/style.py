@@ -92,11 +92,16 @@ def _axes_class() -> type[Axes]:
             """The whole figure, in twice the density of a screen, with an alternative text."""
             from io import BytesIO
 
+            from matplotlib.transforms import Bbox
+
             figure = self.get_figure(root=True)
             assert figure is not None
             file = BytesIO()
-            figure.savefig(file, format="png", dpi=180)
-            width, height = figure.get_size_inches()
+            figure.draw_without_rendering()
+            sheet = Bbox.from_bounds(0, 0, *figure.get_size_inches())
+            whole = Bbox.union([sheet, figure.get_tightbbox().padded(0.03)])  # words beside a floor may leave the sheet
+            figure.savefig(file, format="png", dpi=180, bbox_inches=whole)
+            width, height = whole.size
             return file.getvalue(), {
                 "width": round(90 * width),
                 "height": round(90 * height),
