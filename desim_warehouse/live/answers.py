@@ -15,7 +15,7 @@ from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import looked_at, looks
+from desim_warehouse.study.statistics import looked_at, looks, runs_to_tell
 from desim_warehouse.study.table import Row
 
 if TYPE_CHECKING:
@@ -181,8 +181,8 @@ class RunsSoFar:
         aim = f"Target: {words.target(target)}."
         if verdict not in {"early", "open"} or found.half_width is None:
             return (aim,)
-        gap = abs(found.mean - target.value)
-        need = self.n * (1.5 * found.half_width / gap) ** 2 if gap else math.inf
+        values = [row.value(self.main) for row in self.rows]
+        need = runs_to_tell(values, target, 0.5 + CONFIDENCE / 2, within(target.indicator)) or math.inf
         later = next((n for n, _ in looks(1000) if n > self.n and n >= need), None)
         if later is None:
             return aim, "It may stay too close to tell."

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import html
 import json
+import re
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -73,7 +74,7 @@ def joined(package: str, parts: Mapping[str, str], shared: Sequence[str] = (), p
         "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">' if policy else "",
         "style": colours() + _read(common.joinpath("web.css")) + _read(home.joinpath("page.css")),
         "body": _filled(_read(home.joinpath("page.html")), parts),
-        "script": "\n".join(_read(item) for item in scripts if item.name.endswith(".js")),
+        "script": "\n".join(_bare(_read(item)) for item in scripts if item.name.endswith(".js")),
     }
     return _filled(_read(common.joinpath("web.html")), whole)
 
@@ -85,6 +86,11 @@ def _filled(template: str, parts: Mapping[str, str]) -> str:
         name, mark, rest = piece.partition("}}")
         result.append(parts[name] + rest if mark else piece)
     return "".join(result)
+
+
+def _bare(script: str) -> str:
+    """A script without indentation and lines of comment, which are a sixth of it; no text goes over two lines."""
+    return re.sub(r"^ *(//.*\n)?", "", script, flags=re.MULTILINE)
 
 
 def _read(item: Traversable) -> str:

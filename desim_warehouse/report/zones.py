@@ -1,4 +1,7 @@
-"""Where bays and stations are drawn: slots beside their node, on a side without edges; one in the lane on its node."""
+"""Where bays and stations are drawn: slots beside their node, on a side without edges; one in the lane on its node.
+
+On a grid of cells they are inside the cell of their node, as beside it are others.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +11,10 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import BayPlaces
     from desim_warehouse.model import Model
 
 Point = tuple[float, float]
@@ -21,6 +27,16 @@ PITCH = 2.6
 """From slot to slot, in radii."""
 NARROW = 2
 """Slots side by side where edges or another zone are near."""
+_CELLS = 64
+"""Nodes from which on a floor may be a grid of cells."""
+_ROOMY = 8
+"""Radii beyond which an edge is no step from cell to cell."""
+_INSIDE = 0.9
+"""Share of the side of a cell that its slots take up."""
+_ALIKE = 0.9
+"""Share of the edges of a grid that are steps."""
+DEEP = 8
+"""The most slots in a row away from the node."""
 SPREAD = 0.85
 """Share of the shortest edge at a node that its slots may take up side by side."""
 
@@ -33,6 +49,8 @@ class Zone:
     name: str
     node: str
     places: tuple[Point, ...]
+    room: float
+    """The radius for which each slot has room; a robot may be drawn smaller there."""
 
 
 def robot_radii(model: Model) -> list[float]:
@@ -44,17 +62,66 @@ def zones(model: Model, layout: Layout) -> list[Zone]:
     """All bays, then all stations, with their slots."""
     start = model.fleet.homes(layout.bays)
     largest = max(robot_radii(model))
+    cell = cell_size(model, layout)
+    if cell:
+        return _in_cells(model, layout, cell)
     result = []
     for node, bay in layout.bays.items():
         here = layout.graph.nodes[node]
-        count = start.count(node) if bay.places is None else bay.places
+        count = _slots(start, node, bay)
         beside = not here.get("in_lane")
-        slots = _places(layout, node, max(count, 1), largest, 0) if beside else ((here["x"], here["y"]),)
-        result.append(Zone("bay", bay.zone, node, slots))
+        slots = _places(layout, node, count, largest, 0) if beside else ((here["x"], here["y"]),)
+        result.append(Zone("bay", bay.zone, node, slots, largest))
     for node, station in layout.stations.items():
         nth = 1 if node in layout.bays else 0
-        result.append(Zone("station", station.zone, node, _places(layout, node, station.places, largest, nth)))
+        slots = _places(layout, node, station.places, largest, nth)
+        result.append(Zone("station", station.zone, node, slots, largest))
     return result
+
+
+@lru_cache(maxsize=32)
+def _steps(layout: Layout) -> tuple[float, bool]:
+    """The usual length of an edge, that of a quarter of them at most, and whether nearly all go so far along x or y."""
+    at = {node: (data["x"], data["y"]) for node, data in layout.graph.nodes(data=True)}
+    ways = [(at[b][0] - at[a][0], at[b][1] - at[a][1]) for a, b in layout.graph.edges]
+    spans = sorted(math.hypot(*way) for way in ways)
+    usual = spans[len(spans) // 4]
+    fits = sum(abs(abs(dx + dy) - usual) < 1e-6 * usual and 0.0 in (dx, dy) for dx, dy in ways)
+    return usual, fits > _ALIKE * len(ways)
+
+
+def cell_size(model: Model, layout: Layout) -> float:
+    """The side of the cells, one robot to each, if the floor is a grid of them; else 0."""
+    if layout.goods_size or len(layout.graph) < _CELLS:
+        return 0.0
+    usual, alike = _steps(layout)
+    return usual if alike and usual <= _ROOMY * max(robot_radii(model)) else 0.0
+
+
+def _slots(start: Sequence[str], node: str, bay: BayPlaces) -> int:
+    """The slots of a bay; without a number one for each robot that starts there."""
+    return max(start.count(node) if bay.places is None else bay.places, 1)
+
+
+def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
+    """Slots in rows inside the cells of their nodes; where a bay and a station share one, each has a half."""
+    start, largest = model.fleet.homes(layout.bays), max(robot_radii(model))
+    zones = [("bay", bay.zone, node, _slots(start, node, bay)) for node, bay in layout.bays.items()]
+    zones += [("station", one.zone, node, one.places) for node, one in layout.stations.items()]
+    made = []
+    for kind, name, node, count in zones:
+        here, shared = layout.graph.nodes[node], node in layout.bays and node in layout.stations
+        high = _INSIDE * cell / (2 if shared else 1)
+        middle = here["y"] + (0.0 if not shared else -high / 2 if kind == "bay" else high / 2)
+        across = math.ceil(math.sqrt(count))
+        wide, deep = _INSIDE * cell / across, high / math.ceil(count / across)
+        places = []
+        for number in range(count):
+            row, column = divmod(number, across)
+            x = here["x"] - _INSIDE * cell / 2 + (column + 0.5) * wide
+            places.append((x, middle - high / 2 + (row + 0.5) * deep))
+        made.append(Zone(kind, name, node, tuple(places), min(wide, deep, 2 * largest) / 2))
+    return made
 
 
 def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> tuple[Point, ...]:
@@ -68,7 +135,8 @@ def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> t
     ]
     pitch = PITCH * radius
     narrow = not free or (node in layout.bays and node in layout.stations)
-    wide = max(1, min(count, NARROW if narrow else count, int(SPREAD * min(lengths, default=pitch) / pitch)))
+    fit = int(SPREAD * min(lengths, default=pitch) / pitch)
+    wide = max(-(-count // DEEP), min(count, NARROW if narrow else count, fit))
     places = []
     for number in range(count):
         row, column = divmod(number, wide)

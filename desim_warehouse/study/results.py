@@ -259,7 +259,7 @@ class Results:
 
     def estimate(self, rows: Sequence[Row], indicator: str) -> statistics.Estimate | None:
         """Mean and interval of an indicator over runs of one design, None where none gave a value."""
-        values = [value for row in rows if math.isfinite(value := row.value(indicator))]
+        values = _known(rows, indicator)
         if not values:
             return None
         return statistics.estimate(
@@ -271,7 +271,7 @@ class Results:
         self.chosen([indicator])
         found: dict[int, statistics.QuantileEstimate | None] = {}
         for number, rows in self.by_point.items():
-            values = [value for row in rows if math.isfinite(value := row.value(indicator))]
+            values = _known(rows, indicator)
             exact = _deterministic(rows)
             found[number] = (
                 statistics.quantile(values, share, self.plan.confidence, deterministic=exact) if values else None
@@ -348,8 +348,7 @@ class Results:
         goal = self.target
         if goal is None:
             return {}
-        values = {design: self.values(design, goal.indicator) for design in self.designs}
-        known = {design: found[np.isfinite(found)].tolist() for design, found in values.items()}
+        known = {design: _known(self.runs(design), goal.indicator) for design in self.designs}
         level = 1 - (1 - self.plan.confidence) / max(sum(map(bool, known.values())), 1)
         found = {}
         for design, given in known.items():
@@ -359,6 +358,18 @@ class Results:
                 lasts = not any(said.code in LASTING for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
+
+    @cached_property
+    def runs_to_tell(self) -> Mapping[str, int | None]:
+        """Of designs that are too close to the target, how many runs in all would probably tell; None: too many."""
+        goal = self.target
+        return {
+            design: statistics.runs_to_tell(
+                _known(self.runs(design), goal.indicator), goal, one.level, within(goal.indicator)
+            )
+            for design, one in self.judged.items()
+            if goal is not None and one.verdict == "undecided" and one.n > 1
+        }
 
     def _compared(self, table: Mapping[str, Any], base: str, method: str) -> statistics.Comparison:
         kind = cast("Literal['bonferroni', 'holm']", method)
@@ -391,6 +402,11 @@ class Results:
             means.append(math.fsum(values) / len(values))
         design = saltelli(plan.factors, plan.rule.size, plan.seed)
         return statistics.saltelli_indices(design, means, plan.confidence)
+
+
+def _known(rows: Sequence[Row], indicator: str) -> list[float]:
+    """The values of an indicator in the runs that have one."""
+    return [value for row in rows if math.isfinite(value := row.value(indicator))]
 
 
 def _deterministic(rows: Sequence[Row]) -> bool:

@@ -10,7 +10,10 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
+import desim_warehouse as dw
 from desim_warehouse.cli import desim
+from desim_warehouse.report.text import words
+from desim_warehouse.report.write import report
 from desim_warehouse.study.results import Results
 from tests.browser.pages import Opened
 
@@ -28,6 +31,13 @@ BOXES = (
     "return Array.from(document.querySelectorAll(arguments[0]), (one) => {"
     "const box = one.getBoundingClientRect(); return [box.left, box.top, box.right, box.bottom]; })"
 )
+
+OUTSIDE = """return Array.from(document.querySelectorAll("table, figure, img, svg, pre, p"), (one) => {
+  const box = one.getBoundingClientRect(), around = one.parentElement.getBoundingClientRect();
+  const scrolls = getComputedStyle(one.parentElement).overflowX === "auto";
+  return scrolls || (box.left >= around.left - 1 && box.right <= around.right + 1) ? "" : one.outerHTML.slice(0, 80);
+}).filter(Boolean)"""
+"""Parts of a page that leave their box, where that does not scroll."""
 
 
 def call(line: str) -> str:
@@ -222,11 +232,37 @@ def test_the_target_is_a_line_a_column_and_an_answer(browser: Any, tmp_path: Pat
     page = Opened(browser, tmp_path / "page.html")
     assert "target: task time at most 2,000 steps" in page.browser.find_element("id", "curve").text
     assert page.text("answers").startswith("Task time at most 2,000 steps is reached ")
+    assert [page.attribute(f"{side}-0", "value") for side in "ab"] == ["0", "2"]  # one robot beside three
     heads = [cell.text for cell in page.browser.find_elements("css selector", "#designs th[scope=col]")]
     column = heads.index("task time at most 2,000 steps")
     rows = page.browser.find_elements("css selector", "#designs tbody tr")
     shown = [row.find_elements("css selector", "th, td")[column].text for row in rows]
     results = Results.load(tmp_path / "out")
-    words = {"meets": "met", "fails": "not met", "undecided": "too close to tell"}
-    assert shown == [words[one.verdict] for one in results.judged.values()]
+    assert shown == [words.met_or_when(results, design) for design in results.designs]
+    assert page.complaints() == []
+
+
+@pytest.fixture(scope="module")
+def uneven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
+    """What-if page and report of four designs with as many runs as each needs, some of which cannot keep up."""
+    folder = tmp_path_factory.mktemp("uneven")
+    study = dw.Study(
+        "models/multibots.yaml",
+        {"fleet.size": [1, 6], "policies.allocation": ["in-order", "nearest"]},
+        changes={"tasks.goods": {"poisson": 400}, "run.length": 10000, "run.warm_up": 2000},
+        replications={"indicator": "throughput_per_hour", "half_width": 0.1, "minimum": 2, "cap": 6},
+        target="throughput_per_hour >= 380",
+    ).run(out=folder / "study")
+    assert len({len(study.results.runs(design)) for design in study.results.designs}) > 1
+    study.page(folder / "page.html")
+    return folder / "page.html", report(folder / "study", folder / "report.html")
+
+
+@pytest.mark.parametrize("which", [0, 1])
+def test_unequal_runs_fit_screens_of_any_width(browser: Any, uneven: tuple[Path, Path], which: int) -> None:
+    page = Opened(browser, uneven[which])
+    for width in (390, 1024, 1280, 1400, 1920):
+        page.enlarge(width, 900, mobile=width == 390)
+        assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
+        assert page.browser.execute_script(OUTSIDE) == [], width
     assert page.complaints() == []

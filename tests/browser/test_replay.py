@@ -20,6 +20,7 @@ from tests.browser.pages import READY, Opened, Page
 from tests.report.replay.floors import (
     RUNS,
     WALLS,
+    busy,
     busy_run,
     due_run,
     grid_run,
@@ -516,3 +517,17 @@ def test_a_station_of_the_table_is_shown_on_the_floor(browser: Any, tmp_path: Pa
     button.click()
     page.frame()
     assert page.text("said").startswith(button.text)
+
+
+def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser: Any, tmp_path: Path) -> None:
+    layout = busy()["layout"] | {"stations": {"goods_out_at_the_north_gate_2": {"at": ["J"], "places": 3}}}
+    run = dw.simulate(dw.load(busy(layout=layout, tasks=busy()["tasks"] | {"unload_at": ["J"] * 16})), seed=1)
+    page = Page(browser, run, tmp_path)
+    ends = (
+        "return ['#stations table', '#stations section', 'html'].map("
+        "(one) => document.querySelector(one).getBoundingClientRect().right)"
+    )
+    for width in (390, 1024, 1280, 1400, 1920):
+        page.enlarge(width, 900, mobile=width == 390)
+        table, box, screen = page.browser.execute_script(ends)
+        assert table <= box <= screen <= width

@@ -36,3 +36,10 @@ def test_parts_of_the_pages_do_in_node_what_was_worked_out_by_hand():
         ["--test", *map(str, sorted(HERE.glob("*.test.mjs")))], return_completed_process=True, capture_output=True
     )
     assert done.returncode == 0, done.stdout.decode()
+
+
+def test_no_text_of_a_script_goes_over_two_lines():
+    """Pages leave out indentation and lines of comment, as if they were nothing but that."""
+    lines = [line for path in PACKAGE.rglob("*.js") for line in path.read_text(encoding="utf-8").splitlines()]
+    assert lines
+    assert [line for line in lines if line.count("`") % 2] == []

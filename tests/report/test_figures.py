@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import io
+
 import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
+from PIL import Image
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
@@ -14,7 +17,7 @@ from desim_warehouse.report import palette
 from desim_warehouse.report.plot.heat import edge_values
 from desim_warehouse.study.statistics import compare, mser, welch
 from desim_warehouse.study.warm_up import settle
-from tests.report.replay.floors import spurs_run
+from tests.report.replay.floors import people_run, spurs_run
 
 plot = dw.plot
 HALF_WIDTH = 4.302652729911275 / np.sqrt(3)
@@ -183,6 +186,7 @@ def test_a_sampled_surface_keeps_its_points():
 
 def test_utilisation_stacks_to_one_and_shows_the_tallies(run):
     ax = plot.utilisation(run)
+    assert [label.get_text() for label in ax.get_yticklabels()][:2] == ["0 %", "20 %"]
     stacks = np.array([[bar.get_height() for bar in container] for container in ax.containers])
     np.testing.assert_allclose(stacks.sum(axis=0), 1.0)
     states = [state for state in palette.STATE_COLOURS if state in run.robots]
@@ -434,3 +438,10 @@ def test_a_welch_plot_of_a_model_has_its_units_and_the_cut():
     cut = ax.lines[-1]
     assert cut.get_label() == "cut by MSER-5"
     assert list(cut.get_xdata()) == [found.time] * 2
+
+
+def test_no_word_beside_a_floor_is_cut_off_at_the_edge_of_its_picture():
+    data, size = plot.congestion(people_run())._repr_png_()
+    drawn = np.asarray(Image.open(io.BytesIO(data)).convert("L"))
+    assert min(drawn[:, 0].min(), drawn[:, -1].min(), drawn[0].min(), drawn[-1].min()) == 255
+    assert drawn.shape == pytest.approx((2 * size["height"], 2 * size["width"]), abs=2)

@@ -131,7 +131,7 @@ def _design(study: Results, design: str) -> dict[str, Any]:
         "counted_from": numbers.number(study.warm_ups[design]) if study.warm_ups else None,
         "wrong": [sentences.sentence(text) for text in wrong],
         "marks": sentences.marks(study, design),
-        "met": words.met(study, design) if study.target else None,
+        "met": words.met_or_when(study, design) if study.target else None,
     }
 
 

@@ -62,6 +62,6 @@ def battery(
         axes.set_ylim(min(0.0, lowest) * 1.05, max(spec.capacity for spec in specs) * 1.03)
         axes.set_xlim(begin, until)
         axes.set_xlabel(look.text(f"Time ({run.model.units.time})"))
-        axes.set_ylabel("Energy")
+        axes.set_ylabel("Energy (unit of the capacity)")
         look.legend(axes, len(shown) + 1 if few else 2)
         return axes

@@ -160,7 +160,7 @@ def _vertical(axes: Axes, indicator: str, found: list[Cell], target: float | Non
     elif all(min(cell.estimate.interval or [cell.estimate.mean]) >= 0 for cell in found):
         axes.set_ylim(bottom=0)
     if words.is_share(indicator):
-        axes.yaxis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
+        look.in_percent(axes.yaxis)
 
 
 def _target(axes: Axes, indicator: str, value: float, means: list[float]) -> None:

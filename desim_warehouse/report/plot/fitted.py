@@ -43,6 +43,7 @@ def fitted(
             axes.plot(at, one.share_below(at), label=one.distribution.words(unit), **line)
         axes.set_xlabel(look.text(f"Time ({unit})"))
         axes.set_ylabel("Share of times below")
+        look.in_percent(axes.yaxis)
         axes.set_ylim(0, 1.02)
         axes.legend(loc="lower right")
     return axes

@@ -67,6 +67,7 @@ def utilisation(
         axes.grid(visible=False, axis="x")
         axes.set_xlabel(look.text(across + over))
         axes.set_ylabel("Share of time")
+        look.in_percent(axes.yaxis)
         look.legend(axes, len(shares), reverse=True)
         return axes
 

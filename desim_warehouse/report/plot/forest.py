@@ -65,5 +65,7 @@ def differences(
         axes.set_ylim(len(rows) - 0.4, -0.6)
         axes.grid(visible=False, axis="y")
         axes.locator_params(axis="x", nbins=6)
+        if words.is_share(indicator):
+            look.in_percent(axes.xaxis)
         axes.set_xlabel(look.text(f"{words.indicator_label(indicator, units)}:\ndifference to {base}"))
         return axes

@@ -59,7 +59,9 @@ def surface(
         axes.set_ylabel(look.text(words.factor_label(y, units)))
         figure = axes.get_figure(root=True)
         assert figure is not None
-        figure.colorbar(shown, ax=axes, label=look.text(words.indicator_label(indicator, units)))
+        bar = figure.colorbar(shown, ax=axes, label=look.text(words.indicator_label(indicator, units)))
+        if words.is_share(indicator):
+            look.in_percent(bar.ax.yaxis)
         return axes
 
 

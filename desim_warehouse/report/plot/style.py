@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
     from desim_warehouse.model import Model
@@ -91,11 +92,16 @@ def _axes_class() -> type[Axes]:
             """The whole figure, in twice the density of a screen, with an alternative text."""
             from io import BytesIO
 
+            from matplotlib.transforms import Bbox
+
             figure = self.get_figure(root=True)
             assert figure is not None
             file = BytesIO()
-            figure.savefig(file, format="png", dpi=180)
-            width, height = figure.get_size_inches()
+            figure.draw_without_rendering()
+            sheet = Bbox.from_bounds(0, 0, *figure.get_size_inches())
+            whole = Bbox.union([sheet, figure.get_tightbbox().padded(0.03)])  # words beside a floor may leave the sheet
+            figure.savefig(file, format="png", dpi=180, bbox_inches=whole)
+            width, height = whole.size
             return file.getvalue(), {
                 "width": round(90 * width),
                 "height": round(90 * height),
@@ -162,6 +168,11 @@ def legend(ax: Axes, entries: int, name: str | None = None, **options: Any) -> N
     """A legend beside the plot; none for a single entry without a name."""
     if entries > 1 or name:
         ax.legend(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0, title=name and text(name), **options)
+
+
+def in_percent(axis: Axis) -> None:
+    """Marks of an axis of shares, as in 25 %."""
+    axis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
 
 
 def floor_axes(axes: Axes, model: Model, xs: tuple[float, float], ys: tuple[float, float]) -> None:

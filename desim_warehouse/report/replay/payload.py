@@ -20,7 +20,7 @@ from desim_warehouse.report.replay.lost import lost_to
 from desim_warehouse.report.replay.queues import resource_columns, worst
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
-from desim_warehouse.report.zones import robot_radii
+from desim_warehouse.report.zones import cell_size, robot_radii
 from desim_warehouse.states import APART, SHOWN, WAITING, Phase
 
 if TYPE_CHECKING:
@@ -83,6 +83,7 @@ def _header(
         "radii": robot_radii(model),
         "aisle": 0.0 if blocks is None else blocks.aisle_width,
         "goods_size": layout.goods_size,
+        "cell": cell_size(model, layout),
         "nodes": [[node, data["x"], data["y"]] for node, data in layout.graph.nodes(data=True)],
         "source": [number[node] for node in edges.source],
         "target": [number[node] for node in edges.target],
@@ -90,7 +91,7 @@ def _header(
         "real": edges.real,
         "two_way": [[edge, back] for edge, back in enumerate(edges.twin.tolist()) if edge < back],
         "places": edges.start[edges.real :].tolist(),
-        "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places)] for zone in positions.zones],
+        "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places), zone.room] for zone in positions.zones],
         "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
         "worst": worst(history, edges, places, scale),
         "lost": lost_to(history, scale),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import spoken
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.report.text import numbers, sentences, words
+from desim_warehouse.study.statistics import MOST_TO_TELL
 from desim_warehouse.study.table import is_numeric
 
 if TYPE_CHECKING:
@@ -81,7 +82,23 @@ def _on_target(study: Results) -> tuple[list[str], str | None]:
     count += f", {met['fails']} do{'es' * (met['fails'] == 1)} not"
     if met["undecided"]:
         count += f", {met['undecided']} {'is' if met['undecided'] == 1 else 'are'} too close to tell"
-    return [*(line for line, _ in found), f"{count}."], found[-1][1]
+    return [*(line for line, _ in found), f"{count}.{_runs_to_tell(study)}"], found[-1][1]
+
+
+def _runs_to_tell(study: Results) -> str:
+    """How many runs would tell of the designs that are too close to the target."""
+    needed = list(study.runs_to_tell.values())
+    if not needed:
+        return ""
+    known = [runs for runs in needed if runs is not None]
+    many = f"{numbers.number(MOST_TO_TELL)} runs"
+    if not known:
+        return f" Even {many} of {'it' if len(needed) == 1 else 'each'} might not tell."
+    enough = f" About {numbers.number(max(known))} runs of {'it' if len(needed) == 1 else 'each'} would probably tell"
+    beyond = len(needed) - len(known)
+    if not beyond:
+        return f"{enough}."
+    return f"{enough}; {beyond} {'is' if beyond == 1 else 'are'} so close that even {many} might not."
 
 
 def _met_first(study: Results, demand: str, designs: list[str]) -> tuple[str, str]:

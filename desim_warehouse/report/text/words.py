@@ -211,6 +211,12 @@ def met(study: Results, design: str) -> str:
     )
 
 
+def met_or_when(study: Results, design: str) -> str:
+    """The same, and how many runs would tell where it is too close: `too close to tell; about 40 runs would`."""
+    more = study.runs_to_tell.get(design)
+    return met(study, design) + (f"; about {number(more)} runs would" if more else "")
+
+
 def warm_up(study: Results) -> str:
     """What is not counted: one time for all designs, or found for each."""
     found, unit = study.warm_ups.values(), study.base.units.time

@@ -58,9 +58,11 @@ from desim_warehouse.study.statistics.screening import (
 from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_constants, kn_steps
 from desim_warehouse.study.statistics.shares import TaskShare
 from desim_warehouse.study.statistics.sizing import (
+    MOST_TO_TELL,
     DesignVerdict,
     Sizing,
     judged,
+    runs_to_tell,
     smallest_meeting,
     smallest_meeting_steps,
 )
@@ -77,6 +79,7 @@ from desim_warehouse.study.statistics.warmup import WarmUp, averaged, mser, welc
 
 __all__ = [
     "GLANCE",
+    "MOST_TO_TELL",
     "SMALL_BATCHES",
     "Between",
     "Budget",
@@ -132,6 +135,7 @@ __all__ = [
     "quantile_in_run",
     "replications_for_quantile",
     "replications_needed",
+    "runs_to_tell",
     "saltelli_design",
     "saltelli_indices",
     "scout_steps",

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Generic, Literal, TypeVar
@@ -22,6 +23,9 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
 FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
+MOST_TO_TELL = 1000
+"""Runs of a design beyond which it is not said how many would tell whether it meets a target."""
+_SPARE = 1.5  # times as far from the target as the bounds reach: five of six are told then
 
 
 @dataclass(frozen=True)
@@ -218,6 +222,31 @@ def judged(
         if _verdict(others, float(np.mean(others)), target, level, within, zone)[0] != "undecided":
             outlier = farthest
     return DesignVerdict(value, verdict, len(data), mean, low, high, level, False, within_zone, outlier)
+
+
+def runs_to_tell(values: Sequence[float], target: Target, level: float, within: Interval) -> int | None:
+    """How many runs in all would probably tell whether a design meets the target; None: more than `MOST_TO_TELL`.
+
+    Further runs are taken to be like those so far, whose mean lies 1.5 times as far from the target as the bounds
+    reach: were it the true one, five of six such designs would be told. At least two runs; `level` as of `judged`.
+    """
+    mean = float(np.mean(values))
+    wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
+    nearer = replace(target, value=mean + (target.value - mean) / (_SPARE * wider))
+
+    def told(runs: int) -> bool:
+        further = [values[run % len(values)] for run in range(runs)]
+        return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0)[0] != "undecided"
+
+    few, many = len(values), 2 * len(values)
+    while not told(many):
+        if many > MOST_TO_TELL:
+            return None
+        few, many = many, 2 * many
+    while many - few > 1:
+        middle = (few + many) // 2
+        few, many = (few, middle) if told(middle) else (middle, many)
+    return many if many <= MOST_TO_TELL else None
 
 
 def _verdict(

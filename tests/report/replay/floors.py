@@ -195,4 +195,5 @@ RUNS = {
     "jammed": jammed_run,
     "drawn": drawn_run,
     "people": people_run,
+    "grid": grid_run,
 }

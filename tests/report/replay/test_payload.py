@@ -199,7 +199,7 @@ def test_two_runs_are_told_apart_by_what_differs_in_their_models() -> None:
     assert labels([few.history]) == ["seed 0"]
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", [name for name in RUNS if name != "grid"])  # where nobody waits that long
 def test_a_robot_that_waits_on_a_lane_stands_still(name: str) -> None:
     run = RUNS[name]()
     where = Positions(run.history)

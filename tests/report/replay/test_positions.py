@@ -14,7 +14,8 @@ from hypothesis import strategies as st
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.positions import Positions
-from tests.report.replay.floors import RUNS, busy, busy_run, jammed_run, paper_run
+from desim_warehouse.report.zones import cell_size, zones
+from tests.report.replay.floors import RUNS, busy, busy_run, drawn_run, grid_run, jammed_run, paper_run, people_run
 
 EPS = 1e-6
 
@@ -174,3 +175,25 @@ def test_a_log_without_drives_is_refused(level: str) -> None:
 def test_rotating_rings_are_in_the_jammed_run() -> None:
     """The other tests mean to cover them."""
     assert jammed_run().kpis["rotations"] > 0
+
+
+def test_slots_on_a_grid_are_inside_their_cell_and_clear_of_each_other() -> None:
+    """Beside a cell are other cells, not room: the floor of slots is the cell of their node."""
+    run = grid_run()
+    model, layout = run.model, run.history.layout
+    assert cell_size(model, layout) == 1.0
+    shown = zones(model, layout)
+    assert [len(zone.places) for zone in shown] == [2, 2, 2]
+    for zone in shown:
+        node = layout.graph.nodes[zone.node]
+        for x, y in zone.places:
+            assert max(abs(x - node["x"]), abs(y - node["y"])) + zone.room <= 0.5
+        assert math.dist(*zone.places) >= 2 * zone.room
+
+
+def test_floors_that_are_no_grid_have_their_slots_beside_the_node() -> None:
+    for run in (people_run(), drawn_run()):
+        assert cell_size(run.model, run.history.layout) == 0
+        for zone in zones(run.model, run.history.layout):
+            node = run.history.layout.graph.nodes[zone.node]
+            assert all(math.dist(place, (node["x"], node["y"])) > 0 for place in zone.places)

@@ -8,7 +8,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import Target, parse_target, smallest_meeting, smallest_meeting_steps
+from desim_warehouse.study.statistics import (
+    Target,
+    TaskShare,
+    judged,
+    parse_target,
+    runs_to_tell,
+    smallest_meeting,
+    smallest_meeting_steps,
+)
 from desim_warehouse.study.statistics.procedure import follow
 
 
@@ -204,3 +212,28 @@ def test_halving_finds_what_trying_all_finds(steps, bound, sense):
     assert result.falls == ()
     if result.smallest:
         assert (result.below.value, result.below.verdict) == (result.smallest - 1, "fails")
+
+
+def test_so_many_runs_as_are_said_to_tell_do_in_five_of_six_studies():
+    """Six runs of mean 100 and sd 10 leave 97 open. If 100 and 10 are true, the runs that it names mostly tell."""
+    six = [90.0, 110.0, 95.0, 105.0, 100 - 125**0.5, 100 + 125**0.5]
+    assert np.std(six, ddof=1) == pytest.approx(10)
+    target = parse_target("x >= 97")
+    assert judged("", six, target, 0.975, False, (0, math.inf)).verdict == "undecided"
+    runs = runs_to_tell(six, target, 0.975, (0, math.inf))
+    assert runs == 100  # where the half-width of t, 1.98 * 10 / 10, is two thirds of the distance of 3
+    studies = np.random.default_rng(1).normal(100, 10, (300, runs))
+    told = [judged("", study.tolist(), target, 0.975, False, (0, math.inf)).verdict == "meets" for study in studies]
+    assert 0.78 < np.mean(told) < 0.89
+
+
+def test_a_target_at_the_mean_itself_is_told_by_no_number_of_runs():
+    assert runs_to_tell([9.0, 10.0, 11.0], parse_target("x >= 10"), 0.975, (0, math.inf)) is None
+    assert runs_to_tell([9.0, 10.0, 11.0], parse_target("x < 10.01"), 0.975, (0, math.inf)) is None
+
+
+def test_days_that_are_never_late_need_fewer_runs_the_more_tasks_they_have():
+    days = [[TaskShare(1.0, tasks)] * 3 for tasks in (5, 100)]
+    needed = [runs_to_tell(one, parse_target("x >= 0.95"), 0.975, (0, 1)) for one in days]
+    assert needed == [33, 8]
+    assert judged("", days[1] * 3, parse_target("x >= 0.95"), 0.975, False, (0, 1)).verdict == "meets"

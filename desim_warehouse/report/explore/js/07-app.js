@@ -9,8 +9,8 @@ function addressOf(state, study) {
 function chosenBy(hash, study) {
   const said = new URLSearchParams(hash.slice(1)), found = {};
   for (const side of SIDES) {
-    const levels = (said.get(side) ?? "").split(".").map(Number);
-    if (study.at(levels) !== undefined) found[side] = levels;
+    const levels = said.get(side)?.split(".").map(Number);
+    if (levels && study.at(levels) !== undefined) found[side] = levels;
   }
   const indicator = study.indicators.findIndex(({ name }) => name === said.get("i")), over = Number(said.get("over") ?? -1);
   if (indicator >= 0) found.indicator = indicator;

@@ -6,7 +6,7 @@ class Floor {
     this.edges = edges;
     this.radius = header.radii.reduce((a, b) => Math.max(a, b), 0);
     this.span = Array.from({ length: edges.real }, (_, i) => Math.hypot(edges.dx[i], edges.dy[i]));
-    this.cell = this.cellSize();
+    this.cell = header.cell; // the side of its cells, if it is a grid of them; else 0
     this.storageX = totals(columns.storage_x).map((value) => value * header.grain);
     this.storageY = totals(columns.storage_y).map((value) => value * header.grain);
     this.storageEdge = totals(columns.storage_edge);
@@ -15,6 +15,7 @@ class Floor {
     this.shelves = new Set(this.cell ? Array.from(this.storageEdge).filter((edge) => edge < 0).map((edge) => -1 - edge) : []);
     this.floor = this.extent();
     this.zones = this.boxes();
+    this.room = this.zones.flatMap(({ places, room }) => places.map(() => room)); // radius that fits, by slot
     this.bounds = this.everything();
     this.longestName = Math.min(header.nodes.reduce((most, [name]) => Math.max(most, name.length), 1), 14);
     this.sheet = document.createElement("canvas");
@@ -23,17 +24,6 @@ class Floor {
   // The length that separates lanes: a quarter of all edges are shorter.
   get pitch() {
     return (this.quarter ??= this.span.slice().sort((a, b) => a - b)[Math.floor(this.span.length / 4)] ?? Infinity);
-  }
-
-  // The side of the cells if the floor is a grid of them, one robot to each: many edges along x or y, nearly all of one
-  // length, not much longer than a robot; else 0.
-  cellSize() {
-    const { dx, dy } = this.edges;
-    if (this.header.goods_size || this.header.nodes.length < 64) return 0;
-    const size = this.pitch;
-    if (size > 8 * this.radius) return 0;
-    const fits = this.span.filter((long, i) => Math.abs(long - size) < size * 1e-6 && (dx[i] === 0 || dy[i] === 0));
-    return fits.length > 0.9 * this.span.length ? size : 0;
   }
 
   // Where goods have no size of their own they lie on their edge: shown to the right of it; or below their node.
@@ -68,11 +58,11 @@ class Floor {
       (kind === "station" ? servers : chargers).set(node, [number, i]);
     });
     let next = 0;
-    return this.header.zones.map(([kind, name, node, count]) => {
+    return this.header.zones.map(([kind, name, node, count, room]) => {
       const places = this.header.places.slice(next, (next += count));
-      const xs = places.map((p) => p[0]), ys = places.map((p) => p[1]), r = this.radius * 1.25;
+      const xs = places.map((p) => p[0]), ys = places.map((p) => p[1]), r = room * (this.cell ? 1 : 1.25);
       const [number, resource] = (kind === "station" ? servers : chargers).get(node) ?? [0, -1];
-      return { kind, name, node, places, number, resource, left: Math.min(...xs) - r, right: Math.max(...xs) + r,
+      return { kind, name, node, places, room, number, resource, left: Math.min(...xs) - r, right: Math.max(...xs) + r,
         top: Math.min(...ys) - r, bottom: Math.max(...ys) + r };
     });
   }
@@ -98,19 +88,13 @@ class Floor {
     return [x, y + Math.max(this.header.aisle / 2, this.cell / 2, this.radius * 2)];
   }
 
-  // The least distance between zones of a kind of which there is something to write.
-  apart(kind) {
-    this.nearest ??= Object.fromEntries(["bay", "station"].map((one) => [one, this.gap(one)]));
-    return this.nearest[kind];
-  }
-
-  gap(kind) {
-    const places = this.zones.filter((zone) => zone.resource >= 0 && zone.kind === kind).map((zone) => this.beside(zone));
-    let least = Infinity;
-    for (let i = 0; i < places.length; i++)
-      for (let j = 0; j < i; j++)
-        least = Math.min(least, Math.max(Math.abs(places[i][0] - places[j][0]), 4 * Math.abs(places[i][1] - places[j][1])));
-    return least;
+  // The distance from a zone to the nearest of its kind of which there is something to write.
+  apart(zone) {
+    return (zone.apart ??= this.zones.reduce((least, other) => {
+      if (other === zone || other.resource < 0 || other.kind !== zone.kind) return least;
+      const [x, y] = this.beside(zone), [ox, oy] = this.beside(other);
+      return Math.min(least, Math.max(Math.abs(x - ox), 4 * Math.abs(y - oy)));
+    }, Infinity));
   }
 
   everything() {

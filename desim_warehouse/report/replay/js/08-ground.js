@@ -54,16 +54,27 @@ Object.assign(Floor.prototype, {
     for (const node of this.outlets) square(node, colours.out, colours.outLine);
     for (const zone of this.zones) {
       const bay = zone.kind === "bay";
-      square(zone.node, bay ? colours.bay : colours.out, null);
+      if (!this.cell) this.link(ctx, view, colours, zone);
       this.box(ctx, zone.left * s + view.x, zone.top * s + view.y, (zone.right - zone.left) * s,
         (zone.bottom - zone.top) * s, bay ? colours.bay : colours.out, bay ? colours.bayLine : colours.outLine);
       this.slots(ctx, view, colours, zone);
     }
   },
 
+  // From a node to the nearest slot beside it.
+  link(ctx, view, colours, zone) {
+    const s = view.scale, [, nx, ny] = this.header.nodes[zone.node], [px, py] = zone.places[0];
+    ctx.strokeStyle = zone.kind === "bay" ? colours.bayLine : colours.outLine;
+    ctx.lineWidth = Math.min(Math.max(this.radius * s * 0.12, 0.6), 2.5);
+    ctx.beginPath();
+    ctx.moveTo(nx * s + view.x, ny * s + view.y);
+    ctx.lineTo(px * s + view.x, py * s + view.y);
+    ctx.stroke();
+  },
+
   // The slots of a bay or station; those with a charger show a bolt.
   slots(ctx, view, colours, zone) {
-    const s = view.scale, r = this.radius * s, bay = zone.kind === "bay";
+    const s = view.scale, r = zone.room * s, bay = zone.kind === "bay";
     if (r < 2) return;
     ctx.fillStyle = ctx.strokeStyle = bay ? colours.bayLine : colours.outLine;
     ctx.lineWidth = 1;

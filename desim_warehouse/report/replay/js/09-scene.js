@@ -56,8 +56,10 @@ class Scene {
   // A robot in a slot is not drawn over its neighbours.
   radius(robot) {
     const size = this.header.radii[robot] * this.view.scale;
-    const room = this.tracks.on[robot] < this.edges.real ? this.small : Math.min(this.small, 1.25 * size);
-    return Math.max(size, room, 1.6);
+    const slot = this.tracks.on[robot] - this.edges.real;
+    if (slot < 0) return Math.max(size, this.small, 1.6);
+    const fits = Math.min(size, this.floor.room[slot] * this.view.scale);
+    return Math.max(fits, Math.min(this.small, 1.25 * fits), 1.6);
   }
 
   draw(time) {
@@ -179,7 +181,7 @@ class Scene {
     ctx.textBaseline = "top";
     ctx.textAlign = "center";
     for (const zone of this.floor.zones) {
-      const room = this.floor.apart(zone.kind) * s;
+      const room = this.floor.apart(zone) * s;
       if (zone.resource < 0 || room < 26) continue;
       const found = this.resources[zone.resource], used = found.utilisation(time), queue = found.queue.at(time);
       const [wx, wy, outward] = this.floor.beside(zone), x = wx * s + view.x, y = wy * s + view.y + (outward > 0 ? 2 : -6);
@@ -188,9 +190,10 @@ class Scene {
       ctx.fillRect(x - wide / 2, y, wide, 4);
       ctx.fillStyle = zone.kind === "bay" ? colours.full : colours.outLine;
       ctx.fillRect(x - wide / 2, y, wide * (used || 0), 4);
-      if (room < 44 || !(used || queue)) continue;
+      if (room < 44) continue;
       ctx.fillStyle = colours.ink;
-      this.write(`${percent(used)}${queue ? `, queue ${queue}` : ""}`, x, outward > 0 ? y + 6 : y - 12);
+      const state = used || queue ? `${percent(used)}${queue ? `, queue ${queue}` : ""}` : "", named = zone.kind === "station" ? `${zone.name} ${state}`.trim() : state;
+      this.write(ctx.measureText(named).width < room - 6 ? named : state, x, outward > 0 ? y + 6 : y - 12);
     }
     for (const node of this.floor.outlets) {
       const [wx, wy] = this.floor.below(node), x = wx * s + view.x, y = wy * s + view.y + 3;

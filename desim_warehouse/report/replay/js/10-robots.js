@@ -120,15 +120,9 @@ Object.assign(Scene.prototype, {
   // Rings round robots that wait, and a line to the one they wait for.
   waits(colours) {
     const { ctx, tracks, view, story } = this, s = view.scale;
+    this.discs(colours.wait, (r) => Math.max(r * 1.5, r + 1));
+    this.discs(colours.floor, (r) => (r < PLAIN ? 0 : r * 1.2)); // a gap: robots may be as dark as their rings
     ctx.strokeStyle = colours.wait;
-    ctx.fillStyle = colours.wait;
-    ctx.beginPath();
-    this.each(this.waiting, (robot, x, y, r) => {
-      const reach = Math.max(r * 1.42, r + 1);
-      ctx.moveTo(x + reach, y);
-      ctx.arc(x, y, reach, 0, 7);
-    });
-    ctx.fill();
     ctx.setLineDash([5, 4]);
     ctx.lineWidth = 2;
     ctx.beginPath();
@@ -144,13 +138,20 @@ Object.assign(Scene.prototype, {
 
   // Robots drawn larger than they are hide each other's rings when they queue: of those that wait the middle shows it.
   dots(colours) {
+    const enlarged = (r, robot) => r >= 1.3 * this.header.radii[robot] * this.view.scale;
+    this.discs(colours.label, (r, robot) => (enlarged(r, robot) ? r * 0.62 : 0));
+    this.discs(colours.wait, (r, robot) => (enlarged(r, robot) ? r * 0.44 : 0));
+  },
+
+  // Discs about the robots that wait, each of a radius that follows from its own.
+  discs(colour, reachOf) {
     const { ctx } = this;
-    ctx.fillStyle = colours.wait;
+    ctx.fillStyle = colour;
     ctx.beginPath();
     this.each(this.waiting, (robot, x, y, r) => {
-      if (r < 1.3 * this.header.radii[robot] * this.view.scale) return;
-      ctx.moveTo(x + r * 0.5, y);
-      ctx.arc(x, y, r * 0.5, 0, 7);
+      const reach = reachOf(r, robot);
+      ctx.moveTo(x + reach, y);
+      ctx.arc(x, y, reach, 0, 7);
     });
     ctx.fill();
   },

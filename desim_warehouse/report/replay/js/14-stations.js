@@ -1,5 +1,10 @@
 // A table of stations and chargers: how much they were in use since the warm-up, who queues now, what was delivered.
 
+// A text that may go on in the next line after an underscore, as names of imported plants are long.
+function parted(text) {
+  return text.split(/(?<=_)/).flatMap((part, i) => (i ? [element("wbr"), part] : [part]));
+}
+
 class Stations {
   constructor(root, side, caption, go) {
     this.side = side;
@@ -17,9 +22,9 @@ class Stations {
   row(body, one, number) {
     const row = body.insertRow(), what = one.kind === "station" ? "server" : "charger";
     const where = `${this.side.name(one.node)}, ${one.number} ${what}${one.number > 1 ? "s" : ""}`;
-    const name = element("button", { id: `place-${this.side.letter}-${number}`, type: "button", class: "link", title: "Show it on the floor" }, element("bdi", {}, one.name));
+    const name = element("button", { id: `place-${this.side.letter}-${number}`, type: "button", class: "link", title: "Show it on the floor" }, element("bdi", {}, ...parted(one.name)));
     name.addEventListener("click", () => this.go(this.side, number));
-    row.append(element("th", { scope: "row" }, name, " ", element("small", {}, where)));
+    row.append(element("th", { scope: "row" }, name, " ", element("small", {}, ...parted(where))));
     const bar = element("span", { class: `bar ${one.kind}` }), text = element("span");
     row.insertCell().append(bar, text);
     return { one, bar, text, queue: row.insertCell(), done: row.insertCell() };

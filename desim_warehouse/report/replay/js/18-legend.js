@@ -52,6 +52,8 @@ function drawSign(ctx, sign, colours) {
   if (sign === "good" || sign === "none" || sign === "wall") return ctx.fillRect(3, 3, 12, 12);
   if (sign === "wait") {
     circle(9);
+    ctx.fillStyle = colours.floor;
+    circle(7);
     ctx.fillStyle = colours.empty;
     return circle(6);
   }
