@@ -30,9 +30,9 @@ ANSWERS = {
 }
 FLOORS = {
     "check": ["check", "floor.json"],
-    "check, routes by length": ["check", "floor.json", "--set", "policies.routing=shortest"],
+    "check, routes by hops": ["check", "floor.json", "--set", "policies.routing=highways"],
     "draw": ["draw", "floor.json"],
-    "import": ["import", "floor.lif.json", "--out", "imported.yaml", "--force"],
+    "import": ["import", "floor.graphml", "--out", "imported.yaml", "--force"],
     "orient": ["orient", "two-way.json", "--out", "oriented.yaml", "--runs", "0", "--force"],
     "replay": ["replay", "floor.json", "--set", "run.length=300", "--set", "run.warm_up=0"],
 }
@@ -95,7 +95,7 @@ def report(*, long: bool = False) -> None:
         for nodes, side in SIDES.items() if long else ():
             for name, model in (("floor", warehouse(side, 20).content()), ("two-way", two_way(side))):
                 (folder / f"{name}.json").write_text(json.dumps(model), encoding="utf-8")
-            waited(["export", "floor.json", "--format", "lif", "--out", "floor.lif.json", "--force"], folder)
+            waited(["export", "two-way.json", "--format", "graphml", "--out", "floor.graphml", "--force"], folder)
             for command, arguments in FLOORS.items():
                 row(f"desim {command}, {nodes:,} nodes", arguments, folder)
 
