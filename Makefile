@@ -35,10 +35,10 @@ tests: $(READY)
 test-long: $(READY)  ## slow proofs: thousands of random warehouses
 	HYPOTHESIS_PROFILE=long $(BIN)/python -m pytest -n 2
 
-bench: $(READY)  ## speed as ratios to bare SimPy, measured in one process
+bench: $(READY)  ## what people wait for, and speed as ratios to bare SimPy, measured in one process
 	$(BIN)/python -m benchmarks
 
-bench-long: $(READY)  ## the same, with what takes minutes: large fleets, a whole shift, how each part of a run grows
+bench-long: $(READY)  ## the same, with what takes minutes: large floors and fleets, a whole shift, how each part grows
 	$(BIN)/python -m benchmarks --long
 
 allocation-table: $(READY)  ## the table of allocation strategies in docs/allocation.md

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import allocation_call, growth, replay, studies, traffic
+from benchmarks import allocation_call, growth, replay, studies, traffic, waits
 
 if __name__ == "__main__":
+    waits.report(long="--long" in sys.argv)
     traffic.report(long="--long" in sys.argv)
     allocation_call.main()
     studies.report()

@@ -21,11 +21,21 @@ FULL = {
     "run.length": 3600,
     "run.warm_up": 0,
 }
+HOURS = {
+    "fleet.size": 14,
+    "layout.bays.parking.places": 4,
+    "calendars": {"day": {"open": ["00:00-08:00"]}},
+    "layout.stations.packing": {"at": ["U"], "places": 2, "hours": "day"},
+    "tasks.goods": {"poisson": "5300 / h"},
+    "run.length": 200,
+    "run.warm_up": 0,
+}
 RUNS: dict[str, tuple[str, dict[str, Any]]] = {
     "a cell: 6 robots of models/multibots.yaml": ("models/multibots.yaml", {"fleet.size": 6}),
     "draft: 2 h of 12 robots, 200 orders an hour": (DRAFT, {"run.length": 7200}),
     "draft: the same with 800 orders an hour": (DRAFT, {**OVERLOADED, "run.length": 7200}),
     "draft: 1 h of 40 robots, all stations full": (DRAFT, FULL),
+    "draft: 200 s of 5,300 orders an hour, in hours": (DRAFT, HOURS),
     "medium: 900 s of models/medium.yaml": ("models/medium.yaml", {"run.length": 900, "run.warm_up": 200}),
 }
 COUNT = """

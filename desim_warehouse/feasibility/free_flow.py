@@ -90,7 +90,7 @@ class FreeFlow:
         station = self.station_shares()
         begins = share @ station
         empty = begins @ self.to_edges(self.stations) @ share + self.weights @ self.before
-        loaded = share @ (station * self.from_edges(self.stations)).sum(axis=1) + self.weights @ self.after
+        loaded = share @ np.einsum("ij,ij->i", station, self.from_edges(self.stations)) + self.weights @ self.after
         stop, unload = self.travel.stop_time, self._mean_unload()
         return Cycle(float(empty) + stop, tasks.mean_load, float(loaded) + stop, unload, tasks.clear_time)
 

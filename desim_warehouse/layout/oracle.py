@@ -244,7 +244,7 @@ class RouteOracle:
                 there, to = start[others], np.flatnonzero(some)
                 for column, goal in zip(to.tolist(), end[some].tolist(), strict=True):
                     table[others, column] = read(goal, False)[there]
-        return table[np.ix_(rows, columns)]
+        return table if table.shape == (len(rows), len(columns)) else table[np.ix_(rows, columns)]
 
     def _forward(self, origin: str, goal: str) -> bool:
         """Whether a route is searched from its origin."""

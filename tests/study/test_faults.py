@@ -300,6 +300,23 @@ def test_a_policy_that_exits_is_a_failed_run_and_not_the_end_of_the_study(parkin
     assert len(errors["exits"]) == 2
 
 
+def test_a_debugger_follows_what_comes_after_a_time_limit():
+    """On Python 3.11 an interruption that is withdrawn leaves a traced program where it is, for ever."""
+    code = (
+        "import sys\n"
+        "from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError\n"
+        "sys.settrace(lambda *_: None)\n"
+        "def done(): return True\n"
+        "with TimeLimit(60): assert done()\n"
+        "try:\n"
+        "    with TimeLimit(0.01):\n"
+        "        while done(): pass\n"
+        "except TimeOutError: print(done())\n"
+    )
+    found = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True)
+    assert found.stdout == "True\n"
+
+
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, workers):
     timeout = ample(study(1).run(workers=workers).table)

@@ -1,10 +1,14 @@
 """Decisions that can give nobody anything, as every station is full: the policy need not be asked."""
 
+from collections import Counter
+
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.policies.allocation import EarliestDue, InOrder, Nearest, NearestAging
 from desim_warehouse.policies.assignment import Hungarian
+from desim_warehouse.world.places.openings import Openings
+from desim_warehouse.world.places.stations import Stations
 
 FULL = {
     "fleet.size": 6,
@@ -15,15 +19,23 @@ FULL = {
     "log": "all",
 }
 
+OPEN_BY_DAY = {
+    "calendars": {"day": {"open": ["00:00-12:00"]}},
+    "layout.stations.packing.hours": "day",
+}
 
-@pytest.mark.parametrize("policy", [InOrder, Nearest, NearestAging, EarliestDue, Hungarian])
-def test_it_is_asked_less_often_and_nothing_else_changes(policy, monkeypatch, tmp_path):
+
+def drafted():
     from desim_warehouse.draft import Draft, draft
     from desim_warehouse.model.parse import read_yaml
 
-    described = dw.Model.model_validate(read_yaml(draft(Draft((16, 14), orders=60)), "draft").data)
+    return dw.Model.model_validate(read_yaml(draft(Draft((16, 14), orders=60)), "draft").data)
+
+
+@pytest.mark.parametrize("policy", [InOrder, Nearest, NearestAging, EarliestDue, Hungarian])
+def test_it_is_asked_less_often_and_nothing_else_changes(policy, monkeypatch, tmp_path):
     names = {InOrder: "in-order", NearestAging: "nearest-aging", EarliestDue: "earliest-due"}
-    model = described.replace({**FULL, "policies.allocation": names.get(policy, policy.__name__.lower())})
+    model = drafted().replace({**FULL, "policies.allocation": names.get(policy, policy.__name__.lower())})
     asked, assign = [], policy.assign
 
     def counted(self, situation):
@@ -36,3 +48,27 @@ def test_it_is_asked_less_often_and_nothing_else_changes(policy, monkeypatch, tm
     monkeypatch.setattr(policy, "gives_only", False)
     assert dw.simulate(model, 1).record.rows == rows
     assert few < 0.7 * len(asked)
+
+
+def test_a_station_with_hours_asks_no_more_of_each_task_when_the_list_is_longer(monkeypatch):
+    """Six robots before one station that closes at night: with four times the tasks, four times the questions."""
+    asked = Counter()
+
+    def count(kind, method):
+        original = getattr(kind, method)
+
+        def counted(*args):
+            asked[method] += 1
+            return original(*args)
+
+        monkeypatch.setattr(kind, method, counted)
+
+    count(Stations, "has_room")
+    count(Openings, "admit")
+    questions = []
+    for rate in (1000, 4000):
+        asked.clear()
+        model = drafted().replace({**FULL, **OPEN_BY_DAY, "tasks.goods": {"poisson": rate}, "run.length": 300})
+        run = dw.simulate(model)
+        questions.append(asked.total() / len([*run.history.rows("released")]))
+    assert 1 < questions[1] < 1.5 * questions[0]

@@ -24,6 +24,7 @@ SQUARE = {
     "fleet": {"size": 1, "robot": {"radius": 0.3, "speed": 1}},
     "tasks": {"goods": [0, 0, 0], "unload_at": ["desk"], "load_time": 5, "unload_time": 30},
 }
+TIMES = {"load_time": 5, "unload_time": 30}
 
 
 def simulated(over, seed=0, **more):
@@ -48,6 +49,21 @@ def test_a_task_is_held_back_so_that_the_robot_comes_as_the_station_opens():
     assert times(run, "docked") == [35, 200, 275]
     assert times(run, "delivered") == [65, 230, 305]  # the third began at 275, and is finished
     assert run.kpis["share_closed"] == 0
+
+
+def test_a_robot_that_finds_no_slot_at_the_opening_is_not_let_go_when_it_is_closed_again():
+    """Robot 0 has the only slot from 32 to 322, so robot 1 cannot set out at 168: at 322 it has to wait for 400."""
+    schedule = {"schedule": [{"at": 0, "tasks": 1}, {"at": 70, "tasks": 1}]}
+    desk = {"at": ["E"], "places": 1, "hours": "day", "unload_time": 290}
+    run = simulated(
+        {
+            "fleet": {"size": 2, "robot": {"radius": 0.3, "speed": 1.1}},
+            "layout.bays.home.places": 2,
+            "layout.stations.desk": desk,
+            "tasks": {**TIMES, "flows": {"work": {"from": "storage", "to": "desk", "arrivals": schedule}}},
+        }
+    )
+    assert times(run, "docked") == [pytest.approx(5 + 30 / 1.1), pytest.approx(400)]
 
 
 def test_before_its_first_opening_too():

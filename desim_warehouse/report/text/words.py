@@ -10,7 +10,6 @@ from desim_warehouse.model.facts.keys import about
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, plural, times
 from desim_warehouse.states import TIMES
-from desim_warehouse.study.factors import readable
 from desim_warehouse.study.table import plain
 from desim_warehouse.values.units import SECONDS
 
@@ -152,6 +151,8 @@ def with_unit(name: str, of: str) -> str:
 
 def level(value: Any) -> str:
     """A value of a factor, short enough for a label."""
+    from desim_warehouse.study.factors import readable  # brings the statistics of studies
+
     value = plain(value)
     if value is None:
         return "none"

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ctypes
 import threading
+from contextlib import suppress
 from typing import TYPE_CHECKING, Self
 
 from desim_warehouse.errors import Interruption
@@ -29,6 +30,7 @@ class TimeLimit:
         self.seconds = seconds
         self.thread = threading.get_ident()
         self.over = threading.Event()
+        self.raised = False
         self.watcher = threading.Thread(target=self._watch, daemon=True)
 
     def __enter__(self) -> Self:
@@ -40,15 +42,19 @@ class TimeLimit:
     ) -> None:
         self.over.set()
         self.watcher.join()
-        self._raise(None)
+        if self.raised:
+            with suppress(TimeOutError):
+                self._raise()
+                while True:  # it arrives here at the latest; Python 3.11 would wait for ever for one that is withdrawn
+                    pass
 
     def _watch(self) -> None:
         seconds = self.seconds
         while not self.over.wait(min(seconds, threading.TIMEOUT_MAX)):
-            self._raise(TimeOutError)
+            self.raised = True
+            self._raise()
             seconds = _AGAIN
 
-    def _raise(self, what: type[BaseException] | None) -> None:
-        """Raise an exception in the thread, or (None) withdraw one that has not arrived yet."""
-        error = None if what is None else ctypes.py_object(what)
+    def _raise(self) -> None:
+        error = ctypes.py_object(TimeOutError)
         ctypes.pythonapi.PyThreadState_SetAsyncExc(ctypes.c_ulong(self.thread), error)

@@ -240,18 +240,23 @@ class Dispatcher:
         self._decides_at = math.inf
         if self.queues:
             self._next_of_queues()
-        if not (self.open and self._able()):
+        able = self._able() if self.open else ()
+        if not able:
             self._pass()
-        elif self.reach.openings.holds and not self.situation().tasks:
-            self.decide(())  # all are held back
-        elif self._gives_only and self.stations.out_of_room(self._able()):
+        elif self._gives_only and self.stations.out_of_room(able):
             self.decide(())
-        elif self.allocation is None:
+        else:
+            self._ask()
+
+    def _ask(self) -> None:
+        """Have the policy decide; not where all tasks are held back, as stations or ways to them are closed."""
+        situation, policy = self.situation(), self.allocation
+        if not situation.tasks:
+            self.decide(())
+        elif policy is None:
             self.waiting = True
             raise StopSimulation(None)
         else:
-            situation = self.situation()
-            policy = self.allocation
             self.decide(asked("allocation", policy, self.env.now, lambda: list(policy.assign(situation))))
 
     def _look_again(self) -> None:

@@ -80,8 +80,7 @@ class Openings:
         if now >= until - EPS:
             if len(self._known) > KEPT:
                 self._known.clear()
-            wait, spare = self._wait(robot, task, node)
-            held, until = self._known[key] = wait > EPS, now + (wait if wait > EPS else spare)
+            held, until = self._known[key] = self._is_held(robot, task, node)
         if held:
             self.due = min(self.due, until)
         return not held
@@ -106,31 +105,28 @@ class Openings:
             self.due = min(self.due, until)
         return found
 
-    def _wait(self, robot: RobotView, task: Task, node: str) -> tuple[float, float]:
-        """By how much later it may set out to find the way open, and to be no later at a station than that opens.
-
-        And by how much later it would still find open all that it finds open now.
-        """
+    def _is_held(self, robot: RobotView, task: Task, node: str) -> tuple[bool, float]:
+        """Whether it finds the way or a station closed if it sets out now, and the last time of which that is so."""
         stops, now = self.stations.stops(robot, task, node), self.env.now
         opens = self.cut_off.opens(robot.node, stops, now)
-        if opens > now:
-            return opens - now, 0.0
-        wait, spare = self._wait_for_stations(robot, stops)
-        return wait, min(spare, self.cut_off.changes(now) - now)
+        if opens > now + EPS:
+            return True, opens
+        held, until = self._is_held_by_stations(robot, stops)
+        return held, until if held else min(until, self.cut_off.changes(now))
 
-    def _wait_for_stations(self, robot: RobotView, stops: Sequence[Stop]) -> tuple[float, float]:
-        travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
+    def _is_held_by_stations(self, robot: RobotView, stops: Sequence[Stop]) -> tuple[bool, float]:
+        travel, with_load, now = self.travel(robot.speed), self.travel(self.loaded_speed(robot)), self.env.now
         first = stops[0]
-        time = self.env.now + robot.free_in + travel.half_turn
-        time += travel.to_edge(robot.node, first.edge) + travel.along(first.edge, first.offset)[0]
-        spare = math.inf
+        trip = robot.free_in + travel.half_turn
+        trip += travel.to_edge(robot.node, first.edge) + travel.along(first.edge, first.offset)[0]
+        until = math.inf
         for stop, then in zip_longest(stops, stops[1:]):
             hours = None if stop.station is None else stop.station.hours
             if hours is not None:
-                opens, closes = hours.following(time)
-                if opens > time:
-                    return (opens - time, spare) if opens - time < spare else (0.0, spare)
-                spare = min(spare, closes - time)
+                opens, closes = hours.following(now + trip)
+                if opens > now + trip + EPS:  # within: it sets out just in time, and is held back no longer
+                    return (True, opens - trip) if opens - trip < until else (False, until)
+                until = min(until, closes - trip)
             if then is not None:
-                time += time_at(self.handling, stop) + between(with_load, stop, then)
-        return 0.0, spare
+                trip += time_at(self.handling, stop) + between(with_load, stop, then)
+        return False, until

@@ -54,7 +54,7 @@ class Stations:
         self.full = full
         self.by_node = by_node
         self.close = any(station.hours is not None for station in by_node.values())
-        self._ends_all = not (tasks.flows or self.close) and all(node in by_node for node in self.nodes)
+        self._ends_all = not tasks.flows and all(node in by_node for node in self.nodes)
         self._travel = travel
         self._streams = streams
         self._drawn: dict[int, str] = {}
