@@ -138,7 +138,7 @@ def _flowing(value: Any) -> Any:
 def calibrate(
     model: str | Path, logs: Sequence[str | Path | FleetLog], *, orders: str | Path | None = None
 ) -> Calibration:
-    """KeyEstimate the figures of a model from the logs of its real fleet.
+    """Estimate the figures of a model from the logs of its real fleet.
 
     Args:
         model: the model file; its layout must be that of the real floor, with the same names of nodes.
