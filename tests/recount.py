@@ -278,7 +278,7 @@ class Recount:
         broken = sum(robot["broken"] for robot in self.robots)
         return {
             "breakdowns": sum(robot["breakdowns"] for robot in self.robots),
-            "availability": works / (works + broken) if works + broken else math.nan,
+            "availability": works / (works + broken) if works + broken > 1e-12 * (self.end - self.begin) else math.nan,
         }
 
     # Tasks

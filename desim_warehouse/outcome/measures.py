@@ -178,7 +178,8 @@ def time_in(history: History, states: Iterable[str]) -> float:
 
 def availability(history: History) -> float:
     operating, broken = time_in(history, OPERATING), time_in(history, BROKEN)
-    return operating / (operating + broken) if operating + broken > 0 else math.nan
+    counts = operating + broken > _ROUNDING * history.counted  # not what rounding leaves of time that was all waited
+    return operating / (operating + broken) if counts else math.nan
 
 
 def breaks_down(history: History) -> bool:

@@ -275,7 +275,7 @@ class Drive:
             return False  # it stops there
         if onward.inside or robot.granted is onward:
             return True
-        return self._process_sleeps and self._cross_next_short(now)
+        return self._process_sleeps and self._cross_next_short(now, early=True)
 
     # The event: the hot path of every run, counted in bytecodes (`benchmarks.bytecodes`). Attributes are read once,
     # and SimPy's queue is used directly: its methods and properties would be a third of a free crossing.
@@ -494,12 +494,13 @@ class Drive:
         self._set_out_over_short(onward, onward.length if halt is None else halt, self.env._now)
         yield event
 
-    def _set_out_over_short(self, onward: Lane, target: float, now: float) -> None:
-        """From the node it holds over a short lane whose end is granted, where the drive is due."""
+    def _set_out_over_short(self, onward: Lane, target: float, now: float, *, early: bool = False) -> None:
+        """From the node it holds over a short lane whose end is granted, where the drive is due.
+
+        `early`: one that looks ahead is let in before it is at the node, and its drive is due there already.
+        """
         robot, node, log, env = self.robot, onward.start, self.rules.log, self.env
         turning = max(robot.ready_at - now, 0.0) if self.turn_time else 0.0
-        # One that looks ahead is let in before it is at the node, and its drive is due there already.
-        early = robot.look_ahead is not None and robot.until > now
         out = robot.until if early else now
         if robot.lane is not None:
             robot.off_lane(out)
@@ -518,7 +519,7 @@ class Drive:
         self.callbacks = ROLL  # as `due` does
         heappush(env._queue, (there, NORMAL, next(env._eid), self))
 
-    def _cross_next_short(self, now: float) -> bool:
+    def _cross_next_short(self, now: float, *, early: bool = False) -> bool:
         """From the end of a short lane: set out over the next, if that is short too and the way is free."""
         robot, index = self.robot, self.index
         if robot.recall_at <= now or index >= len(self.route) - (self.stop is not None) or not robot.lane.short:
@@ -540,7 +541,7 @@ class Drive:
         node.grant(robot, beyond)
         if self.turn_time:
             self._turn(onward)
-        self._set_out_over_short(onward, onward.length, now)
+        self._set_out_over_short(onward, onward.length, now, early=early)
         return True
 
     @property
