@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 _QUEUEING = names(lambda state: state.queue == SERVER)
 ROUNDING = 1e-9
-"""Part by which sums of energy may differ and still be the same."""
+"""Part by which sums of energy, or of time, may differ and still be the same."""
 
 
 def total(tally: str) -> Callable[[History], float]:
@@ -178,7 +178,7 @@ def time_in(history: History, states: Iterable[str]) -> float:
 
 def availability(history: History) -> float:
     operating, broken = time_in(history, OPERATING), time_in(history, BROKEN)
-    counts = operating + broken > _ROUNDING * history.counted  # not what rounding leaves of time that was all waited
+    counts = operating + broken > ROUNDING * history.counted  # not what rounding leaves of time that was all waited
     return operating / (operating + broken) if counts else math.nan
 
 

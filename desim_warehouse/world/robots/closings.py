@@ -84,4 +84,6 @@ class Closings:
         robot, body = self.robot, self.robot.body
         if body.lane is None or body.granted is not None or not self._may_give_up_room:
             return False
+        if body.held not in {None, body.lane.end}:  # let in beyond the next node at this instant
+            return False
         return robot.itinerary.go(robot.node, bay)

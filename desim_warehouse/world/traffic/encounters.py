@@ -9,7 +9,8 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
-from typing import TYPE_CHECKING
+from itertools import accumulate
+from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.outcome.log import PLACES
@@ -74,7 +75,7 @@ def count_encounters(log: Log, people: Iterable[PeopleSource], starts: Sequence[
         time.append(end - begin)
         present = []
         for edge in visit.edges:
-            for robot, since, until in _overlapping(stays[edge], visit.begin, end):
+            for robot, since, until in stays[edge].overlapping(visit.begin, end) if edge in stays else ():
                 if counts and since <= visit.begin < until:
                     log.robots[robot]["encounters"] += 1
                 if until > begin:
@@ -91,8 +92,27 @@ Stay = tuple[int, float, float]
 """A robot on an edge, from when to when."""
 
 
-def _stays(log: Log, starts: Sequence[Start]) -> defaultdict[Edge, list[Stay]]:
-    """The robots on each edge, in order. The last may still be there at the end."""
+class Stays(NamedTuple):
+    """The robots on an edge, in the order in which they came, and for each the latest time at which one of them left.
+
+    One that is cleared off the edge may leave it before the robots ahead of it.
+    """
+
+    each: list[Stay]
+    latest: list[float]
+
+    def overlapping(self, begin: float, end: float) -> Iterator[Stay]:
+        """Robots that are there at some time from `begin` to `end`."""
+        for rank in range(bisect_right(self.latest, begin), len(self.each)):
+            robot, since, until = self.each[rank]
+            if since >= end and since > begin:
+                return
+            if until > begin:
+                yield robot, since, until
+
+
+def _stays(log: Log, starts: Sequence[Start]) -> dict[Edge, Stays]:
+    """The robots on each edge. The last may still be there at the end."""
     where: dict[int, tuple[Edge, float]] = {
         robot: (start.edge, 0.0) for robot, start in enumerate(starts) if start.edge is not None
     }
@@ -105,14 +125,6 @@ def _stays(log: Log, starts: Sequence[Start]) -> defaultdict[Edge, list[Stay]]:
             where[row.robot] = row.edge, row.time
     for robot, (edge, since) in where.items():
         found[edge].append((robot, since, log.end))
-    for stays in found.values():
-        stays.sort(key=lambda stay: (stay[2], stay[1]))  # robots never overtake
-    return found
-
-
-def _overlapping(stays: list[Stay], begin: float, end: float) -> Iterator[Stay]:
-    """Robots that are there at some time from `begin` to `end`."""
-    for rank in range(bisect_right(stays, begin, key=lambda stay: stay[2]), len(stays)):
-        if stays[rank][1] >= end and stays[rank][1] > begin:
-            return
-        yield stays[rank]
+    for each in found.values():
+        each.sort(key=lambda stay: stay[1:])
+    return {edge: Stays(each, list(accumulate((stay[2] for stay in each), max))) for edge, each in found.items()}
