@@ -63,6 +63,7 @@ class Motion:
         if visit.leave > visit.times[-1] + self.delay:
             pieces.append((visit.times[-1], visit.leave, visit.places[-1], visit.places[-1]))
         stands = [place for begin, end, place, to in pieces if to == place and end > begin + self.delay]
+        stands += visit.places[-1:] if visit.cleared else []
         for begin, end, place, to in pieces:
             if to > place:
                 stood = max((stand for stand in stands if stand <= place), default=-self.run_before(visit))

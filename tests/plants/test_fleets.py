@@ -1,7 +1,6 @@
 """Another fleet on an imported plant: the floor stays the same, and every robot finds a slot."""
 
 import contextlib
-import math
 from collections import Counter
 from pathlib import Path
 
@@ -16,7 +15,7 @@ from desim_warehouse.run import check
 from desim_warehouse.study.fleet.designs import Designs, refused
 from tests.auditor import audit
 from tests.plants.drawings import DRAWN
-from tests.plants.foreign import FOLDER, needs_plants
+from tests.plants.foreign import FOLDER, needs_plants, with_enough_chargers
 
 FLEETS = (2, 8, 20)
 
@@ -98,14 +97,6 @@ def foreign():
     return [
         one for one in files if "schema" not in one.name and one.stem not in {"transport-orders", "random-example_400"}
     ]
-
-
-def with_enough_chargers(model):
-    """The same with half as many chargers again as check asks for, at least, where it says that they are too few."""
-    found = check(model)
-    if "CHARGERS_SHORT" not in {finding.code for finding in found.findings}:
-        return model
-    return model.replace({"layout.bays.chargers.chargers": math.ceil(1.5 * found.calculation.power.needed)})
 
 
 def test_chargers_that_check_asks_for_fit_into_a_bay_that_grows(tmp_path):

@@ -7,7 +7,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
 from tests.auditor import audit
-from tests.plants.foreign import FOLDER, needs_plants
+from tests.plants.foreign import FOLDER, needs_plants, with_enough_chargers
 
 HOUR = 3600.0
 FILES = sorted(
@@ -29,6 +29,7 @@ def test_every_task_of_a_shift_is_delivered_or_open(file, robots):
         pytest.skip(str(error).splitlines()[0])
     if model.run.length is None:
         pytest.skip("its orders end")
+    model = with_enough_chargers(model)
     run = dw.simulate(model.replace({"run.length": 8 * HOUR, "log": "tasks"}))
     assert run.T == 8 * HOUR
     released, delivered = (len(list(run.history.rows(kind))) for kind in ("released", "delivered"))
