@@ -7,7 +7,7 @@ import pytest
 from tests.cli import hostile
 from tests.cli.forks import call_all
 
-SOME = 30
+SOME = 60
 """Every so many of them every day, all in the long run."""
 
 

@@ -66,7 +66,7 @@ VARIANTS = {"poisson": {}, "hours": HOURS, "heavy": HEAVY}
 SIZES = [(30, 20), (40, 60), (60, 40), (80, 50), (120, 80)]
 
 
-@pytest.mark.parametrize("load", [0.3, 0.55, 0.8])
+@pytest.mark.parametrize("load", [0.8, *(pytest.param(load, marks=pytest.mark.long) for load in (0.3, 0.55))])
 @pytest.mark.parametrize("variant", VARIANTS)
 @pytest.mark.parametrize("size", SIZES, ids=str)
 def test_nothing_is_said_of_drafts(size, variant, load):
