@@ -370,6 +370,12 @@ class Fleet(Part):
         return max(sum(robot.motion) for robot in self.distinct()) / 2
 
     @property
+    def longest_braking(self) -> float:
+        """The longest braking distance that any robot keeps; 0 if all keep D alone."""
+        keeps = [robot for robot in self.distinct() if robot.keeps == "braking"]
+        return max((max(robot.speed, robot.loaded_speed) ** 2 * robot.motion[1] / 2 for robot in keeps), default=0.0)
+
+    @property
     def breaks_down(self) -> bool:
         """Whether any robot breaks down."""
         return any(robot.breakdowns is not None for robot in self.distinct())
