@@ -305,7 +305,9 @@ def check(model: Model) -> Check:
         stop = model.fleet.slowness * speed
         facts.append(f"a stop on the way costs up to {stop:.3g} {model.units.time} of braking and gathering speed")
     if braking := model.fleet.longest_braking:
-        facts.append(f"while they drive some or all keep up to {braking:.3g} {length} more, their braking distance")
+        facts.append(
+            f"those that keep their braking distance stay up to {braking:.3g} {length} farther behind while they drive"
+        )
     facts += [*_times_that_vary(model), *left_out(model, layout)]
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
