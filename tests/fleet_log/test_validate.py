@@ -70,6 +70,7 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
     lines = [line for line in a_plant.log.read_text(encoding="utf-8").splitlines() if "T06:0" in line]
     (tmp_path / "short.jsonl").write_text("\n".join(lines))  # ten minutes
     options = ["--against", str(tmp_path / "short.jsonl"), "--runs", "39", "--set", "fleet.robot.speed=9"]
+    options += ["--page", str(tmp_path / "page.html")]
     result = CliRunner().invoke(desim, ["validate", str(a_plant.sheet), *options])
     assert result.exit_code == 0, result.output
     first, *then = result.output.splitlines()
@@ -77,3 +78,5 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
     assert "share_loaded" in first
     assert any(line.startswith("look at share_loaded: speed with a load") for line in then)
     assert "OUTSIDE" in result.output
+    assert then[-1].endswith("page.html: open it in a browser")
+    assert "Refuted by time driving with a load" in (tmp_path / "page.html").read_text(encoding="utf-8")
