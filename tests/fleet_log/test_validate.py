@@ -79,4 +79,4 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
     assert any(line.startswith("look at share_loaded: speed with a load") for line in then)
     assert "OUTSIDE" in result.output
     assert then[-1].endswith("page.html: open it in a browser")
-    assert "Refuted by time driving with a load" in (tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "Look at time driving with a load: speed with a load" in (tmp_path / "page.html").read_text(encoding="utf-8")
