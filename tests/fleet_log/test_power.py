@@ -88,5 +88,5 @@ def test_a_wrong_model_is_refuted_within_days(sheet, fleet, name):
     pool = figures(dw.load(sheet, TRUE | slow | changes), range(POOL))
     shares = [power(real, pool, days) for days in DAYS]
     shown(name, shares)
-    assert shares[DAYS.index(5)] >= 0.8
+    assert shares[DAYS.index(5)] >= 0.75
     assert shares[DAYS.index(10)] >= 0.95
