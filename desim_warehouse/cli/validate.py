@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from pathlib import Path
+
 import click
 
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
@@ -14,10 +16,17 @@ from desim_warehouse.cli.options import load_model, with_json, with_overrides
 @click.option(
     "--runs", type=click.IntRange(39), default=40, show_default=True, help="Simulated days for each real one."
 )
+@click.option("--page", metavar="FILE", help="Write a page: the verdict, the real day over the simulated ones, edges.")
 @with_overrides
 @with_json("verdict, p, bound, and of each measure the real and simulated means, and how far it lies out")
 def command(
-    model: str, logs: tuple[str, ...], orders: tuple[str, ...], runs: int, assignments: tuple[str, ...], as_json: bool
+    model: str,
+    logs: tuple[str, ...],
+    orders: tuple[str, ...],
+    runs: int,
+    page: str | None,
+    assignments: tuple[str, ...],
+    as_json: bool,
 ) -> None:
     """Say whether real days refute MODEL: rank their figures among those of simulated days, all at once.
 
@@ -29,21 +38,25 @@ def command(
     from desim_warehouse.fleet_log.validate import validate
 
     found = validate(load_model(model, assignments), logs, orders=orders, runs=runs)
-    means = {name: (float(found.real[:, k].mean()), found.simulated[:, :, k]) for k, name in enumerate(found.names)}
+    if page is not None:
+        from desim_warehouse.cli.options import write_files
+        from desim_warehouse.cli.study_options import as_typed
+        from desim_warehouse.report import validation_page
+
+        write_files({Path(page): validation_page.page(found, as_typed()).html()}, force=True)
     if as_json:
-        measures = {
-            name: {"real": real, "simulated": float(days.mean()), "off": found.off[name]}
-            for name, (real, days) in means.items()
-        }
-        verdict = {"refuted": found.refuted, "p": found.p_value, "bound": found.bound, "outside": found.outside}
+        keys = ("real", "simulated", "off")
+        measures = {row.name: {key: getattr(row, key) for key in keys} for row in found.rows()}
+        ranks = found.measures
+        verdict = {"refuted": found.refuted, "p": ranks.p_value, "bound": ranks.bound, "outside": found.outside}
         click.echo(json.dumps({**verdict, "measures": measures}))
-    else:
-        click.echo("\n".join(found.lines()))
-        table = sheet(None, "measure", ">real", ">simulated", ">band", "verdict")
-        for name, (real, days) in means.items():
-            middle, reach = float(days.mean()), found.bound * float(days.std(axis=1, ddof=1).mean())
-            reach /= len(logs) ** 0.5
-            out = f"OUTSIDE ({found.off[name]:+.1f})" if name in found.outside else f"inside ({found.off[name]:+.1f})"
-            band = f"{max(middle - reach, 0.0):.4g} to {middle + reach:.4g}"
-            table.add_row(name, f"{real:.4g}", f"{middle:.4g}", band, out)
-        show(table)
+        return
+    click.echo("\n".join(found.lines()))
+    table = sheet(None, "measure", ">real", ">simulated", ">band", "verdict")
+    for row in found.rows():
+        where = "OUTSIDE" if row.outside else "inside"
+        band = f"{row.low:.4g} to {row.high:.4g}"
+        table.add_row(row.name, f"{row.real:.4g}", f"{row.simulated:.4g}", band, f"{where} ({row.off:+.1f})")
+    show(table)
+    if page is not None:
+        click.echo(f"{page}: open it in a browser")

@@ -12,50 +12,92 @@ from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, NOTHING, PICK
 
 if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
     from desim_warehouse.fleet_log.floor import Tracks
     from desim_warehouse.fleet_log.table import FleetLog
     from desim_warehouse.model import Model
 
+    Floats = NDArray[np.float64]
+    Event = tuple[Any, float, int]
+
 
 class Measure(NamedTuple):
-    """A figure of a day: what it is in words, and what to look at where a model has another."""
+    """A figure of a day: in words, what to look at where a model has another, and what it is in.
+
+    `kind` is a kind of unit: time, length, share or count.
+    """
 
     meaning: str
     look_at: str
+    kind: str = "count"
 
 
 MEASURES = {
     "drops_per_hour": Measure("load units put down an hour", "demand, and whether the fleet keeps up"),
-    "trip_mean": Measure("from a pick to the drop, mean", "speed with a load, waits in aisles and at stations"),
-    "trip_p95": Measure("from a pick to the drop, 95 % quantile", "queues at stations, breakdowns, blocked aisles"),
-    "approach_mean": Measure("from a drop to the next pick, mean", "who is sent where: policies.allocation"),
-    "distance_per_hour": Measure("driven by a robot in an hour", "who is sent where, and by which way"),
-    "share_empty": Measure("driving empty", "who is sent where: policies.allocation, policies.parking"),
-    "share_loaded": Measure("driving with a load", "speed with a load, routes, popularity of places"),
-    "share_waiting": Measure("standing on a lane", "a blocked aisle, people, closures, the distance robots keep"),
-    "share_at_nodes_of_work": Measure("standing at stations", "servers and unloading time"),
-    "share_parked": Measure("standing at bays", "demand, chargers, how many robots were on"),
-    "share_loading": Measure("loading", "tasks.load_time"),
-    "share_unloading": Measure("unloading", "tasks.unload_time"),
-    "share_charging": Measure("charging", "chargers, consumption, the charging policy"),
-    "share_broken": Measure("broken down", "fleet.robot.breakdowns"),
+    "trip_mean": Measure(
+        "mean time from a pick to the drop", "speed with a load, waits in aisles and at stations", "time"
+    ),
+    "trip_p95": Measure(
+        "95 % quantile of the time from a pick to the drop", "queues at stations, breakdowns, blocked aisles", "time"
+    ),
+    "approach_mean": Measure(
+        "mean time from a drop to the next pick", "who is sent where: policies.allocation", "time"
+    ),
+    "distance_per_hour": Measure("way of a robot in an hour", "who is sent where, and by which way", "length"),
+    "share_empty": Measure("time driving empty", "who is sent where: policies.allocation, policies.parking", "share"),
+    "share_loaded": Measure("time driving with a load", "speed with a load, routes, popularity of places", "share"),
+    "share_waiting": Measure(
+        "time standing on lanes", "a blocked aisle, people, closures, the distance robots keep", "share"
+    ),
+    "share_at_nodes_of_work": Measure("time standing at stations", "servers and unloading time", "share"),
+    "share_parked": Measure("time standing at bays", "demand, chargers, how many robots were on", "share"),
+    "share_loading": Measure("time loading", "tasks.load_time", "share"),
+    "share_unloading": Measure("time unloading", "tasks.unload_time", "share"),
+    "share_charging": Measure("time charging", "chargers, consumption, the charging policy", "share"),
+    "share_broken": Measure("time broken down", "fleet.robot.breakdowns", "share"),
     "charges_per_hour": Measure("charges of a robot in an hour", "the charging policy and its levels"),
 }
 """By name. Shares are of the time of which the log has messages, so gaps do not count."""
 
 
-def measured(model: Model, log: FleetLog) -> tuple[dict[str, float], dict[str, float]]:
-    """The measures of a day, in the units of the model, and how long robots stood on each edge in an hour.
+class Measured(NamedTuple):
+    """What a log says of a day, in the units of the model.
 
-    nan where the log does not say. The warm-up of the model is left out.
+    `figures` are those of `MEASURES`, nan where the log does not say. `drops` are load units put down an hour, in each
+    part of the day, nan in those without messages. Of each edge `passed` is how often robots came along it in an hour,
+    and `stood` how long robots stood on it in an hour; both are empty for trips.
     """
+
+    figures: dict[str, float]
+    drops: Floats
+    passed: Floats
+    stood: Floats
+
+
+_PARTS = (1.0, 0.5, 0.25, 1 / 6, 1 / 12)
+_FEW = 4
+"""Parts that a day should have, in hours: the longest of which there are so many, else the shortest."""
+
+
+def parts_of(model: Model, log: FleetLog) -> Floats:
+    """The instants that part the counted time of a day into hours, a short one into shorter parts of an hour."""
+    begin, hour = model.run.warm_up, model.units.hour
+    end = max(log.length / model.units.seconds, begin + 1.0)
+    part = next((part for part in _PARTS if (end - begin) / (part * hour) >= _FEW), _PARTS[-1]) * hour
+    return np.append(np.arange(begin, max(end - part / 2, begin + 0.5), part), end)
+
+
+def measured(model: Model, log: FleetLog, parts: Floats) -> Measured:
+    """What a log says of a day that is parted so. The warm-up of the model is left out."""
     if not log.step:
-        return _of_trips(model, log), {}
+        return _of_trips(model, log, parts)
     tracks = lay_over(model, [log])
     counted = tracks.time >= model.run.warm_up
     time = np.where(counted, tracks.before, 0.0)
     total = float(time.sum())
     hour = model.units.hour
+    robots = max(len(np.unique(tracks.robot)), 1)
 
     def share(which: Any) -> float:
         return float(time[which].sum()) / total if total else math.nan
@@ -71,7 +113,8 @@ def measured(model: Model, log: FleetLog) -> tuple[dict[str, float], dict[str, f
     steps = np.hypot(np.diff(tracks.x, prepend=tracks.x[0]), np.diff(tracks.y, prepend=tracks.y[0]))
     moved = steps[counted & tracks.joined & tracks.driving & np.isfinite(steps)].sum()
     charging = episodes(tracks, tracks.action == CHARGE).begun[:, 0]
-    found = _times(tracks, total / hour / max(len(np.unique(tracks.robot)), 1)) | {
+    events = _events(tracks)
+    figures = _between(events, model.run.warm_up, total / hour / robots) | {
         "distance_per_hour": float(moved) / total * hour if total else math.nan,
         "share_empty": share(free & tracks.driving & ~tracks.load),
         "share_loaded": share(free & tracks.driving & tracks.load),
@@ -84,27 +127,50 @@ def measured(model: Model, log: FleetLog) -> tuple[dict[str, float], dict[str, f
         "share_broken": share(tracks.fault),
         "charges_per_hour": float((charging >= model.run.warm_up).sum()) / total * hour if total else math.nan,
     }
-    stood = np.bincount(tracks.edge[waits & (tracks.edge >= 0)], time[waits & (tracks.edge >= 0)], len(tracks.edges))
-    return found, {">".join(edge): float(spent) / total * hour for edge, spent in zip(tracks.edges, stood, strict=True)}
+    seen = np.histogram(tracks.time, parts, weights=time)[0] / hour / robots
+    hours = total / hour / robots or math.nan
+    there = waits & (tracks.edge >= 0)
+    stood = np.bincount(tracks.edge[there], time[there], len(tracks.edges))
+    return Measured(figures, _an_hour(events, parts, seen), _passed(tracks, counted) / hours, stood / hours)
 
 
-def _times(tracks: Tracks, hours: float) -> dict[str, float]:
-    """Drops an hour, and the times between picks and drops of the same robot, without those that a gap cuts."""
+def _passed(tracks: Tracks, counted: Any) -> Floats:
+    """How often robots were seen to come along each edge."""
+    came = (counted & tracks.joined & (np.diff(tracks.node, prepend=-1) != 0))[1:]
+    pairs, often = np.unique(np.stack([tracks.node[:-1][came], tracks.node[1:][came]]), axis=1, return_counts=True)
+    names, number = list(tracks.model.floor.graph), {edge: rank for rank, edge in enumerate(tracks.edges)}
+    found = np.zeros(len(tracks.edges))
+    for (a, b), times in zip(pairs.T, often, strict=True):
+        edge = number.get((names[a], names[b])) if min(a, b) >= 0 else None
+        if edge is not None:
+            found[edge] = times
+    return found
+
+
+def _an_hour(events: list[Event], parts: Floats, hours: Floats) -> Floats:
+    """Drops in each part of a day, by the hours that were seen of it."""
+    dropped, _ = np.histogram([time for _, time, action in events if action == DROP], parts)
+    return np.asarray(np.where(hours > 0, dropped / np.where(hours > 0, hours, 1.0), math.nan))
+
+
+def _events(tracks: Tracks) -> list[Event]:
+    """Picks and drops: the robot, when, and which of the two, in order."""
     picks, drops = (episodes(tracks, tracks.action == action) for action in (PICK, DROP))
-    end = drops.ended[:, 0]
-    events = [
-        *zip(tracks.robot[picks.first], picks.begun.mean(axis=1), [PICK] * len(picks.first), strict=True),
-        *zip(tracks.robot[drops.first], end, [DROP] * len(end), strict=True),
-    ]
-    return _between(events, tracks.model.run.warm_up, hours)
+    return sorted(
+        [
+            *zip(tracks.robot[picks.first], picks.begun.mean(axis=1), [PICK] * len(picks.first), strict=True),
+            *zip(tracks.robot[drops.first], drops.ended[:, 0], [DROP] * len(drops.first), strict=True),
+        ]
+    )
 
 
-def _between(events: list[tuple[Any, ...]], begin: float, hours: float) -> dict[str, float]:
+def _between(events: list[Event], begin: float, hours: float) -> dict[str, float]:
+    """Drops an hour, and the times between picks and drops of the same robot, without those that a gap cuts."""
     trips: list[float] = []
     ways: list[float] = []
     dropped = 0
     before: tuple[Any, ...] = (None, 0.0, NOTHING)
-    for robot, time, action in sorted(events):
+    for robot, time, action in events:
         dropped += action == DROP and time >= begin
         if robot == before[0] and before[1] >= begin and action != before[2]:
             (trips if action == DROP else ways).append(time - before[1])
@@ -117,9 +183,10 @@ def _between(events: list[tuple[Any, ...]], begin: float, hours: float) -> dict[
     }
 
 
-def _of_trips(model: Model, log: FleetLog) -> dict[str, float]:
+def _of_trips(model: Model, log: FleetLog, parts: Floats) -> Measured:
     table, seconds = log.table, model.units.seconds
-    events = list(zip(table["robot"], table["time"] / seconds, table["action"], strict=True))
-    begin = model.run.warm_up
-    found = _between(events, begin, (log.length / seconds - begin) / model.units.hour)
-    return dict.fromkeys(MEASURES, math.nan) | found
+    events = sorted(zip(table["robot"], table["time"] / seconds, table["action"], strict=True))
+    begin, hour = model.run.warm_up, model.units.hour
+    found = _between(events, begin, (log.length / seconds - begin) / hour)
+    drops = _an_hour(events, parts, np.diff(parts) / hour)
+    return Measured(dict.fromkeys(MEASURES, math.nan) | found, drops, np.empty(0), np.empty(0))

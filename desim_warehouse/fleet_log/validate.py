@@ -1,24 +1,19 @@
-"""Does a real day refute a model? It is ranked among simulated days, all measures and all days at once.
-
-Each real figure is set beside those of n simulated days, measured by the same code. How far it lies out is counted in
-standard deviations of these. What decides is the largest such distance of all measures, of single days and of all days
-together, and its rank among the same largest distance of simulated days that take the place of the real ones. So many
-figures do not make a refutation more likely, nor do skewed ones: a right model is refuted at most at the stated level.
-"""
+"""Does a real day refute a model? Its figures are ranked among those of simulated days, measured by the same code."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from desim_warehouse.errors import ReportError, SimulationError
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_they_are
-from desim_warehouse.fleet_log.measures import MEASURES, measured
+from desim_warehouse.fleet_log.measures import MEASURES, measured, parts_of
+from desim_warehouse.fleet_log.ranks import LEVEL, ranked
 from desim_warehouse.fleet_log.runs import from_run
 from desim_warehouse.model import load
 from desim_warehouse.run import simulate
@@ -28,12 +23,13 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
+    from desim_warehouse.fleet_log.measures import Measured
+    from desim_warehouse.fleet_log.ranks import Ranked
     from desim_warehouse.fleet_log.table import FleetLog
     from desim_warehouse.model import Model
 
     Floats = NDArray[np.float64]
 
-LEVEL = 0.05
 RUNS = 40
 """Simulated days for each real one: 39 is the least that can refute at the level."""
 _POWER = 0.84
@@ -43,6 +39,19 @@ _MOST = 1000
 _TOLD = ("trip_mean", "approach_mean", "drops_per_hour")
 """Measures of which the power is said."""
 _EDGES = 3
+_LOOKED_AT = 3
+
+
+class Row(NamedTuple):
+    """A measure, the mean of all days: real, simulated, its band, and how far it lies out."""
+
+    name: str
+    real: float
+    simulated: float
+    low: float
+    high: float
+    off: float
+    outside: bool
 
 
 @dataclass(frozen=True)
@@ -50,55 +59,78 @@ class Validation:
     """What real days say of a model.
 
     Attributes:
+        model: it.
+        days: the names of the logs.
         names: of the measures that the logs have.
-        real: a row for each day, a column for each measure.
-        simulated: for each day a table, a row for each simulated day.
-        p_value: the share of simulated days that lie out as far as the real ones.
-        bound: standard deviations beyond which a figure lies out, all of them taken together.
-        off: for each measure how far it lies out: the most of single days and of all days together.
-        edges: those where robots stood longer than simulated, the worst first: real and simulated, time an hour.
+        measures: these, which decide.
+        parts: of each day the instants between which its drops are counted.
+        drops: load units put down an hour in each part, for each day alone.
+        passed: how often robots came along each edge in an hour; None: the logs are of trips.
+        stood: how long robots stood on each edge in an hour; None: the logs are of trips.
     """
 
+    model: Model
+    days: tuple[str, ...]
     names: tuple[str, ...]
-    real: Floats
-    simulated: Floats
-    p_value: float
-    bound: float
-    off: dict[str, float]
-    edges: dict[str, tuple[float, float]]
+    measures: Ranked
+    parts: tuple[Floats, ...]
+    drops: tuple[Ranked, ...]
+    passed: Ranked | None
+    stood: Ranked | None
 
     @property
     def refuted(self) -> bool:
         """Whether the real days are unlike the simulated ones."""
-        return self.p_value <= LEVEL
+        return self.measures.p_value <= LEVEL
+
+    def rows(self) -> list[Row]:
+        """The measures of the logs, those of all days together."""
+        found = self.measures
+        columns = (found.real.mean(axis=0), found.simulated.mean(axis=(0, 1)), *found.mean_band(), found.off, found.out)
+        return [Row(name, *values) for name, *values in zip(self.names, *(c.tolist() for c in columns), strict=True)]
 
     @property
     def outside(self) -> list[str]:
         """Measures outside the simultaneous band, the farthest first."""
-        out = [name for name in self.names if abs(self.off[name]) > self.bound]
-        return sorted(out, key=lambda name: -abs(self.off[name]))
+        return [row.name for row in sorted(self.rows(), key=lambda row: -abs(row.off)) if row.outside]
+
+    def stood_longer(self) -> dict[str, tuple[float, float]]:
+        """Edges on which robots stood longer than the simulated ones, the worst first: real and simulated time."""
+        if self.stood is None:
+            return {}
+        real, simulated = self.stood.real.mean(axis=0), self.stood.simulated.mean(axis=(0, 1))
+        edges = list(self.model.floor.graph.edges)
+        longer = np.flatnonzero(self.stood.out & (real > simulated))
+        worst = sorted(longer, key=lambda edge: simulated[edge] - real[edge])[:_EDGES]
+        return {">".join(edges[edge]): (float(real[edge]), float(simulated[edge])) for edge in worst}
 
     def days_for(self, name: str, error: float = _ERROR) -> int | None:
         """How many days would show an error of this share in a measure, with a chance of 80 %; None: over 1,000."""
-        values = self.simulated[:, :, self.names.index(name)]
+        values = self.measures.simulated[:, :, self.names.index(name)]
         mean, spread = abs(float(values.mean())), float(values.std(axis=1, ddof=1).mean())
-        days = math.ceil(((self.bound + _POWER) * spread / (error * mean)) ** 2) if mean else _MOST + 1
+        days = math.ceil(((self.measures.bound + _POWER) * spread / (error * mean)) ** 2) if mean else _MOST + 1
         return max(days, 1) if days <= _MOST else None
 
-    def lines(self) -> list[str]:
-        """The verdict in words, with its power, and what to look at."""
-        days = len(self.real)
-        what = f"{days} day{'s' * (days > 1)}, {self.simulated.shape[1]} simulated for each, p = {self.p_value:.2g}"
+    def lines(self, *, spoken: bool = False) -> list[str]:
+        """The verdict, with its power, and what to look at; `spoken`: in words, without those that matter least."""
+        called = {name: MEASURES[name].meaning if spoken else name for name in self.names}
+        days, runs, _ = self.measures.simulated.shape
+        what = f"{days} day{'s' * (days > 1)}, {runs} simulated for each, p = {self.measures.p_value:.2g}"
         found = [f"not refuted ({what})"]
         if self.refuted:
-            by = ", ".join(self.outside) or "all measures together"
+            shown = self.outside[: _LOOKED_AT if spoken else None]
+            more = len(self.outside) - len(shown)
+            by = ", ".join(called[name] for name in shown) + (f" and {more} more" if more else "")
+            by = by or "all measures together"
             found = [f"refuted by {by} ({what})"]
-            found += [f"look at {name}: {MEASURES[name].look_at}" for name in self.outside[:_EDGES]]
-            if self.edges:
-                worst = ", ".join(f"{edge} ({real:.3g} for {sim:.3g})" for edge, (real, sim) in self.edges.items())
-                found.append(f"robots stood longest beyond what is simulated on {worst}, each in an hour")
+            found += [f"look at {called[name]}: {MEASURES[name].look_at}" for name in self.outside[:_LOOKED_AT]]
+            edges = self.stood_longer()
+            if edges:
+                worst = ", ".join(f"{edge} ({real:.3g} for {sim:.3g})" for edge, (real, sim) in edges.items())
+                unit = self.model.units.time
+                found.append(f"robots stood longer than simulated on {worst}, in {unit} an hour")
         needed = {name: self.days_for(name) for name in _TOLD if name in self.names}
-        said = [f"{name} with {n or 'over 1,000'} day{'s' * (n != 1)}" for name, n in needed.items()]
+        said = [f"{called[name]} with {n or 'over 1,000'} day{'s' * (n != 1)}" for name, n in needed.items()]
         if said:
             found.append(f"power: a {100 * _ERROR:g} % error would be seen in {', '.join(said)} (chance 80 %)")
         return found
@@ -129,28 +161,42 @@ def validate(
         raise ReportError(f"{len(orders)} files of orders for {len(logs)} logs, expected one for each")
     base = load(model) if isinstance(model, str | Path) else model
     read = read_logs(logs)
-    real, simulated, stood = [], [], []
+    parts, real, simulated = [], [], []
     for day, log in enumerate(read):
         changed = base.replace(as_they_are(base, Path(orders[day])) if orders else {})
-        found, at = measured(changed, log)
-        days = [_simulated(changed, log, day * runs + run) for run in range(runs)]
-        real.append([found[name] for name in MEASURES])
-        simulated.append([[one[name] for name in MEASURES] for one, _ in days])
-        stood.append((at, [edges for _, edges in days]))
-    everything, there = np.array(simulated), np.array(real)
+        parts.append(parts_of(changed, log))
+        real.append(measured(changed, log, parts[-1]))
+        simulated.append([_simulated(changed, log, parts[-1], day * runs + run) for run in range(runs)])
+    there = np.array([list(one.figures.values()) for one in real])
+    everything = np.array([[list(one.figures.values()) for one in runs] for runs in simulated])
     known = np.isfinite(there).all(axis=0) & np.isfinite(everything).all(axis=(0, 1))
     known &= (everything.std(axis=1).min(axis=0) > 0) | (there != everything[:, 0]).any(axis=0)
-    names = tuple(name for name, is_known in zip(MEASURES, known, strict=True) if is_known)
-    if not names:
+    if not known.any():
         raise ReportError("no measure that all logs and all simulated days have")
-    p_value, bound, off = _judged(there[:, known], everything[:, :, known])
     return Validation(
-        names, there[:, known], everything[:, :, known], p_value, bound,
-        dict(zip(names, off.tolist(), strict=True)), _stood_longer(stood),
-    )  # fmt: skip
+        model=base,
+        days=tuple(log.name for log in read),
+        names=tuple(name for name, is_known in zip(MEASURES, known, strict=True) if is_known),
+        measures=ranked(there[:, known], everything[:, :, known]),
+        parts=tuple(parts),
+        drops=tuple(
+            ranked(one.drops[None], np.array([[run.drops for run in runs]]))
+            for one, runs in zip(real, simulated, strict=True)
+        ),
+        passed=_by_edge("passed", real, simulated),
+        stood=_by_edge("stood", real, simulated),
+    )
 
 
-def _simulated(model: Model, log: FleetLog, seed: int) -> tuple[dict[str, float], dict[str, float]]:
+def _by_edge(what: str, real: list[Measured], simulated: list[list[Measured]]) -> Ranked | None:
+    """What logs say of each edge; None where one of them is of trips."""
+    days = [getattr(one, what) for one in real]
+    if not all(day.size for day in days):
+        return None
+    return ranked(np.array(days), np.array([[getattr(one, what) for one in runs] for runs in simulated]), alike=True)
+
+
+def _simulated(model: Model, log: FleetLog, parts: Floats, seed: int) -> Measured:
     """A simulated day as long as the real one, with messages as far apart, measured as that is."""
     seconds = model.units.seconds
     changes: dict[str, Any] = {"run.length": max(log.length / seconds, 1.0), "log": "all"}
@@ -159,32 +205,4 @@ def _simulated(model: Model, log: FleetLog, seed: int) -> tuple[dict[str, float]
         reported = from_run(simulate(day, seed), log.step or 1.0)
     except SimulationError as error:
         raise SimulationError(f"seed {seed}: the model cannot simulate {log.name}: {error}") from error
-    return measured(day, reported)
-
-
-def _judged(real: Floats, simulated: Floats) -> tuple[float, float, Floats]:
-    """The p-value of the real days, the bound of the simultaneous band, and how far each measure lies out."""
-    days, runs, _ = simulated.shape
-    pooled = np.concatenate([real[:, None, :], simulated], axis=1)  # so the real day and a simulated one are alike
-    spread = pooled.std(axis=1, ddof=1, keepdims=True)
-    z = np.divide(pooled - pooled.mean(axis=1, keepdims=True), spread, out=np.zeros_like(pooled), where=spread > 0)
-    together = z.sum(axis=0, keepdims=True) / math.sqrt(days)
-    far = np.concatenate([z, together]) if days > 1 else z
-    largest = np.abs(far).max(axis=(0, 2))
-    p_value = float((largest >= largest[0]).mean())
-    bound = float(np.sort(largest[1:])[math.ceil((1 - LEVEL) * (runs + 1)) - 1])
-    ours = far[:, 0, :]
-    off = np.take_along_axis(ours, np.abs(ours).argmax(axis=0)[None], axis=0)[0]
-    return p_value, bound, off
-
-
-def _stood_longer(stood: list[tuple[dict[str, float], list[dict[str, float]]]]) -> dict[str, tuple[float, float]]:
-    """Edges on which robots stood longer in the real days than in any simulated one, by the difference."""
-    found = {}
-    for edge in stood[0][0]:
-        real = float(np.mean([at[edge] for at, _ in stood]))
-        days = np.array([[one[edge] for one in days] for _, days in stood]).mean(axis=0)
-        if real > days.max():
-            found[edge] = real, float(days.mean())
-    worst = sorted(found, key=lambda edge: found[edge][1] - found[edge][0])[:_EDGES]
-    return {edge: found[edge] for edge in worst}
+    return measured(day, reported, parts)

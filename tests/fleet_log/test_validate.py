@@ -7,9 +7,10 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.fleet_log.measures import MEASURES, measured
+from desim_warehouse.fleet_log.measures import MEASURES, measured, parts_of
+from desim_warehouse.fleet_log.ranks import ranked
 from desim_warehouse.fleet_log.runs import from_run
-from desim_warehouse.fleet_log.validate import _judged, validate
+from desim_warehouse.fleet_log.validate import validate
 
 
 def test_a_right_model_is_refuted_at_the_level_however_skewed_its_figures():
@@ -17,9 +18,9 @@ def test_a_right_model_is_refuted_at_the_level_however_skewed_its_figures():
     refuted = 0
     for _ in range(600):
         days = rng.lognormal(0, 1, (2, 40, 6))
-        p_value, bound, _ = _judged(days[:, 0], days[:, 1:])
-        refuted += p_value <= 0.05
-        assert bound > 1.9
+        found = ranked(days[:, 0], days[:, 1:])
+        refuted += found.p_value <= 0.05
+        assert found.bound > 1.9
     assert 0.025 <= refuted / 600 <= 0.07
 
 
@@ -27,10 +28,10 @@ def test_an_error_in_all_days_is_seen_though_no_day_shows_it():
     rng = np.random.default_rng(1)
     days = rng.normal(0, 1, (16, 60, 8))
     days[:, 0, 3] += 1.5
-    p_value, bound, off = _judged(days[:, 0], days[:, 1:])
-    assert p_value <= 0.05
-    assert off[3] > bound
-    assert np.abs(np.delete(off, 3)).max() < bound + 1
+    found = ranked(days[:, 0], days[:, 1:])
+    assert found.p_value <= 0.05
+    assert found.off[3] > found.bound
+    assert np.abs(np.delete(found.off, 3)).max() < found.bound + 1
 
 
 @pytest.fixture(scope="module")
@@ -50,7 +51,7 @@ def test_the_right_model_is_not_refuted(days):
 
 def test_measures_of_a_run_are_its_indicators(days):
     model, day = days
-    found, _ = measured(model, day)
+    found = measured(model, day, parts_of(model, day)).figures
     assert set(found) == set(MEASURES)
     run = dw.simulate(model, 77)
     for ours, theirs in (("share_loading", "share_loading"), ("share_charging", "share_charging")):
@@ -69,6 +70,7 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
     lines = [line for line in a_plant.log.read_text(encoding="utf-8").splitlines() if "T06:0" in line]
     (tmp_path / "short.jsonl").write_text("\n".join(lines))  # ten minutes
     options = ["--against", str(tmp_path / "short.jsonl"), "--runs", "39", "--set", "fleet.robot.speed=9"]
+    options += ["--page", str(tmp_path / "page.html")]
     result = CliRunner().invoke(desim, ["validate", str(a_plant.sheet), *options])
     assert result.exit_code == 0, result.output
     first, *then = result.output.splitlines()
@@ -76,3 +78,5 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
     assert "share_loaded" in first
     assert any(line.startswith("look at share_loaded: speed with a load") for line in then)
     assert "OUTSIDE" in result.output
+    assert then[-1].endswith("page.html: open it in a browser")
+    assert "Look at time driving with a load: speed with a load" in (tmp_path / "page.html").read_text(encoding="utf-8")

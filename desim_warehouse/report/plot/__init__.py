@@ -16,6 +16,8 @@
 | the warehouse                                  | `layout`                | Model or Run                 |
 | where the warm-up ends                         | `warm_up`               | Run or observations          |
 | the same in Welch's plot                       | `welch`                 | `settle(model)` or observations |
+| a real day over simulated ones                 | `day`                   | `dw.validate`                |
+| edges, real against simulated, and on the floor | `passages`, `residuals` | `dw.validate`               |
 | measured times and fitted distributions        | `fitted`                | `fit.Fitted`                 |
 
 Every function takes `title` (none by default), `style` ("light" for screens, "print" for papers) and `ax` (axes
@@ -28,6 +30,7 @@ from __future__ import annotations
 from desim_warehouse.report.palette import COLOURS
 from desim_warehouse.report.plot.account import account
 from desim_warehouse.report.plot.battery import battery
+from desim_warehouse.report.plot.days import day, passages, residuals
 from desim_warehouse.report.plot.factors import by_factor, facets, throughput
 from desim_warehouse.report.plot.fitted import fitted
 from desim_warehouse.report.plot.fleet import gantt, utilisation
@@ -46,11 +49,14 @@ __all__ = [
     "battery",
     "by_factor",
     "congestion",
+    "day",
     "differences",
     "facets",
     "fitted",
     "gantt",
     "layout",
+    "passages",
+    "residuals",
     "surface",
     "throughput",
     "trade_off",

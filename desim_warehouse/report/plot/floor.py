@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.report.zones import Zone
 
-_NAMED = 60
+NAMED = 60
 """The most nodes that are labelled in a figure of usual size."""
 _IN_DOT = 3
 """Characters of a name that fit into the dot of a node; longer ones stand beside it."""
@@ -49,7 +49,7 @@ def layout(
     of many cells is drawn as a map: aisles light, shelves dark, with colours for storage places, bays and stations.
     """
     model, floor = _model_and_floor(source)
-    return _drawn(model, floor, title, style, ax, size_of(floor), named=len(floor.graph) <= _NAMED)
+    return _drawn(model, floor, title, style, ax, size_of(floor), named=len(floor.graph) <= NAMED)
 
 
 def save(source: Model | Run, path: str | Path, *, title: str | None = None, names: bool = False) -> Path:
@@ -213,7 +213,7 @@ def arrows(axes: Axes, lines: list[tuple[tuple[float, float], tuple[float, float
     lengths = [math.dist(*line) or 1.0 for line in lines]
     u = [(x1 - x0) / n for ((x0, _), (x1, _)), n in zip(lines, lengths, strict=True)]
     v = [(y1 - y0) / n for ((_, y0), (_, y1)), n in zip(lines, lengths, strict=True)]
-    size = 0.012 if len(lines) <= 2 * _NAMED else 0.006
+    size = 0.012 if len(lines) <= 2 * NAMED else 0.006
     axes.quiver(
         x,
         y,

@@ -1,0 +1,219 @@
+"""Real days beside simulated ones: drops over the day, how often robots came along each edge, and where both differ."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.report import palette
+from desim_warehouse.report.plot import floor as plan
+from desim_warehouse.report.plot import style as look
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    from desim_warehouse.fleet_log.ranks import Flags, Ranked
+    from desim_warehouse.fleet_log.validate import Validation
+    from desim_warehouse.layout import Layout
+
+By = Literal["passed", "stood"]
+_WORDS = {"passed": "Robots along an edge, an hour", "stood": "Robots standing on an edge, {} an hour"}
+REAL, MORE, LESS = palette.INK, palette.COLOURS[1], palette.COLOURS[0]
+_NAMED = 3
+"""Edges outside that are named in a figure."""
+_ASIDE = ((6, 5), (6, -14), (-34, 6))
+"""Points from a mark to its name, the worst first: marks outside are often near one another."""
+_WIDTH = 5.0
+"""Inches: as wide as can be read on a phone."""
+_BAR = 0.9
+"""Inches for the scale below a floor."""
+_NONE = "#D5D5D5"
+_END = 1.3
+"""Where the scale of differences ends, in ends of the band."""
+_BESIDE = 0.05
+"""How far apart the directions of a two-way lane are drawn, in edges."""
+
+
+def day(
+    found: Validation,
+    number: int | None = None,
+    *,
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """Load units put down an hour over a real day: its line, over the band of the simulated days.
+
+    A day like the simulated ones lies wholly inside the band on 95 of 100 days. Circles mark what lies outside.
+
+    Args:
+        found: from `dw.validate`.
+        number: of the day, from 0; default: the one that lies out farthest.
+    """
+    if number is None:
+        number = farthest(found)
+    ranks, parts = found.drops[number], found.parts[number] / found.model.units.hour
+    low, high = ranks.band(0)
+    with look.drawing(ax, style, title, (_WIDTH, 3.3), f"Load units put down an hour: {found.days[number]}") as axes:
+        runs = ranks.simulated.shape[1]
+        label = f"band of {runs} simulated days"
+        axes.stairs(high, parts, baseline=low, fill=True, color=palette.COLOURS[5], alpha=0.35, label=label)
+        axes.stairs(ranks.simulated[0].mean(axis=0), parts, color=LESS, linestyle="--", label="their mean")
+        axes.stairs(ranks.real[0], parts, color=REAL, linewidth=2, label="real day")
+        out = np.flatnonzero(ranks.out)
+        if len(out):
+            middle = (parts[:-1] + parts[1:]) / 2
+            marks: dict[str, Any] = {
+                "marker": "o",
+                "markerfacecolor": "none",
+                "markeredgecolor": MORE,
+                "markersize": 10,
+            }
+            axes.plot(middle[out], ranks.real[0][out], linestyle="none", label="outside", **marks)
+        axes.set_xlim(parts[0], parts[-1])
+        axes.set_ylim(bottom=0)
+        axes.set_xlabel("Time of the log (h)")
+        axes.set_ylabel("Load units put down an hour")
+        axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2)
+    return axes
+
+
+def farthest(found: Validation) -> int:
+    """The number of the real day whose drops lie out farthest, in bounds of its band."""
+    return int(np.argmax([np.abs(ranks.off).max() / (ranks.bound or 1.0) for ranks in found.drops]))
+
+
+def passages(
+    found: Validation, *, title: str | None = None, style: look.Style = "light", ax: Axes | None = None
+) -> Axes:
+    """How often robots came along each edge in an hour, real over simulated: a mark for each edge.
+
+    A bar goes from the lowest to the highest simulated day. On the line both are alike. Edges outside the band of all
+    edges are coloured, the worst three named.
+
+    Raises:
+        ReportError: logs of trips, which do not say where robots drove.
+    """
+    ranks = of_edges(found, "passed")
+    real, simulated = ranks.real.mean(axis=0), ranks.simulated.mean(axis=0)
+    across = simulated.mean(axis=0)
+    with look.drawing(
+        ax, style, title, (_WIDTH, 3.8), "Robots along each edge in an hour, real over simulated"
+    ) as axes:
+        axes.hlines(real, simulated.min(axis=0), simulated.max(axis=0), color=palette.FAINT, linewidth=0.8, alpha=0.6)
+        most = max(float(real.max()), float(simulated.max())) * 1.05 or 1.0
+        axes.plot([0, most], [0, most], color=palette.FAINT, linestyle="--", linewidth=1, label="alike")
+        for which, label, mark in _sides(ranks):
+            if which.any():
+                shown: dict[str, Any] = {"linestyle": "none", "marker": mark[0], "color": mark[1], "markersize": 5}
+                axes.plot(across[which], real[which], label=label, **shown)
+        edges = list(found.model.floor.graph.edges)
+        for edge, beside in zip(_worst(ranks), _ASIDE, strict=False):
+            at = (across[edge], real[edge])
+            axes.annotate(look.text(">".join(edges[edge])), at, beside, textcoords="offset points", fontsize="small")
+        axes.set_xlim(0, most)
+        axes.set_ylim(0, most)
+        axes.set_xlabel("Simulated: robots along the edge an hour")
+        axes.set_ylabel("Real")
+        axes.legend(loc="upper left")
+    return axes
+
+
+def residuals(
+    found: Validation,
+    *,
+    by: By = "passed",
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """Real less simulated on the floor, for each edge: blue where there was less, orange where there was more.
+
+    The scale ends a little beyond the band of all edges. Edges outside are wide, and the worst three are named with
+    their difference.
+
+    Args:
+        found: from `dw.validate`.
+        by: "passed": how often robots came along in an hour; "stood": how long they stood there in an hour.
+
+    Raises:
+        ReportError: another `by`, or logs of trips, which do not say where robots drove.
+    """
+    from matplotlib.cm import ScalarMappable
+    from matplotlib.collections import LineCollection
+    from matplotlib.colors import LinearSegmentedColormap, Normalize
+
+    if by not in _WORDS:
+        raise ReportError(f"by {by!r}: expected {' or '.join(_WORDS)}")
+    ranks = of_edges(found, by)
+    floor, step = found.model.floor, plan.step_of(found.model.floor)
+    lines = {edge: _line(floor, edge, step) for edge in floor.graph.edges}
+    shades = ScalarMappable(Normalize(-_END, _END), LinearSegmentedColormap.from_list("off", (LESS, _NONE, MORE)))
+    colours = shades.to_rgba(ranks.off / (ranks.bound or 1.0))
+    what = _WORDS[by].format(found.model.units.time)
+    width, height = plan.size_of(floor)
+    size = _WIDTH, height * _WIDTH / width + _BAR
+    with look.drawing(ax, style, title, size, f"{what}: real less simulated, on each edge") as axes:
+        widths = np.where(ranks.out, 5.0, 2.5).tolist()
+        axes.add_collection(LineCollection(list(lines.values()), colors=colours, linewidths=widths, zorder=2))
+        plan.arrows(axes, list(lines.values()), palette.FAINT)
+        plan.draw_nodes(axes, floor, set(), named=len(floor.graph) <= plan.NAMED, under=set())
+        off = ranks.real.mean(axis=0) - ranks.simulated.mean(axis=(0, 1))
+        for rank in _worst(ranks):
+            edge, ((x0, y0), (x1, y1)) = list(lines.items())[rank]
+            words = look.text(f"{'>'.join(edge)} {off[rank]:+.3g}")
+            at = ((x0 + x1) / 2, (y0 + y1) / 2)
+            upright = abs(y1 - y0) > abs(x1 - x0)
+            axes.annotate(
+                words,
+                at,
+                (5, 0) if upright else (0, 5),
+                textcoords="offset points",
+                ha="left" if upright else "center",
+                va="center" if upright else "bottom",
+                fontsize="small",
+                zorder=5,
+            )
+        plan.frame(axes, floor, step, found.model)
+        figure = axes.get_figure(root=True)
+        assert figure is not None
+        bar = figure.colorbar(shades, ax=axes, orientation="horizontal", label=look.text(what), shrink=0.8)
+        bar.set_ticks([-1, 0, 1], labels=["less:\nend of the band", "as\nsimulated", "more:\nend of the band"])
+    return axes
+
+
+def of_edges(found: Validation, by: By) -> Ranked:
+    """What was counted on edges; raises ReportError where the logs do not say it."""
+    ranks = found.passed if by == "passed" else found.stood
+    if ranks is None:
+        raise ReportError("logs of trips do not say where robots drove, expected messages or runs")
+    return ranks
+
+
+def _sides(ranks: Ranked) -> list[tuple[Flags, str, tuple[str, str]]]:
+    """Which edges lie inside their band, and on which side of it; in words, with a mark and a colour."""
+    return [
+        (~ranks.out, "inside the band", ("o", palette.FAINT)),
+        (ranks.out & (ranks.off > 0), "more than simulated", ("^", MORE)),
+        (ranks.out & (ranks.off < 0), "less than simulated", ("v", LESS)),
+    ]
+
+
+def _worst(ranks: Ranked) -> list[int]:
+    """The edges outside that lie out farthest."""
+    out = np.flatnonzero(ranks.out)
+    worst: list[int] = out[np.argsort(-np.abs(ranks.off[out]), kind="stable")][:_NAMED].tolist()
+    return worst
+
+
+def _line(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float, float], tuple[float, float]]:
+    """An edge as drawn, always beside its opposite direction, so that both are seen."""
+    (x0, y0), (x1, y1) = plan.ends(floor, edge, step)
+    if not floor.graph.edges[edge].get("two_way"):
+        return (x0, y0), (x1, y1)
+    length = math.dist((x0, y0), (x1, y1)) or 1.0
+    dx, dy = -_BESIDE * step * (y1 - y0) / length, _BESIDE * step * (x1 - x0) / length
+    return (x0 + dx, y0 + dy), (x1 + dx, y1 + dy)

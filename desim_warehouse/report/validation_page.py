@@ -1,0 +1,81 @@
+"""The page of real days held against a model: the verdict, a day over the simulated ones, and the floor by edges."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.fleet_log.measures import MEASURES
+from desim_warehouse.report import html, plot
+from desim_warehouse.report import page as pages
+from desim_warehouse.report.plot.days import farthest
+from desim_warehouse.report.text import words
+from desim_warehouse.report.text.sentences import capital
+
+if TYPE_CHECKING:
+    from desim_warehouse.fleet_log.validate import Validation
+
+_METHOD = (
+    "Each real day is simulated many times, and measured from the same messages by the same code.",
+    "All measures count at once: a right model is refuted on at most one day in twenty. Not refuted is no proof.",
+    "Measures alone decide. Figures show where to look: the band of each holds all of a right day on 95 of 100 days.",
+)
+_HEAD = ("Measure", "Real", "Simulated", "Band", "Verdict")
+
+
+def page(found: Validation, command: str = "") -> pages.ReportPage:
+    """The report of real days held against a model; `command` is the line that repeats it."""
+    days = len(found.days)
+    question = f"Do {days} real days refute this model?" if days > 1 else "Does a real day refute this model?"
+    verdict = "refuted" if found.refuted else "not refuted"
+    outside = f"{len(found.outside)} of {len(found.names)}"
+    tiles = [
+        (verdict, "Verdict", f"p = {found.measures.p_value:.2g}"),
+        (outside, "Measures outside", "a right model has one on 1 of 20 days"),
+    ]
+    answer = [capital(f"{line}.") for line in found.lines(spoken=True)]
+    worst = farthest(found)
+    others = [number for number in range(days) if number != worst]
+    return pages.ReportPage(
+        title=found.model.name,
+        first=[
+            pages.first_page(found.model.name, "", question, tiles, answer, None, None),
+            html.paragraph(_said_of(found, worst)),
+            plot.day(found, worst),
+        ],
+        sections={
+            "All measures": [html.table(_HEAD, _cells(found), name="measures")],
+            "Where robots drove": [] if found.passed is None else [plot.passages(found), plot.residuals(found)],
+            "Where robots stood": [] if found.stood is None else [plot.residuals(found, by="stood")],
+            "Other days": [plot.day(found, number, title=found.days[number]) for number in others],
+        },
+        appendix={
+            "Method and reproducibility": [
+                html.bullets(_METHOD),
+                *([html.code(command)] if command else []),
+            ],
+        },
+    )
+
+
+def _said_of(found: Validation, number: int) -> str:
+    """What the first figure shows, in words."""
+    out = int(found.drops[number].out.sum())
+    where = f"outside the band of the simulated days in {out} of its {len(found.drops[number].out)} parts"
+    held = where if out else "wholly inside the band of the simulated days"
+    besides = ", which lies out farthest of all" if len(found.days) > 1 else ""
+    return f"Drops over {found.days[number]}{besides}: {held}."
+
+
+def _cells(found: Validation) -> list[list[str]]:
+    """The rows of the table, shares in per cent."""
+    rows = []
+    for row in found.rows():
+        measure = MEASURES[row.name]
+        is_share = measure.kind == "share"
+        unit = "%" if is_share else words.unit(measure.kind, found.model.units)
+        real, simulated, low, high = (
+            f"{(100 if is_share else 1) * value:.3g}" for value in (row.real, row.simulated, row.low, row.high)
+        )
+        verdict = f"{'OUTSIDE' if row.outside else 'inside'} ({row.off:+.1f})"
+        rows.append([capital(words.with_unit(measure.meaning, unit)), real, simulated, f"{low} to {high}", verdict])
+    return rows

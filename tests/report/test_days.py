@@ -1,0 +1,140 @@
+"""Figures and page of real days held against a model: what stands where, and what is said of it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.errors import ReportError
+from desim_warehouse.fleet_log.ranks import ranked
+from desim_warehouse.fleet_log.runs import from_run
+from desim_warehouse.fleet_log.validate import Validation
+from desim_warehouse.report import validation_page
+from desim_warehouse.report.page import example
+from desim_warehouse.report.plot.days import LESS, MORE
+
+plot = dw.plot
+
+
+@pytest.fixture(scope="module")
+def model():
+    return example().replace({"run.length": 1800, "run.warm_up": 0, "log": "all"})
+
+
+@pytest.fixture(scope="module")
+def day(model):
+    """What the robots of the model reported every five seconds in half an hour."""
+    return from_run(dw.simulate(model, 77), 5.0)
+
+
+@pytest.fixture(scope="module")
+def right(model, day):
+    return dw.validate(model, [day], runs=39)
+
+
+@pytest.fixture(scope="module")
+def wrong(model, day):
+    """The same day against a model with a sixth of the orders."""
+    return dw.validate(model.replace({"tasks.goods.poisson": 10}), [day], runs=39)
+
+
+def steps(ax):
+    """What each outline of a figure is called: its values, and what is below it."""
+    return {patch.get_label(): (patch.get_data().values, patch.get_data().baseline) for patch in ax.patches}
+
+
+def by_hand(model, real, simulated):
+    """Three robots an hour came along each edge on all days, but on the first two edges; robots stood nowhere."""
+    edges = model.floor.graph.number_of_edges()
+    chance = np.random.default_rng(0).normal(0, 0.1, (1, 40, edges))
+    passed = ranked(np.full((1, edges), 3.0), 3 + chance, alike=True)
+    passed.real[0, :2] = 9, 0.5
+    passed = ranked(passed.real, passed.simulated, alike=True)
+    stood = ranked(np.zeros((1, edges)), np.zeros((1, 40, edges)), alike=True)
+    drops = ranked(np.array([real]), np.array([simulated]))
+    hours = np.arange(len(real) + 1) * 3600.0
+    measures = ranked(np.array([[30.0]]), np.array([[[30.0 + n % 3] for n in range(40)]]))
+    return Validation(model, ("monday",), ("drops_per_hour",), measures, (hours,), (drops,), passed, stood)
+
+
+def test_the_line_of_a_right_day_lies_in_the_band(right):
+    shown = steps(plot.day(right))
+    high, low = shown["band of 39 simulated days"]
+    line, _ = shown["real day"]
+    assert right.drops[0].real[0].tolist() == line.tolist()
+    assert ((low <= line) & (line <= high)).all()
+    assert line.sum() > 0
+    assert len(plot.day(right).lines) == 0
+    assert not right.refuted
+
+
+def test_drops_over_the_day_add_up_to_those_of_the_run(right, model):
+    run = dw.simulate(model, 77)
+    hours = np.diff(right.parts[0]) / 3600
+    put_down = sum(task.delivered <= right.parts[0][-1] for task in run.history.done)
+    assert (right.drops[0].real[0] * hours).sum() == pytest.approx(put_down, abs=1.01)
+
+
+def test_robots_along_an_edge_are_those_of_the_run(right, model):
+    run = dw.simulate(model, 77)
+    edges = [">".join(edge) for edge in model.floor.graph.edges]
+    hours = right.parts[0][-1] / 3600
+    assert right.passed.real[0] * hours == pytest.approx(run.edges.loc[edges, "passages"].to_numpy(), abs=2)
+
+
+def test_the_line_of_a_day_with_more_orders_leaves_the_band(wrong):
+    ax = plot.day(wrong)
+    shown = steps(ax)
+    high, _ = shown["band of 39 simulated days"]
+    out = shown["real day"][0] > high
+    assert out.any()
+    (marks,) = ax.lines
+    assert len(marks.get_xdata()) == out.sum()
+    assert wrong.refuted
+
+
+def test_an_hour_without_messages_is_left_blank(model):
+    simulated = [[20.0 + n % 5, 30.0 + n % 4, 25.0 - n % 3] for n in range(40)]
+    found = by_hand(model, [21.0, np.nan, 40.0], simulated)
+    assert found.drops[0].out.tolist() == [False, False, True]
+    line, _ = steps(plot.day(found))["real day"]
+    assert np.isnan(line).tolist() == [False, True, False]
+
+
+def test_edges_outside_are_coloured_and_named(model):
+    found = by_hand(model, [3.0], [[3.0 + n % 2] for n in range(40)])
+    first, second, *_ = (">".join(edge) for edge in model.floor.graph.edges)
+    ax = plot.passages(found)
+    marks = {line.get_label(): line for line in ax.lines}
+    assert marks["more than simulated"].get_ydata().tolist() == [9]
+    assert marks["less than simulated"].get_ydata().tolist() == [0.5]
+    assert {text.get_text() for text in ax.texts} == {first, second}
+    floor = plot.residuals(found)
+    lanes = floor.collections[0]
+    assert lanes.get_linewidths()[:3] == [5, 5, 2.5]
+    red, _, blue, _ = np.array(lanes.get_colors()).T
+    assert red[0] > blue[0]
+    assert red[1] < blue[1]
+    assert MORE != LESS
+    assert any(text.get_text().startswith(f"{first} +6") for text in floor.texts)
+
+
+def test_trips_do_not_say_where_robots_drove(model):
+    from dataclasses import replace
+
+    found = replace(by_hand(model, [3.0], [[3.0 + n % 2] for n in range(40)]), passed=None, stood=None)
+    with pytest.raises(ReportError, match="logs of trips do not say where robots drove"):
+        plot.residuals(found)
+    with pytest.raises(ReportError, match="by 'x': expected passed or stood"):
+        plot.residuals(found, by="x")
+    html = validation_page.page(found).html()
+    assert "Where robots drove" not in html
+
+
+def test_the_page_begins_with_the_verdict_and_its_power(wrong):
+    html = validation_page.page(wrong, "desim validate m.yaml").html()
+    verdict, power, figure, table = (html.index(words) for words in ("Refuted by", "Power: a 10 %", "<img", "<table"))
+    assert verdict < power < figure < table
+    assert "desim validate m.yaml" in html
+    assert html.count("<img") == 4
