@@ -382,6 +382,8 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
 
 def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
     """A robot just above the threshold that is on its good's edge finishes the task: it must get to a charger then."""
+    import numpy as np
+
     battery, known, tasks = _battery(model), levels(model), model.tasks
     chargers = list(chargers_at(model, layout))
     if known is None or known.margin is not None or not chargers:
@@ -393,9 +395,8 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
         most = max(_need_at_pick(flow, leg, draws, chargers) for leg in flow.legs)
         yield from _too_low(battery, known, most + more)
         return
-    stations = list(flow.stations)
-    back = flow.travel.times(stations, chargers).min(axis=1)
-    rest = (draws.loaded * flow.from_edges(stations) + draws.empty * (tasks.clear_time + back)).min(axis=1)
+    back = draws.empty * (tasks.clear_time + flow.travel.times(flow.stations, chargers).min(axis=1))
+    rest = np.array([(draws.loaded * times + back).min() for times in flow.to_stations])
     need = rest[flow.edge_of] + draws.empty * flow.before + draws.loaded * flow.after
     most = float(need.max()) + draws.handling * (tasks.mean_load + tasks.mean_unload)
     yield from _too_low(battery, known, most + more)

@@ -339,12 +339,9 @@ def _busiest_crossing(model: Model, flow: FreeFlow | FlowMix) -> tuple[str | Non
 
     Robots that follow each other over a node do so at least D / speed + node time apart.
     """
-    import numpy as np
-
     if isinstance(flow, FlowMix) or 2 * len(flow.edges) * len(flow.stations) > _ROUTES:
         return None, None
-    share = np.bincount(flow.edge_of, flow.weights, minlength=len(flow.edges))
-    chosen = flow.station_shares()
+    share, chosen = flow.share, flow.station_shares()
     begins = share @ chosen
     passages: Counter[str] = Counter()
     for i, edge in enumerate(flow.edges):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.cycle import Cycle
@@ -18,6 +18,9 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+
+AT_ONCE = 64
+"""Stations whose ways to all goods are looked up together: large floors have no memory for those of every station."""
 
 
 class FreeFlow:
@@ -42,6 +45,7 @@ class FreeFlow:
         self.edges = list(dict.fromkeys(place.edge for place in places))
         rank = {edge: i for i, edge in enumerate(self.edges)}
         self.edge_of = np.array([rank[place.edge] for place in places])
+        self.share = np.bincount(self.edge_of, self.weights, minlength=len(self.edges))
         times = [self.travel.along(place.edge, place.offset) for place in places]
         self.before, self.after = (np.array(part) for part in zip(*times, strict=True))
 
@@ -49,9 +53,39 @@ class FreeFlow:
         """Times from nodes (rows) to the starts of the edges (columns)."""
         return self.travel.to_edges(nodes, self.edges)
 
-    def from_edges(self, nodes: Sequence[str]) -> Any:
-        """Times from the ends of the edges (rows) to nodes (columns)."""
-        return self.travel.from_edges(self.edges, nodes)
+    @property
+    def to_stations(self) -> Any:
+        """Times from the ends of the edges (rows) to `stations` (columns)."""
+        return self._ways[1]
+
+    @cached_property
+    def _ways(self) -> tuple[Any, Any]:
+        """The mean time from each of `stations` to the edges, and the table of times from the edges to them.
+
+        A route to a station is searched towards it, also where an edge of goods begins there: both are asked for while
+        the search is kept.
+        """
+        import numpy as np
+
+        travel, stations = self.travel, self.stations
+        out, onward = np.zeros(len(stations)), np.empty((len(self.edges), len(stations)))
+        beginning: dict[str, list[int]] = {}
+        for i, edge in enumerate(self.edges):
+            beginning.setdefault(edge[0] if edge[0] in travel.hubs else "", []).append(i)
+        elsewhere = beginning.pop("", [])
+        for first in range(0, len(stations), AT_ONCE):
+            some = slice(first, first + AT_ONCE)
+            onward[:, some] = travel.from_edges(self.edges, stations[some])
+            out += self._mean_to([i for node in stations[some] for i in beginning.pop(node, ())], stations)
+            out[some] += self._mean_to(elsewhere, stations[some])
+        out += self._mean_to([i for rest in beginning.values() for i in rest], stations)
+        return out, onward
+
+    def _mean_to(self, some: list[int], nodes: Sequence[str]) -> Any:
+        """The part of the mean time from each node to the edges that some of these have."""
+        if not some:
+            return 0.0
+        return self.travel.to_edges(nodes, [self.edges[i] for i in some]) @ self.share[some]
 
     def station_shares(self) -> Any:
         """Which share of the goods of each edge (rows) goes to which of `stations` (columns), without queues."""
@@ -76,21 +110,19 @@ class FreeFlow:
         at = np.array([self.stations.index(node) for node in dict.fromkeys(nodes)])
         by_distance = tasks.station_choice == "nearest" or (tasks.station_choice == "least-loaded" and alone)
         if by_distance or (tasks.station_choice == "each" and nodes is not tasks.unload_at):
-            nearest = at[self.from_edges([self.stations[i] for i in at]).argmin(axis=1)]
+            nearest = at[self.to_stations[:, at].argmin(axis=1)]
             return np.eye(len(self.stations))[nearest]
         even = np.array([nodes.count(node) / len(nodes) for node in self.stations])
-        return np.tile(even, (len(self.edges), 1))
+        return np.broadcast_to(even, (len(self.edges), len(even)))
 
     def cycle(self) -> Cycle:
         """The mean task, with goods in the order of demand."""
         import numpy as np
 
-        tasks = self.model.tasks
-        share = np.bincount(self.edge_of, self.weights, minlength=len(self.edges))
-        station = self.station_shares()
-        begins = share @ station
-        empty = begins @ self.to_edges(self.stations) @ share + self.weights @ self.before
-        loaded = share @ np.einsum("ij,ij->i", station, self.from_edges(self.stations)) + self.weights @ self.after
+        tasks, share = self.model.tasks, self.share
+        station, (out, onward) = self.station_shares(), self._ways
+        empty = share @ station @ out + self.weights @ self.before
+        loaded = share @ np.einsum("ij,ij->i", station, onward) + self.weights @ self.after
         stop, unload = self.travel.stop_time, self._mean_unload()
         return Cycle(float(empty) + stop, tasks.mean_load, float(loaded) + stop, unload, tasks.clear_time)
 
@@ -104,9 +136,7 @@ class FreeFlow:
 
     def station_demand(self) -> Any:
         """Each station's share of all tasks."""
-        import numpy as np
-
-        return np.bincount(self.edge_of, self.weights, minlength=len(self.edges)) @ self.station_shares()
+        return self.share @ self.station_shares()
 
 
 @lru_cache(maxsize=8)

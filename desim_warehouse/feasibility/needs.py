@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
@@ -36,6 +37,7 @@ class Needs:
     of: Mapping[tuple[int, tuple[str, ...]], tuple[float, float]]
 
 
+@lru_cache(maxsize=8)
 def least_needs(model: Model, layout: Layout, *, again: bool = False, anywhere: bool = False) -> Needs:
     """What tasks draw at least, by the fastest robot and routes, the nearest charger and the nearest station.
 

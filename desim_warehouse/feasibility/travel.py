@@ -20,4 +20,4 @@ def free_travel(model: Model, layout: Layout, speed: float, slowness: float) -> 
     cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
     hubs = (*layout.bays, *layout.stations, *destinations(model, layout))
     times = traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times, slowness
-    return travel_on(layout, speed, *times, estimate=cost == "hops")
+    return travel_on(layout, speed, *times, estimate=True)

@@ -30,6 +30,8 @@ KEPT = 24_000_000
 A decision asks for a row for each open task. Where fewer are kept than there are open tasks, every decision searches
 all of them again: on 42,000 nodes 8 million were 190 rows, and a run with 200 open tasks took ten times as long.
 """
+FOR_ESTIMATES = 3_000_000
+"""The same for an estimate, which asks for most rows once (60 MB)."""
 WAYS = 5_000
 """Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
 FEW = 24
@@ -47,7 +49,8 @@ class RouteOracle:
     by length or time. The lengths and times given are those driven.
 
     Routes by hops are searched from each origin, which on large floors takes minutes for all goods. For an `estimate`
-    they are searched towards goals: the same routes, but sums of lengths and times may differ in their last bit.
+    they are searched towards goals: the same routes, but sums of lengths and times may differ in their last bit. It
+    also keeps fewer rows.
     """
 
     def __init__(
@@ -86,7 +89,7 @@ class RouteOracle:
         self._turns = Turns(highways, edges, turn_time, self._closed, stop_time) if turn_time else None
         self._beside: dict[tuple[int, bool], tuple[Any, Any]] = {}
         self._hubs = frozenset(hubs)
-        self._keep = max(KEPT // max(len(self.names), 1), 1)
+        self._keep = max((FOR_ESTIMATES if estimate else KEPT) // max(len(self.names), 1), 1)
         self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
         self._way = lru_cache(WAYS)(self._searched)
         self._edges: Any = None

@@ -77,7 +77,6 @@ class FreeTravel:
         self._given = node_time, node_times, slowness
         self._joints: dict[tuple[str, Edge, bool], float] = {}
         self._oracles: dict[str, RouteOracle] = {}
-        self._onward: tuple[tuple[Sequence[Edge], Sequence[str]], Any] | None = None
         self.by_time = lru_cache(SORTED)(self._by_time)
 
     def _with_stop(self, time: float) -> float:
@@ -127,13 +126,8 @@ class FreeTravel:
         return self.between(nodes, edges)
 
     def from_edges(self, edges: Sequence[Edge], nodes: Sequence[str]) -> Any:
-        """`from_edge` from every edge (rows) to every node (columns); the last table is kept, not to be written to."""
-        asked = tuple(edges), tuple(nodes)
-        if self._onward is None or self._onward[0] != asked:
-            self._onward = None  # large floors have no memory for two
-            self._onward = asked, self.between(edges, nodes)
-            self._onward[1].flags.writeable = False
-        return self._onward[1]
+        """`from_edge` from every edge (rows) to every node (columns)."""
+        return self.between(edges, nodes)
 
     def between(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str]) -> Any:
         """Times from nodes and the ends of goods' edges (rows) to nodes and the starts of goods' edges (columns).

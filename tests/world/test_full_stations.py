@@ -50,8 +50,9 @@ def test_it_is_asked_less_often_and_nothing_else_changes(policy, monkeypatch, tm
     assert few < 0.7 * len(asked)
 
 
-def test_a_station_with_hours_asks_no_more_of_each_task_when_the_list_is_longer(monkeypatch):
-    """Six robots before one station that closes at night: with four times the tasks, four times the questions."""
+@pytest.fixture
+def asked(monkeypatch):
+    """How often it is asked whether a station has room for a task, and whether it is open when the robot comes."""
     asked = Counter()
 
     def count(kind, method):
@@ -65,6 +66,11 @@ def test_a_station_with_hours_asks_no_more_of_each_task_when_the_list_is_longer(
 
     count(Stations, "has_room")
     count(Openings, "admit")
+    return asked
+
+
+def test_a_station_with_hours_asks_no_more_of_each_task_when_the_list_is_longer(asked):
+    """Six robots before one station that closes at night: with four times the tasks, four times the questions."""
     questions = []
     for rate in (1000, 4000):
         asked.clear()
@@ -72,3 +78,21 @@ def test_a_station_with_hours_asks_no_more_of_each_task_when_the_list_is_longer(
         run = dw.simulate(model)
         questions.append(asked.total() / len([*run.history.rows("released")]))
     assert 1 < questions[1] < 1.5 * questions[0]
+
+
+def test_of_a_station_with_hours_and_room_only_those_tasks_are_asked_that_the_policy_reads(asked):
+    """Six robots are fewer than the tasks, and the policy considers 20: four times the tasks, the same questions."""
+    questions = []
+    for tasks in (100, 400):
+        asked.clear()
+        changes = {
+            **OPEN_BY_DAY,
+            "fleet.size": 6,
+            "tasks.goods": {"random": tasks},
+            "layout.stations.packing.places": 20,
+            "policies.allocation": {"name": "nearest", "candidates": 20},
+            "run": {"length": 400, "warm_up": 0},
+        }
+        assert len([*dw.simulate(drafted().replace(changes)).history.rows("assigned")]) > 20
+        questions.append(asked["admit"])
+    assert 100 < questions[1] < 1.2 * questions[0]

@@ -9,14 +9,15 @@ sets out all the same: the load has to wait somewhere. What lies behind a closur
 from __future__ import annotations
 
 import math
-from itertools import zip_longest
+from collections.abc import Collection
+from itertools import count, zip_longest
 from typing import TYPE_CHECKING
 
 from desim_warehouse.world.places.stops import between, time_at
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Sequence
 
     from simpy import Environment
 
@@ -29,6 +30,37 @@ if TYPE_CHECKING:
 
 KEPT = 100_000
 """Pairs of robot and task for which the answer is cached."""
+
+
+class Admitted(Collection["Task"]):
+    """Tasks that are not held back. They are looked at as far as a policy reads them, which may be few of thousands."""
+
+    def __init__(self, tasks: Iterator[Task]) -> None:
+        self._found: list[Task] = []
+        self._rest = tasks
+
+    def __iter__(self) -> Iterator[Task]:
+        """The tasks in the order of the list."""
+        for i in count():
+            if i == len(self._found):
+                task = next(self._rest, None)
+                if task is None:
+                    return
+                self._found.append(task)
+            yield self._found[i]
+
+    def __len__(self) -> int:
+        """How many there are, for which all are looked at."""
+        self._found.extend(self._rest)
+        return len(self._found)
+
+    def __bool__(self) -> bool:
+        """Whether there is one."""
+        return next(iter(self), None) is not None
+
+    def __contains__(self, task: object) -> bool:
+        """Whether a task is one of them."""
+        return any(one == task for one in self)
 
 
 class Openings:
@@ -85,25 +117,25 @@ class Openings:
             self.due = min(self.due, until)
         return not held
 
-    def admit_tasks(self, robots: Sequence[RobotView], tasks: Iterable[Task]) -> list[Task]:
+    def admit_tasks(self, robots: Sequence[RobotView], tasks: Iterable[Task]) -> Admitted:
         """Hold back the tasks for which none of these robots may set out now. Returns the others."""
-        now, found = self.env.now, []
         seen = frozenset(self.stations.full), [(robot.number, robot.node, robot.free_in) for robot in robots]
         if seen != self._seen:
             self._seen = seen
             self._held.clear()
-        for task in tasks:
-            until = self._held.get(task.number, -math.inf)
-            if now >= until - EPS:
-                due, self.due = self.due, math.inf
-                if any(self.admit(robot, task, self.stations.choose(robot, task)) for robot in robots):
-                    found.append(task)
-                    self.due = min(self.due, due)
-                    continue
-                until, self.due = self.due, due
-                self._held[task.number] = until
-            self.due = min(self.due, until)
-        return found
+        return Admitted(task for task in tasks if self._is_admitted(robots, task))
+
+    def _is_admitted(self, robots: Sequence[RobotView], task: Task) -> bool:
+        until = self._held.get(task.number, -math.inf)
+        if self.env.now >= until - EPS:
+            due, self.due = self.due, math.inf
+            if any(self.admit(robot, task, self.stations.choose(robot, task)) for robot in robots):
+                self.due = min(self.due, due)
+                return True
+            until, self.due = self.due, due
+            self._held[task.number] = until
+        self.due = min(self.due, until)
+        return False
 
     def _is_held(self, robot: RobotView, task: Task, node: str) -> tuple[bool, float]:
         """Whether it finds the way or a station closed if it sets out now, and the last time of which that is so."""
