@@ -146,8 +146,8 @@ def test_verdicts_stand_at_their_designs():
     assert one["wrong"][0].startswith("Cannot keep up: the backlog grows by ")
     assert not six["wrong"]
     assert content["wrong"][0].endswith("(1 robot).")
-    assert dict(content["facts"])["Run length"] == "20,000 step"
-    assert dict(content["facts"])["Warm-up"] == "2,000 step, not counted"
+    assert dict(content["facts"])["Run length"] == "20,000 steps"
+    assert dict(content["facts"])["Warm-up"] == "2,000 steps, not counted"
 
 
 def test_designs_whose_runs_fail_have_no_numbers_and_say_why():
@@ -173,7 +173,7 @@ def test_a_warm_up_found_for_each_design_stands_beside_it():
         numbers.number(at) for at in study.plan.warm_up
     ]
     low, high = sorted(study.plan.warm_up)
-    found = f"{low:,.0f} to {high:,.0f} step, found for each design"
+    found = f"{low:,.0f} to {high:,.0f} steps, found for each design"
     assert dict(content["facts"])["Warm-up"].startswith(found)
     assert found in study_parts.design(study.results)
     table = study_parts.results(study.results)
