@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError, SimulationError
+from desim_warehouse.errors import ReportError, SimulationError, number_of
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, measured
@@ -88,7 +88,7 @@ class Validation:
     def lines(self) -> list[str]:
         """The verdict in words, with its power, and what to look at."""
         days = len(self.real)
-        what = f"{days} day{'s' * (days > 1)}, {self.simulated.shape[1]} simulated for each, p = {self.p_value:.2g}"
+        what = f"{number_of(days, 'day')}, {self.simulated.shape[1]} simulated for each, p = {self.p_value:.2g}"
         found = [f"not refuted ({what})"]
         if self.refuted:
             by = ", ".join(self.outside) or "all measures together"

@@ -5,10 +5,10 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.keys import about
 from desim_warehouse.outcome.indicators import look_up
-from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, number_of, plural, times
+from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, plural, times
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.table import plain
 from desim_warehouse.values.units import SECONDS
