@@ -26,6 +26,8 @@ def arrivals(
 
     The warm-up is shaded.
     """
+    from matplotlib.ticker import MaxNLocator
+
     tasks, end = run.history.tasks.values(), run.history.end
     came = sorted(task.released for task in tasks)
     went = sorted(task.delivered for task in tasks if math.isfinite(task.delivered))
@@ -40,6 +42,7 @@ def arrivals(
             axes.axvspan(0, scale.by * run.history.begin, color=palette.FAINT, alpha=0.15, linewidth=0, label="warm-up")
         axes.set_xlim(0, scale.by * end or 1.0)
         axes.set_ylim(bottom=0)
+        axes.yaxis.set_major_locator(MaxNLocator("auto", integer=True))
         axes.set_xlabel(look.text(f"Time ({scale.unit})"))
         axes.set_ylabel("Tasks")
         look.legend(axes, 2)

@@ -23,10 +23,10 @@ D = TypeVar("D", bound="Hashable")
 Method = Literal["bonferroni", "holm"]
 
 STATEMENTS = {
-    "bonferroni": "{m} differences, all intervals hold at once with {c:g} % (Bonferroni: each at {e:g} %); "
+    "bonferroni": "{m} differences, all intervals hold at once with {c:g} % (Bonferroni: each at {e:.4g} %); "
     "p-values times {m}",
     "holm": "{m} differences, p-values by Holm's step-down, wrong about any with at most {a:g} %; "
-    "all intervals hold at once with {c:g} % (Bonferroni: each at {e:g} %), so Holm may tell a difference "
+    "all intervals hold at once with {c:g} % (Bonferroni: each at {e:.4g} %), so Holm may tell a difference "
     "whose interval contains 0",
 }
 
