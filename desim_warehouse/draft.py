@@ -10,7 +10,7 @@ import re
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.naming import block_nodes
 
 if TYPE_CHECKING:
@@ -182,7 +182,7 @@ def _text(words: Draft) -> str:
     width, height = words.size
     blocks = f"{floor.aisles - 1} x {floor.blocks_down} blocks of 2 x {floor.depth} places, one-way aisles around each"
     parts = {"packing station": words.stations, "robot": words.robots, "charger": words.chargers}
-    counted = ", ".join(f"{number} {name}{'s' * (number != 1)}" for name, number in parts.items())
+    counted = ", ".join(number_of(number, name) for name, number in parts.items())
     return f"""\
 # {width:g} x {height:g} m, {floor.aisles} aisles, {counted}, {words.orders:g} orders an hour.
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then

@@ -122,6 +122,11 @@ def spoken(words: Iterable[str], last: str = "and") -> str:
     return f"{', '.join(head)} {last} {tail}" if head else tail
 
 
+def number_of(count: float, what: str) -> str:
+    """A number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
+    return f"{count:,.15g} {what}{'s' * (count != 1)}"
+
+
 def first_of(names: Sequence[str], most: int) -> str:
     """The first of many names, and how many more: a, b and 3 more."""
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")

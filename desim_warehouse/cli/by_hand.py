@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.errors import number_of
+
 if TYPE_CHECKING:
     from desim_warehouse.findings import Finding
     from desim_warehouse.model import Model
@@ -40,7 +42,7 @@ def _line(found: list[Finding] | None) -> str:
         return f"warnings by hand: left out, as the hand calculation takes more than {MOST_TIME:g} s"
     codes = Counter(item.code for item in found)
     named = ", ".join(code if count == 1 else f"{code} ({count})" for code, count in codes.items())
-    return f"{len(found)} warning{'s' * (len(found) > 1)} by hand: {named}"
+    return f"{number_of(len(found), 'warning')} by hand: {named}"
 
 
 def _warnings(model: Model) -> list[Finding] | None:

@@ -9,8 +9,8 @@ import click
 
 from desim_warehouse.cli.options import with_force, write_files
 from desim_warehouse.cli.tables import show_remarks
+from desim_warehouse.errors import number_of
 from desim_warehouse.plants.formats import FORMATS, TASK_FILES, names_with, titles
-from desim_warehouse.report.text.numbers import number_of
 
 _HELP = f"""Make a model of FILE, a layout of another program.
 

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.options import refuse_files, with_force
-from desim_warehouse.errors import ModelError
-from desim_warehouse.report.text.numbers import number_of
+from desim_warehouse.errors import ModelError, number_of
 
 if TYPE_CHECKING:
     from desim_warehouse.model.order_day import OrderDay

@@ -264,7 +264,7 @@ def _tipping(
 
 
 def _show(content: dict[str, Any], shown: list[Evidence], unsure: list[str]) -> None:
-    from desim_warehouse.report.text.numbers import number_of
+    from desim_warehouse.errors import number_of
 
     for line in content["answer"]:
         click.echo(line)

@@ -13,6 +13,7 @@ import click
 from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import TimeIn, load_model, with_indicator, with_json, with_overrides, with_seed
 from desim_warehouse.cli.tables import sheet, show
+from desim_warehouse.errors import number_of
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
@@ -63,11 +64,11 @@ def command(
 
 def _show(run: Run, indicators: tuple[str, ...]) -> None:
     from desim_warehouse.outcome.indicators import chosen, judged_by
-    from desim_warehouse.report.text import numbers, run_words, words
+    from desim_warehouse.report.text import run_words, words
 
     for line in run_words.sentences(run):
         click.echo(line)
-    robots = numbers.number_of(run.model.fleet.size, "robot")
+    robots = number_of(run.model.fleet.size, "robot")
     table = sheet(f"{run.model.name}: {robots}, seed {run.seed}", "indicator", ">value", "name", pad_edge=False)
     usual = judged_by(run.kpis, never_ends=run.model.tasks.never_end)
     for name in chosen(indicators, run.kpis) if indicators else usual:

@@ -21,8 +21,8 @@ from desim_warehouse.cli.study_options import (
     with_question,
 )
 from desim_warehouse.cli.tables import NONE_MEETS, sheet, show, show_verdicts
+from desim_warehouse.errors import number_of
 from desim_warehouse.report.text import words
-from desim_warehouse.report.text.numbers import number_of
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse._version import simulated_with
-from desim_warehouse.errors import StudyError
-from desim_warehouse.report.text.numbers import NONE, Scale, number, number_of
+from desim_warehouse.errors import StudyError, number_of
+from desim_warehouse.report.text.numbers import NONE, Scale, number
 
 if TYPE_CHECKING:
     from collections.abc import Iterable

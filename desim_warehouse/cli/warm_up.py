@@ -7,8 +7,8 @@ from pathlib import Path
 import click
 
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
+from desim_warehouse.errors import number_of
 from desim_warehouse.report.plot.style import save
-from desim_warehouse.report.text.numbers import number_of
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 

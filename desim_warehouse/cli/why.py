@@ -19,6 +19,7 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
+from desim_warehouse.errors import number_of
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -123,9 +124,9 @@ def _standing(found: Why, gain: Gain) -> str:
     if gain.change in found.failures:
         return fails(found.failures[gain.change])
     if gain.failed:
-        return f"no value in {gain.failed} of {gain.n} runs"
+        return f"no value in {gain.failed} of {number_of(gain.n, 'run')}"
     if gain.same:
-        return f"no difference in {gain.n} run{'s' * (gain.n > 1)}"
+        return f"no difference in {number_of(gain.n, 'run')}"
     return "less work: not in the contest" if gain.scale is None else ""
 
 

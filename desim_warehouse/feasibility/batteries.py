@@ -6,7 +6,7 @@ import math
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.estimate import estimate, most_loads
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow, least_task
@@ -97,7 +97,7 @@ def cause(model: Model, layout: Layout, started: float | None = None) -> str:
     if known:
         return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in known[:2])
     count = sum(chargers.values())
-    text = f"{count} charger{'s' * (count > 1)} (at {some(chargers)}) for {model.fleet.size} robots"
+    text = f"{number_of(count, 'charger')} (at {some(chargers)}) for {number_of(model.fleet.size, 'robot')}"
     if zones:
         text += f", none in the bays {some(zones)} (layout.bays)"
     if started is not None:
@@ -334,8 +334,8 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
         f"layout.bays.{next(iter(zones))}",
         (
             f"{len(away)} robots park at {some(dict.fromkeys(away))}, without a charger; all start with the same "
-            f"energy and drain alike, so at {level:g} they come to {count} charger{'s' * (count > 1)} together, "
-            f"and the last would wait {amount(wait)} {model.units.time} or more on a battery that then lasts "
+            f"energy and drain alike, so at {level:g} they come to {number_of(count, 'charger')} together, and the "
+            f"last would wait {amount(wait)} {model.units.time} or more on a battery that then lasts "
             f"{amount(lasts)}"
         ),
         (
@@ -372,11 +372,12 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
         "CHARGERS_SHORT",
         "layout.bays",
         (
-            f"{balance.chargers} charger{'s' * (balance.chargers > 1)} give {amount(balance.gives)} per {time}, but "
-            f"the fleet draws {amount(balance.draws)}, up to {amount(balance.most)}: the batteries fall by "
+            f"{number_of(balance.chargers, 'charger')} {'gives' if balance.chargers == 1 else 'give'} "
+            f"{amount(balance.gives)} per {time}, but the fleet draws {amount(balance.draws)}, up to "
+            f"{amount(balance.most)}: the batteries fall by "
             f"{amount(100 * falls)} % an hour, however well a short run looks"
         ),
-        f"need at least {balance.needed} chargers, or a higher charge_rate",
+        f"need at least {number_of(balance.needed or 0, 'charger')}, or a higher charge_rate",
     )
 
 

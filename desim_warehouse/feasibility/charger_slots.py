@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import networkx as nx
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.batteries import must_charge
 from desim_warehouse.findings import Finding
 from desim_warehouse.model.facts.charging import chargers_at
@@ -30,7 +31,7 @@ def notes(model: Model, layout: Layout) -> Iterator[Finding]:
             yield Finding(
                 "CHARGER_SLOTS",
                 f"layout.bays.{zone}.places",
-                f"{count} slot{'s' * (count > 1)} beside chargers have none: robots that wait there do no work",
+                f"{number_of(count, 'slot')} beside chargers without one: robots that wait there do no work",
                 "as many slots as chargers may do better: total_chargers without places",
             )
 
@@ -53,14 +54,15 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
     if not any(must_charge(alone, alone.floor) for alone in by_kind(model).values()):
         return
     zone = next((bay.zone for bay in layout.bays.values() if not bay.chargers), next(iter(layout.bays.values())).zone)
-    who = f"{at_chargers} robot{'s' * (at_chargers != 1)}"
+    who = number_of(at_chargers, "robot")
     own = " of their kind" if any(bay.kinds for bay in layout.bays.values()) else ""
     yield Finding(
         "NO_SPARE_SLOT",
         f"layout.bays.{zone}.places",
         (
-            f"the bays have {count} slots for {model.fleet.size} robots, and at most {who} can rest at chargers{own}: "
-            "one that rests elsewhere cannot change places with them, and waits until it runs flat"
+            f"the bays have {number_of(count, 'slot')} for {number_of(model.fleet.size, 'robot')}, and at most {who} "
+            f"can rest at chargers{own}: one that rests elsewhere cannot change places with them, and waits until it "
+            "runs flat"
         ),
         f"one more slot in all, e.g. in the bays {zone}, or chargers for all who rest there",
     )

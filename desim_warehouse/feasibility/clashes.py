@@ -6,6 +6,7 @@ import math
 from itertools import combinations
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.hours import nobody_at_work
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.zones import edges_of
@@ -208,7 +209,7 @@ def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
             )
         ]
         part = sum(float(share[number]) for number in lost)
-        behind = [f"{len(lost)} storage places, with {amount(100 * part)} % of the tasks,"] if part else []
+        behind = [f"{number_of(len(lost), 'storage place')}, with {amount(100 * part)} % of the tasks,"] if part else []
         if cut_off := [node for node in destinations(model, layout) if node not in reached]:
             behind.append(f"{', '.join(cut_off[:MOST_NAMED])}{', ...' * (len(cut_off) > MOST_NAMED)}")
         if behind:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.findings import Finding, amount
 
 if TYPE_CHECKING:
@@ -35,7 +36,7 @@ def _chargers(model: Model) -> Iterator[Finding]:
     bays = model.layout.bays.items()
     given = sum(bay.total_chargers or (bay.chargers or 0) * nodes[name] for name, bay in bays)
     if model.battery is not None and given > robots:
-        text = f"{given} chargers for {robots} robots"
+        text = f"{number_of(given, 'charger')} for {number_of(robots, 'robot')}"
         yield Finding("MORE_THAN_FIT", "layout.bays", text, "chargers is at each node, total_chargers in all")
 
 

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow, mean_task
@@ -77,7 +78,7 @@ class StationLoad:
     def staff(self) -> str:
         """The servers or workers that limit it, and their number."""
         count, who = (self.workers, "worker") if self.limited_by_work else (self.servers, "server")
-        return f"{count} {who}{'s' * (count > 1)}"
+        return number_of(count, who)
 
 
 @dataclass(frozen=True)
@@ -177,7 +178,7 @@ class HandCalculation:
         return [f"{said}: all tours full, and driven as for one load; what follows is for that"]
 
     def _robots(self, time: str, hour: float) -> str:
-        robots = f"{self.robots} robot{'s' * (self.robots > 1)}"
+        robots = number_of(self.robots, "robot")
         if self.at_work < self.robots:
             robots = f"{self.at_work} of {robots} (the stations have no slots for more)"
         if self.most_out is not None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import clashes, crowds, hours, magnitudes, of_kinds, starts, unused
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
@@ -155,7 +156,8 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
     if isinstance(tasks.goods, PoissonGoods) and tasks.goods.hours is None:
         asked = tasks.goods.poisson * tasks.demand
     if found.rate > found.fleet_capacity:
-        who = f"{found.robots} robots" if found.at_work == found.robots else f"{found.at_work} station places"
+        robots, places = number_of(found.robots, "robot"), number_of(found.at_work, "station place")
+        who = robots if found.at_work == found.robots else places
         yield Finding(
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
@@ -168,8 +170,9 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             (
-                f"{amount(found.peak * hour)} tasks are asked for in the busiest hour, {found.robots} robots can do "
-                f"{amount(found.peak_capacity * hour)}, so work piles up until it is over"
+                f"{amount(found.peak * hour)} tasks are asked for in the busiest hour, "
+                f"{number_of(found.robots, 'robot')} can do {amount(found.peak_capacity * hour)}, so work piles up "
+                "until it is over"
             ),
             f"about {math.ceil(need)} robots are needed to keep up with it",
         )
@@ -185,11 +188,11 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
             "DEMAND_ABOVE_STATIONS",
             f"layout.stations: {worst.node}",
             (
-                f"{does} at {worst.node} takes {amount(100 * busy)} % of the {time} of its {count} {who}"
-                f"{'s' * (count > 1)}, so its queue grows without bound"
+                f"{does} at {worst.node} takes {amount(100 * busy)} % of the {time} of its {number_of(count, who)}, "
+                "so its queue grows without bound"
             ),
-            f"it needs {math.floor(count * busy) + 1} {who}s, or less {time_key}, or a part of its tasks elsewhere "
-            "(station_choice)",
+            f"it needs {number_of(math.floor(count * busy) + 1, who)}, or less {time_key}, or a part of its tasks "
+            "elsewhere (station_choice)",
         )
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError, SimulationError
+from desim_warehouse.errors import ReportError, SimulationError, number_of
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, measured, parts_of
@@ -115,7 +115,7 @@ class Validation:
         """The verdict, with its power, and what to look at; `spoken`: in words, without those that matter least."""
         called = {name: MEASURES[name].meaning if spoken else name for name in self.names}
         days, runs, _ = self.measures.simulated.shape
-        what = f"{days} day{'s' * (days > 1)}, {runs} simulated for each, p = {self.measures.p_value:.2g}"
+        what = f"{number_of(days, 'day')}, {runs} simulated for each, p = {self.measures.p_value:.2g}"
         found = [f"not refuted ({what})"]
         if self.refuted:
             shown = self.outside[: _LOOKED_AT if spoken else None]

@@ -12,13 +12,13 @@ from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import first_of
+from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import way_home, zones
 from desim_warehouse.layout.near import EPS, Near
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Container, Iterable, Iterator, Mapping, Sequence, Sized
 
     import networkx as nx
 
@@ -141,7 +141,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
         yield Finding(
             "BAY_CROWDED",
             f"layout.bays.{zone}.places",
-            f"{homes[nodes[0]]} robots start at {nodes[0]} but its bay has {places} slots",
+            f"{homes[nodes[0]]} robots start at {nodes[0]} but its bay has {number_of(places or 0, 'slot')}",
             f"give it more, or spread fleet.start over more nodes{f' (as at {some(nodes[1:])})' if nodes[1:] else ''}",
         )
     if all(bay.places is not None for bay in layout.bays.values()):
@@ -150,7 +150,7 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
             yield Finding(
                 "TOO_FEW_PLACES",
                 "layout.bays",
-                f"{use.robots} robots but only {places} bay slots",
+                f"{use.robots} robots but only {number_of(places, 'bay slot')}",
                 "every robot needs one",
             )
 
@@ -204,13 +204,18 @@ def _two_way(layout: Layout, use: Use) -> Iterator[Finding]:
         )
     else:
         refuges = sum(not both and way_home.room(length, use.contact) > 0 for _, length, _, both in layout.edges)
-        make_way = f"; robots make way for others on {refuges} one-way lanes" if refuges else ""
+        make_way = f"; robots make way for others on {number_of(refuges, 'one-way lane')}" if refuges else ""
         yield Finding(
             "TWO_WAY",
             "layout: edges",
-            f"{len(lanes)} lanes are two-way, used in one direction at a time: {names}; a robot takes a step only if "
-            f"nobody can be stuck afterwards (traffic.gridlock: avoid){make_way}",
+            f"{number_of(len(lanes), 'lane')} {_are(lanes)} two-way, used in one direction at a time: {names}; a "
+            f"robot takes a step only if nobody can be stuck afterwards (traffic.gridlock: avoid){make_way}",
         )
+
+
+def _are(things: Sized) -> str:
+    """The verb for one thing or several."""
+    return "is" if len(things) == 1 else "are"
 
 
 def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
@@ -232,8 +237,8 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
         yield Finding(
             "LOAD_ON_NODE",
             "layout: storage",
-            f"{len(crossed)} places are at nodes where edges meet; a robot that loads there holds all others up: "
-            f"{some(where)}",
+            f"{number_of(len(crossed), 'place')} {_are(crossed)} at nodes where edges meet; a robot that loads there "
+            f"holds all others up: {some(where)}",
             "nodes at the ends of spurs would not",
         )
     near = [
@@ -246,8 +251,8 @@ def _stops(layout: Layout, use: Use) -> Iterator[Finding]:
         yield Finding(
             "LOAD_NEAR_NODE",
             "layout: storage",
-            f"{len(near)} places are nearer than {use.contact:g} (D) to a node; robots stop D clear of it to load "
-            f"there: {some(near)}",
+            f"{number_of(len(near), 'place')} {_are(near)} nearer than {use.contact:g} (D) to a node; robots stop D "
+            f"clear of it to load there: {some(near)}",
         )
 
 
@@ -260,8 +265,8 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
             yield Finding(
                 "STATION_PLACES",
                 "layout.stations",
-                f"{places} slots for {use.robots} robots: a robot takes a task only when its station has a slot "
-                "for it, so the others stay in their bays",
+                f"{number_of(places, 'slot')} for {number_of(use.robots, 'robot')}: a robot takes a task only when "
+                "its station has a slot for it, so the others stay in their bays",
                 "more slots let more of them work",
             )
             return
@@ -271,8 +276,8 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
             yield Finding(
                 "STATION_PLACES",
                 f"layout.stations: {some(zones)}",
-                f"no more slots than servers at {len(full)} nodes: while a robot is served there, no other sets off "
-                f"for it, and robots wait in bays (slots for {places}, {use.robots} robots)",
+                f"no more slots than servers at {number_of(len(full), 'node')}: while a robot is served there, no "
+                f"other sets off for it, and robots wait in bays (slots for {places}, {use.robots} robots)",
                 "more slots (places) let more of them work",
             )
 
@@ -285,8 +290,9 @@ def _shared_names(layout: Layout) -> Iterator[Finding]:
         yield Finding(
             "SHARED_NAMES",
             "layout.storage_names",
-            f"{len(others)} places have several names, one for each good at the same stand: orders may use all of "
-            f"them, logs, replays and reports show the first, such as {layout.called[number]} for {name}",
+            f"{number_of(len(others), 'place')} {'has' if len(others) == 1 else 'have'} several names, one for each "
+            "good at the same stand: orders may use all of them, logs, replays and reports show the first, such as "
+            f"{layout.called[number]} for {name}",
         )
 
 

@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.live.messages import Measured
 from desim_warehouse.outcome.indicators import judged_by, within
 from desim_warehouse.outcome.verdicts import LASTING, judge_design
@@ -160,7 +161,7 @@ class RunsSoFar:
         verdict, design = self.met(target), self.design.words
         found = self.estimate(self.main)
         if verdict == "fails":
-            count = f"{len(self.failed)} of {numbers.number_of(self.n, 'run')}"
+            count = f"{len(self.failed)} of {number_of(self.n, 'run')}"
             return Said(verdict, f"{design}: {count} could not go on.", (_short(self.failed[0]),))
         if found is None:
             title = words.in_sentence(self.main)
@@ -186,7 +187,7 @@ class RunsSoFar:
         later = next((n for n, _ in looks(1000) if n > self.n and n >= need), None)
         if later is None:
             return aim, "It may stay too close to tell."
-        return aim, f"About {numbers.number_of(later - self.n, 'more run')} may tell."
+        return aim, f"About {number_of(later - self.n, 'more run')} may tell."
 
     def measured(self, pinned: RunsSoFar | None, together: Results | None) -> list[Measured]:
         """The indicators, beside those of the pinned design, with the differences run by run."""

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import LayoutError, ModelError, got, spoken
+from desim_warehouse.errors import LayoutError, ModelError, got, number_of, spoken
 from desim_warehouse.findings import Acceptable
 from desim_warehouse.layout import Layout, build
 from desim_warehouse.layout.spec import (
@@ -215,7 +215,7 @@ class Tasks(Part):
             return self
         entries, robots = len(self.unload_at), known(info).robots
         if self.station_choice == "each" and robots is not None and entries not in {1, robots}:
-            fleet = "1 robot" if robots == 1 else f"{robots} robots"
+            fleet = number_of(robots, "robot")
             expected = "one node" if robots == 1 else f"one node for all, or {robots}: one for each robot of fleet.size"
             text = f"{entries} nodes for {fleet} (got {got(self.unload_at)}), expected {expected}"
             raise wrong(text, "unload_at")

@@ -10,6 +10,7 @@ import math
 from statistics import fmean, stdev
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate
 
@@ -64,7 +65,8 @@ def expected(kpis: Mapping[str, float], model: Model) -> str:
         return "what charging costs is not seen"
     charging = model.fleet.size * drawn / (drawn + charging_rate(model))
     if charging > chargers:
-        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {chargers} chargers"
+        at = number_of(chargers, "charger")
+        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {at}"
     used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
     return (
         f"settled, by hand, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are at "

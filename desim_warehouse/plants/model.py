@@ -8,7 +8,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.model import Model, load
 from desim_warehouse.plants.checks import DIGITS, distance, put_right
 from desim_warehouse.plants.files import apart, are_orders, kept, orders_beside, orders_text
@@ -130,7 +130,7 @@ def imported(
 def _summary(plant: Plant) -> str:
     """The description of the model: where it comes from, and in short what it lacks."""
     lost = [remark for remark in plant.remarks if remark.what in {"left out", "unreachable"}]
-    counts = ", ".join(f"{len(remark.names)} {remark.kind}{'s' * (len(remark.names) > 1)}" for remark in lost)
+    counts = ", ".join(number_of(len(remark.names), remark.kind) for remark in lost)
     assumed = ", ".join(remark.kind for remark in plant.remarks if remark.what == "assumed")
     return f"From {plant.source}. {f'Left out or unreachable: {counts}. ' if lost else ''}Assumed: {assumed}."
 

@@ -6,7 +6,7 @@ import math
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from desim_warehouse.errors import first_of
+from desim_warehouse.errors import first_of, number_of
 
 if TYPE_CHECKING:
     from collections.abc import Container, Iterable
@@ -125,7 +125,7 @@ class Remark:
 
     def __str__(self) -> str:
         number, names = len(self.names), f": {self.which()}" if self.names else ""
-        kind = self.kind if self.what == "assumed" else f"{number} {self.kind}{'s' * (number > 1)}"
+        kind = self.kind if self.what == "assumed" else number_of(number, self.kind)
         return f"{self.what}: {kind}: {self.why}{names}"
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import errors
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import disturbances
@@ -108,8 +109,9 @@ def _motion(robot: RobotSpec) -> str:
 
 def _floor(floor: Layout) -> str:
     two_way = len(floor.two_way)
-    lanes = f"{len(floor.lanes) - two_way} one-way edges" + (f", {two_way} two-way lanes" if two_way else "")
-    return f"{len(floor.graph)} nodes, {lanes}, {len(floor.storage)} storage places"
+    lanes = number_of(len(floor.lanes) - two_way, "one-way edge")
+    lanes += f", {number_of(two_way, 'two-way lane')}" if two_way else ""
+    return f"{number_of(len(floor.graph), 'node')}, {lanes}, {number_of(len(floor.storage), 'storage place')}"
 
 
 def _batteries(model: Model) -> str:

@@ -6,7 +6,7 @@ import platform
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import WarehouseError
+from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.model.facts.kinds import said
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, counted_tasks
 from desim_warehouse.outcome.chains import lost_to
@@ -215,7 +215,7 @@ def account(run: Run) -> Html:
     said = (
         f"The largest part of a {by}'s time is {doing}: {numbers.duration(float(parts[name]) / count, unit)} of "
         f"{numbers.duration(whole / count, unit)}, {numbers.percent(float(parts[name]) / whole, 0)} %, "
-        f"on average over {numbers.number_of(count, by)}"
+        f"on average over {number_of(count, by)}"
     )
     if by == "task":
         said += "; each from its release to its delivery, or to the end of the run"

@@ -10,6 +10,7 @@ from itertools import pairwise
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
 from desim_warehouse.values.distributions import Distribution
@@ -280,9 +281,9 @@ class Check:
         """All in a line: how many errors and warnings there are."""
         errors, warnings = len(self.errors), sum(item.level == "warning" for item in self.findings)
         waived = sum(item.level == "error" for item in self.findings) - errors
-        said = f"{errors} error{'s' * (errors > 1)}" if errors else "no errors"
-        said += f", {warnings} warning{'s' * (warnings > 1)}" if warnings else ""
-        said += f", {waived} error{'s' * (waived > 1)} accepted" if waived else ""
+        said = number_of(errors, "error") if errors else "no errors"
+        said += f", {number_of(warnings, 'warning')}" if warnings else ""
+        said += f", {number_of(waived, 'error')} accepted" if waived else ""
         return said + (": this model would be refused" if errors else "")
 
 
@@ -296,10 +297,11 @@ def check(model: Model) -> Check:
     graph = layout.graph
     contact = model.fleet.contact
     length, speed = model.units.length, model.fleet.fastest
+    parts = (len(graph), "node"), (graph.number_of_edges(), "edge"), (len(layout.storage), "storage place")
     facts = [
-        f"{model.name}: {len(graph)} nodes, {graph.number_of_edges()} edges, {len(layout.storage)} storage places",
+        f"{model.name}: {', '.join(number_of(*part) for part in parts)}",
         f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
-        f"the lanes hold {checks.room(layout, contact)} robots at once, the fleet has {model.fleet.size}",
+        f"the lanes hold {number_of(checks.room(layout, contact), 'robot')} at once, the fleet has {model.fleet.size}",
     ]
     if model.fleet.slowness:
         stop = model.fleet.slowness * speed

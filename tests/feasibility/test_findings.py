@@ -276,6 +276,6 @@ def test_slots_beside_chargers_without_one_are_noted():
     bays = {"at": ["A", "C", "F", "H"], "places": 2, "total_chargers": 6}
     found = codes({"layout.bays.chargers": bays})["CHARGER_SLOTS"]
     assert found.level == "note"
-    assert "2 slots beside chargers have none" in found.text
+    assert "2 slots beside chargers without one" in found.text
     assert "CHARGER_SLOTS" not in codes({"layout.bays.chargers": {**bays, "places": None}})
     assert "CHARGER_SLOTS" not in codes({})

@@ -41,7 +41,7 @@ def test_a_sound_layout_has_no_findings():
     assert report.findings == []
     # each edge of 20 holds robots at 2, 4, ..., 18
     assert report.facts == [
-        "model: 4 nodes, 4 edges, 1 storage places",
+        "model: 4 nodes, 4 edges, 1 storage place",
         "robots keep D = 2 m and drive up to 1 m/s",
         "the lanes hold 36 robots at once, the fleet has 2",
         "ring of 80 m: B > C > D > A > B",
@@ -79,14 +79,14 @@ ERRORS = [
     (
         {"layout__bays": {"home": {"at": ["A", "B"], "places": 1}}, "fleet__start": ["A"]},
         (
-            "layout.bays.home.places: 2 robots start at A but its bay has 1 slots; "
+            "layout.bays.home.places: 2 robots start at A but its bay has 1 slot; "
             "give it more, or spread fleet.start over more nodes [BAY_CROWDED]"
         ),
     ),
     (
         {"layout__bays": {"home": {"at": ["A", "B", "C"], "places": 1}}, "fleet__size": 6},
         (
-            "layout.bays.home.places: 2 robots start at A but its bay has 1 slots; "
+            "layout.bays.home.places: 2 robots start at A but its bay has 1 slot; "
             "give it more, or spread fleet.start over more nodes (as at B, C) [BAY_CROWDED]\n"
             "layout.bays: 6 robots but only 3 bay slots; every robot needs one [TOO_FEW_PLACES]"
         ),
@@ -129,6 +129,14 @@ OTHERS = [
         ),
     ),
     (
+        with_edges(["B", "A"]),
+        (
+            "note: layout: edges: 1 lane is two-way, used in one direction at a time: A-B; a robot takes a step only "
+            "if nobody can be stuck afterwards (traffic.gridlock: avoid); robots make way for others on 3 one-way "
+            "lanes [TWO_WAY]"
+        ),
+    ),
+    (
         with_edges(["A", "C"]),
         (
             "warning: tasks.unload_at: C: robots unload standing on a node where B>C, A>C meet, and hold "
@@ -152,7 +160,7 @@ OTHERS = [
     (
         {"layout__stations": {"pack": {"at": ["C"], "places": 1}}},
         (
-            "note: layout.stations: 1 slots for 2 robots: a robot takes a task only when its station has "
+            "note: layout.stations: 1 slot for 2 robots: a robot takes a task only when its station has "
             "a slot for it, "
             "so the others stay in their bays; more slots let more of them work [STATION_PLACES]"
         ),
@@ -160,7 +168,7 @@ OTHERS = [
     (
         {"layout__stations": {"pack": {"at": ["C"], "places": 2, "servers": 2}}},
         (
-            "note: layout.stations: pack: no more slots than servers at 1 nodes: while a robot is served there, no "
+            "note: layout.stations: pack: no more slots than servers at 1 node: while a robot is served there, no "
             "other sets off for it, and robots wait in bays (slots for 2, 2 robots); more slots (places) let more of "
             "them work [STATION_PLACES]"
         ),

@@ -76,11 +76,11 @@ def test_one_way_lanes_have_arrows(model):
 
 
 def test_small_floors_and_those_with_room_on_their_edges_are_drawn_as_ever(model):
-    assert cells.is_of_cells(model, build(model.layout))
-    thin = model.replace({"fleet.robot.radius": 0.2})
-    assert not cells.is_of_cells(thin, build(thin.layout))
+    assert cells.is_map(model, build(model.layout))
+    thin = model.replace({"fleet.robot.radius": 0.1})
+    assert not cells.is_map(thin, build(thin.layout))
     blocks = dw.load("models/multibots.yaml")
-    assert not cells.is_of_cells(blocks, build(blocks.layout))
+    assert not cells.is_map(blocks, build(blocks.layout))
 
 
 def test_a_picture_has_room_for_every_cell(model, tmp_path):

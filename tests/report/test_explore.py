@@ -76,8 +76,11 @@ def test_every_two_designs_differ_as_compare_prints(folder, content):
     for a, baseline in enumerate(study.points):
         for name in study.usual():
             found = study.compare(name, baseline.labels)
-            rows = {one.design: list(scale_in(study, name).difference(one)) for one in found.differences}
-            assert content["differences"][name][a] == [rows.get(str(point)) for point in study.points]
+            rows = {one.design: one for one in found.differences}
+            for point, shown in zip(study.points, content["differences"][name][a], strict=True):
+                one = rows.get(str(point))
+                assert (shown and tuple(shown[:5])) == (one and scale_in(study, name).difference(one))
+                assert (shown or [])[5:] == ([one.runs_to_tell] if one and one.runs_to_tell else [])
             assert content["statements"][content["promises"][name][a]] == found.statement
     assert content["differences"]["T"][0][0] is None
 
@@ -146,8 +149,8 @@ def test_verdicts_stand_at_their_designs():
     assert one["wrong"][0].startswith("Cannot keep up: the backlog grows by ")
     assert not six["wrong"]
     assert content["wrong"][0].endswith("(1 robot).")
-    assert dict(content["facts"])["Run length"] == "20,000 step"
-    assert dict(content["facts"])["Warm-up"] == "2,000 step, not counted"
+    assert dict(content["facts"])["Run length"] == "20,000 steps"
+    assert dict(content["facts"])["Warm-up"] == "2,000 steps, not counted"
 
 
 def test_designs_whose_runs_fail_have_no_numbers_and_say_why():
@@ -173,7 +176,7 @@ def test_a_warm_up_found_for_each_design_stands_beside_it():
         numbers.number(at) for at in study.plan.warm_up
     ]
     low, high = sorted(study.plan.warm_up)
-    found = f"{low:,.0f} to {high:,.0f} step, found for each design"
+    found = f"{low:,.0f} to {high:,.0f} steps, found for each design"
     assert dict(content["facts"])["Warm-up"].startswith(found)
     assert found in study_parts.design(study.results)
     table = study_parts.results(study.results)

@@ -36,7 +36,7 @@ def test_what_is_to_be_expected_is_simple_arithmetic(warehouse):
         "settled, by hand, 1.6 robots charge and 6.4 are at work, with chargers used 80 % of the time (here 60 %)"
     )
     lone = warehouse.replace({"layout.bays.charging.total_chargers": 1})
-    assert settled.expected(kpis, lone) == "to give what they draw 1.6 robots would have to charge, at 1 chargers"
+    assert settled.expected(kpis, lone) == "to give what they draw 1.6 robots would have to charge, at 1 charger"
 
 
 def test_a_level_falls_if_it_does_by_more_than_its_interval_and_one_per_cent(warehouse):

@@ -85,6 +85,11 @@ def test_the_command_beside_a_number_shows_that_number(found, drafted, here):
         assert high <= most + 0.51
 
 
+def test_a_command_sets_each_key_once():
+    line = fleet_words.command_line("w.yaml", ("fleet.size=9", "run.length=3 h"), {"fleet.size": 12}, 5, ("T",), 0)
+    assert line == "desim what-if w.yaml --set 'run.length=3 h' --set fleet.size=12 --replications 5 --indicator T"
+
+
 def test_a_strategy_that_changes_nothing_is_not_judged(found, folder):
     hungarian, earliest = found.strategies
     assert (hungarian.shown, hungarian.saves, earliest.same) == ((), False, ())

@@ -268,4 +268,4 @@ def test_where_the_warehouse_itself_runs_flat_that_is_the_answer_with_its_cure()
     assert "need at least 2 chargers" in said
     assert found.failures[0].failed > 0
     model = drafted({**FLAT, "battery.charge_rate": 0.005, "fleet.size": 9}, orders=100, robots=6, chargers=6)
-    assert answer(model)[1].startswith("As it is, it runs flat in 1 of 1 runs")  # in the run that is looked at already
+    assert answer(model)[1].startswith("As it is, it runs flat in 1 of 1 run")  # in the run that is looked at already

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.report.text.numbers import Scale
     from desim_warehouse.study.results import Results
-    from desim_warehouse.study.statistics import Estimate
+    from desim_warehouse.study.statistics import Difference, Estimate
 
 DIGITS = 6
 """Significant digits of what is drawn; what is written comes as text."""
@@ -74,7 +74,7 @@ def facts(study: Results) -> list[tuple[str, str]]:
         ("Designs", f"{len(study.designs)}, all combinations"),
         ("Replications", words.replications(plan)),
         ("Runs", f"{len(study.rows):,}" + (f", {failed:,} of them failed and are left out" if failed else "")),
-        ("Run length", "until all work is done" if length is None else f"{numbers.number(length)} {units.time}"),
+        ("Run length", "until all work is done" if length is None else words.in_unit(length, units.time)),
         ("Warm-up", words.warm_up(study)),
         ("Seed of the study", str(plan.seed)),
         ("Seeds of the runs", ", ".join(str(seed) for _, seed in seeds) + "; the same for every design"),
@@ -149,15 +149,20 @@ def _values(study: Results, design: str, name: str, scale: Scale) -> list[float 
     return _short((value if math.isfinite(value) else None for value in values), scale)
 
 
-def _differences(study: Results, name: str, scale: Scale) -> list[tuple[str, list[list[str] | None]]]:
+def _differences(study: Results, name: str, scale: Scale) -> list[tuple[str, list[list[Any] | None]]]:
     """For each design as the baseline, all others minus it with their confidence, as `desim compare` prints them."""
     made = []
     for baseline in study.designs:
         found = study.compare_finished(name, baseline)
-        rows = {one.design: list(scale.difference(one)) for one in found.differences} if found else {}
+        rows = {one.design: _difference(one, scale) for one in found.differences} if found else {}
         tested = found is not None and any(one.estimate.interval for one in found.differences)
         made.append((found.statement if found and tested else "", [rows.get(design) for design in study.designs]))
     return made
+
+
+def _difference(one: Difference, scale: Scale) -> list[Any]:
+    """The texts of a difference; where it is not shown, also how many runs would show it, if that can be said."""
+    return [*scale.difference(one), *([one.runs_to_tell] if one.runs_to_tell else [])]
 
 
 def _target(study: Results, scales: Mapping[str, Scale]) -> dict[str, Any] | None:

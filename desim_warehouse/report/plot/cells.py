@@ -15,6 +15,7 @@ from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.zones import cell_size
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -24,43 +25,30 @@ if TYPE_CHECKING:
 
 _FEWEST = 400
 """Cells from which on a floor is drawn as a map."""
-_ARROWS = 2_500
-"""Cells up to which one-way lanes have arrows."""
+ARROWS = 2_500
+"""Cells or lanes up to which there are arrows."""
 _RASTER = 5_000
 """Cells from which on they are pixels in SVG and PDF files, too."""
 DPI = 144
 """Of pictures."""
 _PIXELS, _WIDTH, _WIDEST = 5, 14.0, 60.0
 """Pixels of a cell, and inches of a picture."""
-_ALIKE, _MOST = 1.01, 0.95
+_ALIKE = 1.01
+"""Times the side of a cell beyond which a lane leads over others."""
 _OPEN = 0.9
 """How much of a cell its colour fills."""
 SHELF, AISLE, GOODS = palette.GROUND["light"]["border"], "white", "#F3C7A5"
 
 
-def width(floor: Layout) -> float:
+def width(model: Model, floor: Layout) -> float:
     """Inches of a picture in which every cell can be seen."""
     xs = [x for _, x in floor.graph.nodes(data="x")]
-    return float(min(max(_PIXELS * (max(xs) - min(xs)) / _step(_lengths(floor)) / DPI, _WIDTH), _WIDEST))
+    return float(min(max(_PIXELS * (max(xs) - min(xs)) / cell_size(model, floor) / DPI, _WIDTH), _WIDEST))
 
 
-def _lengths(floor: Layout) -> list[float]:
-    """The lengths of all edges, shortest first."""
-    return sorted(length for *_, length in floor.graph.edges(data="length"))
-
-
-def _step(lengths: list[float]) -> float:
-    """The usual length of an edge, their median: the side of a cell."""
-    return lengths[len(lengths) // 2]
-
-
-def is_of_cells(model: Model, floor: Layout) -> bool:
-    """Whether nearly all edges have one length, on which no robot can stand clear of both ends, and there are many."""
-    if len(floor.graph) < _FEWEST:
-        return False
-    lengths = _lengths(floor)
-    usual = _step(lengths)
-    return bool(usual < 2 * model.fleet.contact and lengths[int(_MOST * len(lengths))] <= _ALIKE * usual)
+def is_map(model: Model, floor: Layout) -> bool:
+    """Whether a floor is a grid of so many cells that names of nodes could not be read."""
+    return len(floor.graph) >= _FEWEST and cell_size(model, floor) > 0
 
 
 def draw(axes: Axes, floor: Layout, model: Model) -> None:
@@ -68,7 +56,7 @@ def draw(axes: Axes, floor: Layout, model: Model) -> None:
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.lines import Line2D
 
-    step = _step(_lengths(floor))
+    step = cell_size(model, floor)
     at = {name: (data["x"], data["y"]) for name, data in floor.graph.nodes(data=True)}
     colours = _colours(model, floor)
     middles = np.array(list(at.values()))
@@ -83,7 +71,7 @@ def draw(axes: Axes, floor: Layout, model: Model) -> None:
         drawn = PolyCollection(list(squares), facecolors=colour, edgecolors="none", antialiaseds=False, zorder=1)
         drawn.set_rasterized(len(at) > _RASTER)
         axes.add_collection(drawn)
-    if len(at) <= _ARROWS:
+    if len(at) <= ARROWS:
         _arrows(axes, floor, at, step)
     low, high = middles.min(axis=0) - step, middles.max(axis=0) + step
     look.floor_axes(axes, model, (low[0], high[0]), (low[1], high[1]))

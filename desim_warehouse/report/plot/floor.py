@@ -65,8 +65,8 @@ def save(source: Model | Run, path: str | Path, *, title: str | None = None, nam
         raise ReportError(f"{path}: a picture of which kind? Expected a name that ends in {spoken(_ENDINGS, 'or')}")
     model, floor = _model_and_floor(source)
     width, height = size_of(floor)
-    if cells.is_of_cells(model, floor):
-        across = cells.width(floor)
+    if cells.is_map(model, floor):
+        across = cells.width(model, floor)
         size = across, across * (height - 1.2) / width + 1.2
         drawn = _drawn(model, floor, title or model.name, "light", None, size, named=False)
         return _written(_with_names(drawn, floor) if names else drawn, path)
@@ -117,7 +117,7 @@ def _drawn(
 ) -> Axes:
     step = step_of(floor)
     with look.drawing(ax, style, title, size, f"Layout of {model.name}") as axes:
-        if cells.is_of_cells(model, floor):
+        if cells.is_map(model, floor):
             cells.draw(axes, floor, model)
             return axes
         draw_goods(axes, floor, step, fetched_of(model))

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.text.numbers import times
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -25,21 +26,24 @@ def arrivals(
 
     The warm-up is shaded.
     """
+    from matplotlib.ticker import MaxNLocator
+
     tasks, end = run.history.tasks.values(), run.history.end
     came = sorted(task.released for task in tasks)
     went = sorted(task.delivered for task in tasks if math.isfinite(task.delivered))
     with look.drawing(ax, style, title, (6.4, 3.4), "Tasks released and delivered over time") as axes:
-        hour = run.model.units.hour
-        for number, (times, label) in enumerate(((came, "released"), (went, "delivered"))):
-            known = [0.0, *times, end]
-            counts = [*range(len(times) + 1), len(times)]
+        scale = times(run.model.units.time, [end])
+        for number, (found, label) in enumerate(((came, "released"), (went, "delivered"))):
+            known = [0.0, *found, end]
+            counts = [*range(len(found) + 1), len(found)]
             line = {**look.cycle(number), "marker": ""}
-            axes.step([time / hour for time in known], counts, where="post", label=label, **line)
+            axes.step([scale.by * time for time in known], counts, where="post", label=label, **line)
         if run.history.begin:
-            axes.axvspan(0, run.history.begin / hour, color=palette.FAINT, alpha=0.15, linewidth=0, label="warm-up")
-        axes.set_xlim(0, end / hour or 1.0)
+            axes.axvspan(0, scale.by * run.history.begin, color=palette.FAINT, alpha=0.15, linewidth=0, label="warm-up")
+        axes.set_xlim(0, scale.by * end or 1.0)
         axes.set_ylim(bottom=0)
-        axes.set_xlabel("Time (h)")
+        axes.yaxis.set_major_locator(MaxNLocator("auto", integer=True))
+        axes.set_xlabel(look.text(f"Time ({scale.unit})"))
         axes.set_ylabel("Tasks")
         look.legend(axes, 2)
         return axes

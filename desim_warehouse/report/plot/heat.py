@@ -10,6 +10,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import floor as plan
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.report.plot.cells import ARROWS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 By = Literal["blocked", "waits"]
+_ROOMY = 1000
+"""Nodes up to which there is room for their circles."""
 
 
 def congestion(
@@ -90,7 +93,9 @@ def _edges(axes: Axes, run: Run, values: dict[tuple[str, str], float], step: flo
     from matplotlib.collections import LineCollection
 
     lines = [plan.ends(run.layout, edge, step) for edge in values]
-    plan.arrows(axes, [plan.ends(run.layout, edge, step) for edge in run.layout.graph.edges], palette.FAINT)
+    every = run.layout.graph.edges
+    if len(every) <= ARROWS:
+        plan.arrows(axes, [plan.ends(run.layout, edge, step) for edge in every], palette.FAINT)
     shown = LineCollection(lines, cmap=shades.colours, norm=shades.norm, zorder=2)
     shown.set_array(list(values.values()))
     shown.set_linewidth([1.2 + 5.0 * shades.size(value) for value in values.values()])
@@ -99,22 +104,24 @@ def _edges(axes: Axes, run: Run, values: dict[tuple[str, str], float], step: flo
 
 def _nodes(axes: Axes, run: Run, values: dict[str, float], shades: _Shades) -> None:
     graph = run.layout.graph
-    small = 30 if len(graph) <= 60 else 4  # noqa: PLR2004 - as in the layout drawing
+    room = min(_ROOMY / len(graph), 1.0)
+    small = 30 if len(graph) <= 60 else 4 * room  # noqa: PLR2004 - as in the layout drawing
     axes.scatter(
         [graph.nodes[name]["x"] for name in values],
         [graph.nodes[name]["y"] for name in values],
-        s=[small + 320 * shades.size(value) for value in values.values()],
+        s=[small + 320 * room * shades.size(value) for value in values.values()],
         c=list(values.values()),
         cmap=shades.colours,
         norm=shades.norm,
         edgecolors=palette.INK,
-        linewidths=0.6,
+        linewidths=0.6 * room,
         zorder=3,
     )
     if small == 30:  # noqa: PLR2004 - few nodes: room for names
-        for name in values:
+        names = {name: name if len(name) <= 6 else f"{name[:5]}…" for name in values}  # noqa: PLR2004 - short enough
+        for name, shown in names.items() if len(set(names.values())) == len(names) else ():
             axes.annotate(
-                look.text(name if len(name) <= 6 else f"{name[:5]}…"),  # noqa: PLR2004 - short enough
+                look.text(shown),
                 (graph.nodes[name]["x"], graph.nodes[name]["y"]),
                 xytext=(8, 8),
                 textcoords="offset points",

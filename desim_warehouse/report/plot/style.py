@@ -171,8 +171,8 @@ def legend(ax: Axes, entries: int, name: str | None = None, **options: Any) -> N
 
 
 def in_percent(axis: Axis) -> None:
-    """Marks of an axis of shares, as in 25 %."""
-    axis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %")
+    """Marks of an axis of shares, as in 25 %; none beyond 100 %."""
+    axis.set_major_formatter(lambda value, _: f"{100 * value:.4g} %" if value < 1 + 1e-9 else "")
 
 
 def floor_axes(axes: Axes, model: Model, xs: tuple[float, float], ys: tuple[float, float]) -> None:

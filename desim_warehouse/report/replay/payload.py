@@ -20,6 +20,7 @@ from desim_warehouse.report.replay.lost import lost_to
 from desim_warehouse.report.replay.queues import resource_columns, worst
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
+from desim_warehouse.report.text.numbers import plural
 from desim_warehouse.report.zones import cell_size, robot_radii
 from desim_warehouse.states import APART, SHOWN, WAITING, Phase
 
@@ -73,7 +74,12 @@ def _header(
         "name": model.name,
         "seed": history.seed,
         "day": _seconds_of_day(model.run.start),
-        "units": {"length": model.units.length, "time": model.units.time, "seconds": model.units.seconds},
+        "units": {
+            "length": model.units.length,
+            "time": model.units.time,
+            "times": plural(model.units.time, 0),
+            "seconds": model.units.seconds,
+        },
         "grain": scale.grain,
         "tick": scale.tick,
         "start": scale.start,

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.report.text import numbers, sentences, words
 from desim_warehouse.study.statistics import MOST_TO_TELL
@@ -76,9 +76,7 @@ def _on_target(study: Results) -> tuple[list[str], str | None]:
         parts.setdefault(_name(study, design, demand=True), []).append(design)
     found = [_met_first(study, demand, designs) for demand, designs in parts.items()]
     met = Counter(one.verdict for one in study.judged.values())
-    count = (
-        f"Of {numbers.number_of(len(study.judged), 'design')} {met['meets']} meet{'s' * (met['meets'] == 1)} the target"
-    )
+    count = f"Of {number_of(len(study.judged), 'design')} {met['meets']} meet{'s' * (met['meets'] == 1)} the target"
     count += f", {met['fails']} do{'es' * (met['fails'] == 1)} not"
     if met["undecided"]:
         count += f", {met['undecided']} {'is' if met['undecided'] == 1 else 'are'} too close to tell"

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.report.text import words
-from desim_warehouse.report.text.numbers import number, number_of
+from desim_warehouse.report.text.numbers import number
 from desim_warehouse.report.text.sentences import sentence
 from desim_warehouse.study.design_space import AisleWays, ChargerNodes
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.report.text import words
 
 if TYPE_CHECKING:
@@ -17,6 +18,6 @@ def capped(found: Capped, model: Model | None) -> str:
     gain, is_now = found.gain, f"{words.in_sentence(found.indicator)} is {scale_of.value(found.mean)}"
     ends = "" if gain.low == gain.high else f" ({scale_of.bare(gain.low)} to {scale_of.bare(gain.high)})"
     return (
-        f"With at most {found.cap} of {found.robots} robots under way (traffic.most_out: {found.cap}) "
+        f"With at most {found.cap} of {number_of(found.robots, 'robot')} under way (traffic.most_out: {found.cap}) "
         f"{is_now}: better by {scale_of.value(gain.mean)}{ends}"
     )

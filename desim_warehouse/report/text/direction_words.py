@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.report.text import words
-from desim_warehouse.report.text.numbers import Scale, number_of
+from desim_warehouse.report.text.numbers import Scale
 
 if TYPE_CHECKING:
     from desim_warehouse.study.directions import BetterDirections, DirectionGain

@@ -302,8 +302,9 @@ def command_line(
     indicators: tuple[str, ...],
     seed: int,
 ) -> str:
-    """The line that shows a number and its interval again."""
-    sets = [*assignments, *(f"{key}={_typed(value)}" for key, value in overrides.items())]
+    """The line that shows a number and its interval again; what it changes anew is set once."""
+    kept = [text for text in assignments if text.partition("=")[0].strip() not in overrides]
+    sets = [*kept, *(f"{key}={_typed(value)}" for key, value in overrides.items())]
     parts = ["desim", "what-if", model, *options_of(sets)]
     parts += ["--replications", str(runs), *(part for name in indicators for part in ("--indicator", name))]
     parts += ["--seed", str(seed)] if seed else []

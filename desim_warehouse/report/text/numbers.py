@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
@@ -101,11 +102,6 @@ def measured(value: float) -> str:
         return number(value)
     shown = number(value, max(0, 2 - math.floor(math.log10(abs(value)))))
     return shown.rstrip("0").rstrip(".") if "." in shown else shown
-
-
-def number_of(count: float, what: str) -> str:
-    """A number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
-    return f"{number(count)} {what}{'s' * (count != 1)}"
 
 
 def decimals(half_width: float) -> int:

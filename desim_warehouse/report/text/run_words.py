@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import busy_share, resources, standing
 from desim_warehouse.report.text import numbers, words
@@ -64,7 +65,7 @@ def counted_time(run: Run) -> str:
 
 def _delivered(run: Run) -> str:
     kpis = run.kpis
-    said = f"{numbers.number_of(kpis['tasks'], 'task')} delivered in {counted_time(run)}"
+    said = f"{number_of(kpis['tasks'], 'task')} delivered in {counted_time(run)}"
     if math.isfinite(kpis["throughput_per_hour"]):
         said += f", {numbers.measured(kpis['throughput_per_hour'])} an hour"
     late = kpis.get("on_time", math.nan)
@@ -75,7 +76,7 @@ def _keeps_up(run: Run) -> list[str]:
     """That work does not pile up, where it comes by itself."""
     if "backlog_growth_per_hour" not in run.kpis:
         return []
-    return [f"It keeps up: {numbers.number_of(run.kpis['backlog'], 'task')} open at the end."]
+    return [f"It keeps up: {number_of(run.kpis['backlog'], 'task')} open at the end."]
 
 
 def _busiest(run: Run) -> str:
@@ -114,7 +115,7 @@ def _breakdowns(run: Run) -> list[str]:
         return []
     count, share = run.kpis["breakdowns"], run.kpis["availability"]
     left = f", which left them {numbers.PERCENT.value(share)} of their time in operation" if share < 1 else ""
-    return [f"Robots broke down {numbers.number_of(count, 'time')}{left}."]
+    return [f"Robots broke down {number_of(count, 'time')}{left}."]
 
 
 def _cost(run: Run) -> list[str]:

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.report.text import words
 from desim_warehouse.report.text.numbers import Scale, number, percent, plural
 from desim_warehouse.report.text.sentences import sentence
@@ -37,7 +38,7 @@ def _input(found: TippingPoints, one: InputEffect, model: Model) -> str:
     said += f"{signed} robots over the range; "
     tips = [_tip(tip, unit) for tip in one.tips]
     if one.open:
-        tips.append(f"{one.open} more threshold{'s' * (one.open > 1)} not looked at, as no runs were left")
+        tips.append(f"{number_of(one.open, 'more threshold')} not looked at, as no runs were left")
     said += "; ".join(tips) or "the answer turns nowhere"
     return f"{said}; knowing it is worth {_worth(found, one.worth, model)} a year"
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.root_words import root
@@ -54,7 +54,7 @@ def state(now: Health) -> str:
 def fails(failure: Failure) -> str:
     """How often runs could not go on."""
     verb = next((said for kind, said in _FAILS.items() if failure.text.startswith(kind)), "fails")
-    return f"{verb} in {failure.failed} of {failure.runs} runs"
+    return f"{verb} in {failure.failed} of {number_of(failure.runs, 'run')}"
 
 
 def _said(failure: Failure) -> str:
@@ -67,7 +67,7 @@ def _gains(found: Why, units: Units) -> str:
     unit = unit_of(found, units)
     competing = [(suspect, gain) for suspect, gain in found.found if gain.competes]
     if not competing:
-        return f"Nothing that was tried made a difference in {found.gains.runs} runs."
+        return f"Nothing that was tried made a difference in {number_of(found.gains.runs, 'run')}."
     (suspect, most), *others = competing
     if found.gains.none:
         return f"Nothing that was tried gains {amount(found, found.gains.delta)}{unit} or more."
@@ -78,7 +78,7 @@ def _gains(found: Why, units: Units) -> str:
         per = f" for {DOSE}" if any(one.dose is not None for one, _ in competing) else ""
         more = "" if rest is None else f"; nothing else gains more than {amount(found, max(rest, 0.0), up=True)}{per}"
         if len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
-            more = f"; nothing else made a difference in {most.n} run{'s' * (most.n > 1)}"
+            more = f"; nothing else made a difference in {number_of(most.n, 'run')}"
         return f"{_answer(found, suspect, most, unit)}{more}.{_largest(found, competing[:1], competing)}"
     leader = most.each.low
     near = [(one, gain) for one, gain in competing if gain.each.high >= leader and gain.high > 0]

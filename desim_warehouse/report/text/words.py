@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.keys import about
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, plural, times
@@ -164,7 +164,7 @@ def level(value: Any) -> str:
 
 def design_spoken(design: Mapping[str, Any]) -> str:
     """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
-    counts = [f"{n} {what}{'s' * (n != 1)}" for key, n in design.items() if (what := _counted(key, n))]
+    counts = [number_of(n, what) for key, n in design.items() if (what := _counted(key, n))]
     others = [setting(key, value) for key, value in design.items() if not _counted(key, value)]
     return ", ".join([*([spoken(counts)] if counts else []), *others]) or "the model as it is"
 
@@ -218,12 +218,17 @@ def met_or_when(study: Results, design: str) -> str:
     return met(study, design) + (f"; about {number(more)} runs would" if more else "")
 
 
+def in_unit(value: float, unit: str) -> str:
+    """A quantity in the unit of a model: `20,000 steps`."""
+    return f"{number(value)} {plural(unit, value)}".strip()
+
+
 def warm_up(study: Results) -> str:
     """What is not counted: one time for all designs, or found for each."""
     found, unit = study.warm_ups.values(), study.base.units.time
     if not found:
-        return f"{number(study.base.run.warm_up)} {unit}, not counted"
-    return f"{number(min(found))} to {number(max(found))} {unit}, found for each design, not counted"
+        return f"{in_unit(study.base.run.warm_up, unit)}, not counted"
+    return f"{number(min(found))} to {in_unit(max(found), unit)}, found for each design, not counted"
 
 
 def target(goal: Target) -> str:
@@ -245,7 +250,7 @@ def amount(indicator: str, value: float, unit: str = "") -> str:
         return f"{100 * value:.4g} %"
     kind = indicator_kind(indicator)
     scale = times(unit, (value,)) if kind == "time" else Scale("tasks an hour" if kind == _RATE else unit)
-    return f"{number(scale.by * value)} {plural(scale.unit, scale.by * value)}".strip()
+    return in_unit(scale.by * value, scale.unit)
 
 
 def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> Scale:

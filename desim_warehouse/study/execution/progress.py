@@ -6,6 +6,8 @@ import sys
 from time import monotonic
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
+from desim_warehouse.errors import number_of
+
 if TYPE_CHECKING:
     from types import TracebackType
 
@@ -96,9 +98,7 @@ class Progress:
     def summary(self) -> str:
         """A summary of the runs done."""
         taken = monotonic() - self.begin
-        parts = [
-            f"{self.done} run{'s' * (self.done != 1)} in {_time(taken)}" + (f" ({self.pace})" if self.done else "")
-        ]
+        parts = [f"{number_of(self.done, 'run')} in {_time(taken)}" + (f" ({self.pace})" if self.done else "")]
         if self.reused:
             parts.append(f"{self.reused} were there already")
         if self.failed:

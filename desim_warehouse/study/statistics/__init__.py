@@ -58,7 +58,6 @@ from desim_warehouse.study.statistics.screening import (
 from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_constants, kn_steps
 from desim_warehouse.study.statistics.shares import TaskShare
 from desim_warehouse.study.statistics.sizing import (
-    MOST_TO_TELL,
     DesignVerdict,
     Sizing,
     judged,
@@ -75,6 +74,7 @@ from desim_warehouse.study.statistics.sobol import (
     sobol,
 )
 from desim_warehouse.study.statistics.targets import Target, parse_target
+from desim_warehouse.study.statistics.telling import MOST_TO_TELL
 from desim_warehouse.study.statistics.warmup import WarmUp, averaged, mser, welch
 
 __all__ = [

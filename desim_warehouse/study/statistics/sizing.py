@@ -14,6 +14,7 @@ from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING, bounds, bounds_of, gaps
 from desim_warehouse.study.statistics.procedure import Procedure, follow, request
 from desim_warehouse.study.statistics.targets import Target, parse_target
+from desim_warehouse.study.statistics.telling import SPARE, fewest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -23,9 +24,6 @@ if TYPE_CHECKING:
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
 FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
-MOST_TO_TELL = 1000
-"""Runs of a design beyond which it is not said how many would tell whether it meets a target."""
-_SPARE = 1.5  # times as far from the target as the bounds reach: five of six are told then
 
 
 @dataclass(frozen=True)
@@ -232,21 +230,13 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
     """
     mean = float(np.mean(values))
     wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
-    nearer = replace(target, value=mean + (target.value - mean) / (_SPARE * wider))
+    nearer = replace(target, value=mean + (target.value - mean) / (SPARE * wider))
 
     def told(runs: int) -> bool:
         further = [values[run % len(values)] for run in range(runs)]
         return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0)[0] != "undecided"
 
-    few, many = len(values), 2 * len(values)
-    while not told(many):
-        if many > MOST_TO_TELL:
-            return None
-        few, many = many, 2 * many
-    while many - few > 1:
-        middle = (few + many) // 2
-        few, many = (few, middle) if told(middle) else (middle, many)
-    return many if many <= MOST_TO_TELL else None
+    return fewest(told, len(values))
 
 
 def _verdict(

@@ -7,7 +7,7 @@ const short = (value) => value.toLocaleString("en", { maximumSignificantDigits: 
 
 // Round numbers that span `low` to `high`.
 function rounds(low, high) {
-  if (low === high) [low, high] = [low - (Math.abs(low) || 1) / 2, high + (Math.abs(high) || 1) / 2];
+  if (low === high) [low, high] = low > 0 ? [low / 2, low] : [low, low + 1]; // never beyond 100 %
   const rough = (high - low) / TICKS, power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 2.5, 5, 10].find((factor) => factor * power >= rough) * power;
   const first = Math.floor(low / step + 1e-9), last = Math.ceil(high / step - 1e-9);

@@ -10,7 +10,7 @@ function showDifferences(study, state) {
     const row = element("tr", { "data-indicator": name, class: rank === state.indicator ? "now" : "" }, element("th", { scope: "row" }, title));
     for (const [rank, design] of [a, b].entries())
       row.append(element("td", { "data-name": SIDES[rank].toUpperCase() }, study.means[name][design]?.[3] ?? "–"));
-    cells.forEach((text, rank) => row.append(element("td", { "data-name": COLUMNS[rank] }, text)));
+    COLUMNS.forEach((name, rank) => row.append(element("td", { "data-name": name }, cells[rank])));
     return row;
   });
   byId("differences").tBodies[0].replaceChildren(...rows);
@@ -19,7 +19,7 @@ function showDifferences(study, state) {
   byId("answer").textContent = a === b ? "A and B are the same design." : inWords(study, a, b);
 }
 
-// In which indicators B is better, worse, other, or not shown to differ.
+// In which indicators B is better, worse, other, or not shown to differ, and how many runs would show it.
 function inWords(study, a, b) {
   const found = { "B is better": [], "B is worse": [], "B is other": [], "Not shown to differ": [] };
   for (const { name, label: title, better } of study.indicators) {
@@ -27,7 +27,8 @@ function inWords(study, a, b) {
     if (!row) continue;
     const less = row[0].startsWith("−"), differs = row[4].startsWith("differs");
     const kind = better === null ? "B is other" : less === (better === "less") ? "B is better" : "B is worse";
-    found[differs ? kind : "Not shown to differ"].push(title.replace(/ \([^)]*\)$/, ""));
+    const more = row[5] ? ` (about ${row[5]} runs of each would probably show it)` : "";
+    found[differs ? kind : "Not shown to differ"].push(title.replace(/ \([^)]*\)$/, "") + more);
   }
   const said = Object.entries(found).filter(([, titles]) => titles.length).map(([kind, titles]) => `${kind}: ${titles.join("; ")}.`);
   return said.length ? said.join(" ") : "A and B have no replication in common.";

@@ -94,10 +94,10 @@ Object.assign(Floor.prototype, {
     ctx.beginPath();
     ctx.roundRect(x, y, width, height, Math.min(width, height) * 0.15);
     ctx.fill();
-    if (line === null || width < 6) return;
+    if (line === null) return;
     ctx.strokeStyle = line;
     ctx.lineWidth = 1;
-    ctx.setLineDash([4, 3]);
+    ctx.setLineDash(width < 6 ? [] : [4, 3]);
     ctx.stroke();
     ctx.setLineDash([]);
   },

@@ -60,7 +60,7 @@ class Side {
     const { units, day } = this.header, own = this.moment(time);
     const seconds = own * units.seconds + 0.01 + day;
     const hours = seconds >= 3600 || day ? `${two((seconds / 3600) % (day ? 24 : Infinity))}:` : "";
-    return `${hours}${two((seconds / 60) % 60)}:${two(seconds % 60)} (${own.toFixed(1)} ${units.time})`;
+    return `${hours}${two((seconds / 60) % 60)}:${two(seconds % 60)} (${own.toFixed(1)} ${units.times})`;
   }
 
   name(node) {
@@ -110,7 +110,8 @@ class Side {
   lasts(ticks) {
     const { tick, units } = this.header, long = ticks * tick;
     if (units.seconds === 1 && long >= 120) return `${shortNumber(long / 60)} min`;
-    return `${shortNumber(long)} ${units.time}`;
+    const text = shortNumber(long);
+    return `${text} ${text === "1" ? units.time : units.times}`;
   }
 }
 

@@ -8,7 +8,7 @@ class Player {
   constructor(sides) {
     this.sides = sides;
     const { units } = sides[0].header;
-    this.unit = units.time;
+    this.unit = units.times;
     this.seconds = units.seconds;
     const own = (side, time) => (time * side.header.units.seconds) / this.seconds;
     this.start = Math.min(...sides.map((side) => own(side, side.header.start)));
