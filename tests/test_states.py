@@ -86,7 +86,6 @@ MEANS_ELSE = {
     "contracts.py": {"charging", "empty", "loaded"},  # a kind of policy; consumptions
     "feasibility/estimate.py": {"empty", "loaded"},  # parts of a cycle
     "fleet_log/energy.py": {"empty", "loaded"},  # consumptions
-    "fleet_log/measures.py": {"charging", "loading", "unloading"},  # names of columns, in a sentence
     "fleet_log/vda5050.py": {"charging"},  # a key of the format
     "feasibility/rules.py": {"unloading"},  # in a sentence
     "feasibility/unused.py": {"charging"},  # a kind of policy

@@ -61,7 +61,7 @@ MEASURES = {
 """By name. Shares are of the time of which the log has messages, so gaps do not count."""
 
 
-class Measured(NamedTuple):
+class MeasuredDay(NamedTuple):
     """What a log says of a day, in the units of the model.
 
     `figures` are those of `MEASURES`, nan where the log does not say. `drops` are load units put down an hour, in each
@@ -88,7 +88,7 @@ def parts_of(model: Model, log: FleetLog) -> Floats:
     return np.append(np.arange(begin, max(end - part / 2, begin + 0.5), part), end)
 
 
-def measured(model: Model, log: FleetLog, parts: Floats) -> Measured:
+def measured(model: Model, log: FleetLog, parts: Floats) -> MeasuredDay:
     """What a log says of a day that is parted so. The warm-up of the model is left out."""
     if not log.step:
         return _of_trips(model, log, parts)
@@ -131,7 +131,7 @@ def measured(model: Model, log: FleetLog, parts: Floats) -> Measured:
     hours = total / hour / robots or math.nan
     there = waits & (tracks.edge >= 0)
     stood = np.bincount(tracks.edge[there], time[there], len(tracks.edges))
-    return Measured(figures, _an_hour(events, parts, seen), _passed(tracks, counted) / hours, stood / hours)
+    return MeasuredDay(figures, _an_hour(events, parts, seen), _passed(tracks, counted) / hours, stood / hours)
 
 
 def _passed(tracks: Tracks, counted: Any) -> Floats:
@@ -183,10 +183,10 @@ def _between(events: list[Event], begin: float, hours: float) -> dict[str, float
     }
 
 
-def _of_trips(model: Model, log: FleetLog, parts: Floats) -> Measured:
+def _of_trips(model: Model, log: FleetLog, parts: Floats) -> MeasuredDay:
     table, seconds = log.table, model.units.seconds
     events = sorted(zip(table["robot"], table["time"] / seconds, table["action"], strict=True))
     begin, hour = model.run.warm_up, model.units.hour
     found = _between(events, begin, (log.length / seconds - begin) / hour)
     drops = _an_hour(events, parts, np.diff(parts) / hour)
-    return Measured(dict.fromkeys(MEASURES, math.nan) | found, drops, np.empty(0), np.empty(0))
+    return MeasuredDay(dict.fromkeys(MEASURES, math.nan) | found, drops, np.empty(0), np.empty(0))

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-    from desim_warehouse.fleet_log.measures import Measured
+    from desim_warehouse.fleet_log.measures import MeasuredDay
     from desim_warehouse.fleet_log.ranks import Ranked
     from desim_warehouse.fleet_log.table import FleetLog
     from desim_warehouse.model import Model
@@ -42,7 +42,7 @@ _EDGES = 3
 _LOOKED_AT = 3
 
 
-class Row(NamedTuple):
+class MeasureRow(NamedTuple):
     """A measure, the mean of all days: real, simulated, its band, and how far it lies out."""
 
     name: str
@@ -83,11 +83,13 @@ class Validation:
         """Whether the real days are unlike the simulated ones."""
         return self.measures.p_value <= LEVEL
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[MeasureRow]:
         """The measures of the logs, those of all days together."""
         found = self.measures
         columns = (found.real.mean(axis=0), found.simulated.mean(axis=(0, 1)), *found.mean_band(), found.off, found.out)
-        return [Row(name, *values) for name, *values in zip(self.names, *(c.tolist() for c in columns), strict=True)]
+        return [
+            MeasureRow(name, *values) for name, *values in zip(self.names, *(c.tolist() for c in columns), strict=True)
+        ]
 
     @property
     def outside(self) -> list[str]:
@@ -188,7 +190,7 @@ def validate(
     )
 
 
-def _by_edge(what: str, real: list[Measured], simulated: list[list[Measured]]) -> Ranked | None:
+def _by_edge(what: str, real: list[MeasuredDay], simulated: list[list[MeasuredDay]]) -> Ranked | None:
     """What logs say of each edge; None where one of them is of trips."""
     days = [getattr(one, what) for one in real]
     if not all(day.size for day in days):
@@ -196,7 +198,7 @@ def _by_edge(what: str, real: list[Measured], simulated: list[list[Measured]]) -
     return ranked(np.array(days), np.array([[getattr(one, what) for one in runs] for runs in simulated]), alike=True)
 
 
-def _simulated(model: Model, log: FleetLog, parts: Floats, seed: int) -> Measured:
+def _simulated(model: Model, log: FleetLog, parts: Floats, seed: int) -> MeasuredDay:
     """A simulated day as long as the real one, with messages as far apart, measured as that is."""
     seconds = model.units.seconds
     changes: dict[str, Any] = {"run.length": max(log.length / seconds, 1.0), "log": "all"}
