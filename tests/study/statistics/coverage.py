@@ -126,7 +126,7 @@ def why(rng: Generator) -> bool:
     days = rng.normal(100, 10, 160)
     truth = [0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]
     values = days + np.array(truth)[:, None] + rng.gamma(1, 3, (7, 160)) - 3
-    found = follow(gains_steps(6, 1.0), lambda design, replication: float(values[design, replication]))
+    found = follow(gains_steps([1.0] * 6, 1.0), lambda design, replication: float(values[design, replication]))
     return all(_holds((gain.low, gain.high), truth[gain.change]) for gain in found.gains)
 
 

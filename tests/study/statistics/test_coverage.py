@@ -12,6 +12,7 @@ from desim_warehouse.study.statistics import (
     paired,
     smallest_meeting,
 )
+from tests.study.statistics.coverage import CASES
 
 STUDIES = 400
 
@@ -211,3 +212,8 @@ def test_the_smallest_fleet_is_right_in_95_per_cent_of_searches():
         result = smallest_meeting(lambda v, r, z=noise: 10 * v + z[v, r], range(1, 41), "throughput_per_hour >= 215")
         right += result.smallest == 22
     assert right / 200 >= 0.95
+
+
+@pytest.mark.parametrize("case", CASES, ids=str)
+def test_each_study_whose_coverage_the_page_on_validation_states_gives_answers(case):
+    assert any(right is not None for right in case.all(3))
