@@ -59,9 +59,7 @@ class Motion:
 
     def drives_of(self, visit):
         """From where to where a robot drives on an edge, and when; where it stood before it, and stands after it."""
-        pieces = list(zip(visit.times, visit.times[1:], visit.places, visit.places[1:], strict=False))
-        if visit.leave > visit.times[-1] + self.delay:
-            pieces.append((visit.times[-1], visit.leave, visit.places[-1], visit.places[-1]))
+        pieces = self.pieces_of(visit)
         stands = [place for begin, end, place, to in pieces if to == place and end > begin + self.delay]
         stands += visit.places[-1:] if visit.cleared else []
         for begin, end, place, to in pieces:
@@ -69,17 +67,22 @@ class Motion:
                 stood = max((stand for stand in stands if stand <= place), default=-self.run_before(visit))
                 yield begin, end, place, to, stood, min((stand for stand in stands if stand >= to), default=math.inf)
 
+    def pieces_of(self, visit):
+        """From when to when, and from where to where, with the stand at the end."""
+        pieces = list(zip(visit.times, visit.times[1:], visit.places, visit.places[1:], strict=False))
+        if visit.leave > visit.times[-1] + self.delay:
+            pieces.append((visit.times[-1], visit.leave, visit.places[-1], visit.places[-1]))
+        return pieces
+
     def run_before(self, visit):
         """How far a robot has driven since it stood when it comes onto an edge, for short edges one after the other."""
         visits = self.visits[visit.robot]
         index = next(i for i, other in enumerate(visits) if other is visit)
         driven = 0.0
         for before in reversed(visits[:index]):
-            if before.into_bay or before.leave > before.times[-1] + self.delay:
+            if before.into_bay:
                 return driven
-            for begin, end, place, to in reversed(
-                list(zip(before.times, before.times[1:], before.places, before.places[1:], strict=False))
-            ):
+            for begin, end, place, to in reversed(self.pieces_of(before)):
                 if to == place and end > begin + self.delay:
                     return driven
                 driven += to - place

@@ -7,6 +7,7 @@ from itertools import groupby
 
 from desim_warehouse.model.facts.charging import start_levels
 from desim_warehouse.values.streams import Streams
+from tests.charging import batteries, swaps
 from tests.done import done
 
 TOL = 1e-6
@@ -192,22 +193,20 @@ class Work:
 
         And charged where there are chargers for its kind.
         """
-        model, fleet = self.run.model, self.run.model.fleet
+        model = self.run.model
         if model.battery is None:
             return
-        kinds = fleet.kinds_of_robots()
-        own = [fleet.kinds.get(kind) for kind in kinds]
-        batteries = [(kind and kind.battery) or model.battery for kind in own]
-        policies = [(kind and kind.charging) or model.policies.charging for kind in own]
+        kinds = model.fleet.kinds_of_robots()
+        of_robots, swapping = batteries(model), swaps(model)
         begins = start_levels(model, Streams(self.run.seed))
         before, state = {}, {}
         for time, kind, robot, _, node, _, energy, *_ in self.rows:
             if robot < 0 or kind in NO_ENERGY or energy is None:
                 continue
-            battery, spent = batteries[robot], batteries[robot].consumption
+            battery, swapped = of_robots[robot], swapping[robot]
+            spent = battery.consumption
             steady = isinstance(spent, (int, float))
             most = spent if steady else max(spent.standing, spent.empty, spent.loaded, spent.handling)
-            swapped = policies[robot].name == "swap"
             tol = TOL * battery.capacity
             reserved = self.run.layout.bays[node].kinds if kind == "charging" else ()
             if reserved and kinds[robot] not in reserved:

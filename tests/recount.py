@@ -13,6 +13,7 @@ from collections import Counter, defaultdict
 
 import numpy as np
 
+from tests.charging import batteries, swaps
 from tests.done import done, workplaces
 
 APART = ("waiting_closed", "waiting_person")
@@ -113,8 +114,7 @@ class Recount:
         waits_for = defaultdict(str)
         self.queued = Counter()
         self.lowest, self.gained = math.inf, 0.0
-        self.kinds = [self.model.fleet.kinds.get(kind) for kind in self.model.fleet.kinds_of_robots()]
-        self.batteries = [(kind and kind.battery) or self.model.battery for kind in self.kinds]
+        self.batteries, self.swaps = batteries(self.model), swaps(self.model)
         for time, kind, robot, task, node, _, _, _, _ in self.rows:
             if kind in {"parked", "docked", "cleared"}:
                 place[robot] = node if kind == "parked" else None
@@ -213,8 +213,7 @@ class Recount:
     def level(self, robot, start, since, until, state, where, at):
         if state != "charging":
             return start - self.drawn(robot, since, until, state, where, at)
-        kind = self.kinds[robot]
-        if ((kind and kind.charging) or self.model.policies.charging).name == "swap":
+        if self.swaps[robot]:
             return start
         return self.charged(self.batteries[robot], start, at - since)
 

@@ -54,9 +54,8 @@ def command(
     click.echo("\n".join(found.lines()))
     table = sheet(None, "measure", ">real", ">simulated", ">band", "verdict")
     for row in found.rows():
-        where = "OUTSIDE" if row.outside else "inside"
         band = f"{row.low:.4g} to {row.high:.4g}"
-        table.add_row(row.name, f"{row.real:.4g}", f"{row.simulated:.4g}", band, f"{where} ({row.off:+.1f})")
+        table.add_row(row.name, f"{row.real:.4g}", f"{row.simulated:.4g}", band, row.verdict)
     show(table)
     if page is not None:
         click.echo(f"{page}: open it in a browser")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError, SimulationError, number_of
+from desim_warehouse.errors import ReportError, SimulationError, first_of, number_of
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, measured, parts_of
@@ -52,6 +52,11 @@ class MeasureRow(NamedTuple):
     high: float
     off: float
     outside: bool
+
+    @property
+    def verdict(self) -> str:
+        """Inside its band or not, and how far out."""
+        return f"{'OUTSIDE' if self.outside else 'inside'} ({self.off:+.1f})"
 
 
 @dataclass(frozen=True)
@@ -120,10 +125,8 @@ class Validation:
         what = f"{number_of(days, 'day')}, {runs} simulated for each, p = {self.measures.p_value:.2g}"
         found = [f"not refuted ({what})"]
         if self.refuted:
-            shown = self.outside[: _LOOKED_AT if spoken else None]
-            more = len(self.outside) - len(shown)
-            by = ", ".join(called[name] for name in shown) + (f" and {more} more" if more else "")
-            by = by or "all measures together"
+            out = [called[name] for name in self.outside]
+            by = first_of(out, _LOOKED_AT if spoken else len(out)) or "all measures together"
             found = [f"refuted by {by} ({what})"]
             found += [f"look at {called[name]}: {MEASURES[name].look_at}" for name in self.outside[:_LOOKED_AT]]
             edges = self.stood_longer()
@@ -169,8 +172,8 @@ def validate(
         parts.append(parts_of(changed, log))
         real.append(measured(changed, log, parts[-1]))
         simulated.append([_simulated(changed, log, parts[-1], day * runs + run) for run in range(runs)])
-    there = np.array([list(one.figures.values()) for one in real])
-    everything = np.array([[list(one.figures.values()) for one in runs] for runs in simulated])
+    there = np.array([[one.figures[name] for name in MEASURES] for one in real])
+    everything = np.array([[[one.figures[name] for name in MEASURES] for one in runs] for runs in simulated])
     known = np.isfinite(there).all(axis=0) & np.isfinite(everything).all(axis=(0, 1))
     known &= (everything.std(axis=1).min(axis=0) > 0) | (there != everything[:, 0]).any(axis=0)
     if not known.any():

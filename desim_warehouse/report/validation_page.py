@@ -76,6 +76,5 @@ def _cells(found: Validation) -> list[list[str]]:
         real, simulated, low, high = (
             f"{(100 if is_share else 1) * value:.3g}" for value in (row.real, row.simulated, row.low, row.high)
         )
-        verdict = f"{'OUTSIDE' if row.outside else 'inside'} ({row.off:+.1f})"
-        rows.append([capital(words.with_unit(measure.meaning, unit)), real, simulated, f"{low} to {high}", verdict])
+        rows.append([capital(words.with_unit(measure.meaning, unit)), real, simulated, f"{low} to {high}", row.verdict])
     return rows

@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
 
 By = Literal["passed", "stood"]
+Line = tuple[tuple[float, float], tuple[float, float]]
 _WORDS = {"passed": "Robots along an edge, an hour", "stood": "Robots standing on an edge, {} an hour"}
 REAL, MORE, LESS = palette.INK, palette.COLOURS[1], palette.COLOURS[0]
 _NAMED = 3
@@ -162,21 +163,9 @@ def residuals(
         plan.arrows(axes, list(lines.values()), palette.FAINT)
         plan.draw_nodes(axes, floor, set(), named=len(floor.graph) <= plan.NAMED, under=set())
         off = ranks.real.mean(axis=0) - ranks.simulated.mean(axis=(0, 1))
+        edges = list(lines)
         for rank in _worst(ranks):
-            edge, ((x0, y0), (x1, y1)) = list(lines.items())[rank]
-            words = look.text(f"{'>'.join(edge)} {off[rank]:+.3g}")
-            at = ((x0 + x1) / 2, (y0 + y1) / 2)
-            upright = abs(y1 - y0) > abs(x1 - x0)
-            axes.annotate(
-                words,
-                at,
-                (5, 0) if upright else (0, 5),
-                textcoords="offset points",
-                ha="left" if upright else "center",
-                va="center" if upright else "bottom",
-                fontsize="small",
-                zorder=5,
-            )
+            _name(axes, lines[edges[rank]], f"{'>'.join(edges[rank])} {off[rank]:+.3g}")
         plan.frame(axes, floor, step, found.model)
         figure = axes.get_figure(root=True)
         assert figure is not None
@@ -209,7 +198,23 @@ def _worst(ranks: Ranked) -> list[int]:
     return worst
 
 
-def _line(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float, float], tuple[float, float]]:
+def _name(axes: Axes, line: Line, words: str) -> None:
+    """Words beside the middle of an edge."""
+    (x0, y0), (x1, y1) = line
+    upright = abs(y1 - y0) > abs(x1 - x0)
+    axes.annotate(
+        look.text(words),
+        ((x0 + x1) / 2, (y0 + y1) / 2),
+        (5, 0) if upright else (0, 5),
+        textcoords="offset points",
+        ha="left" if upright else "center",
+        va="center" if upright else "bottom",
+        fontsize="small",
+        zorder=5,
+    )
+
+
+def _line(floor: Layout, edge: tuple[str, str], step: float) -> Line:
     """An edge as drawn, always beside its opposite direction, so that both are seen."""
     (x0, y0), (x1, y1) = plan.ends(floor, edge, step)
     if not floor.graph.edges[edge].get("two_way"):

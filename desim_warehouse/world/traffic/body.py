@@ -361,7 +361,8 @@ class Body:
     @property
     def run_up(self) -> float:
         """The length over which it gathers its speed from a stand."""
-        return 0.0 if self.stretch is None else self.pace * self.pace * self.stretch.motion.gathers / 2
+        assert self.stretch is not None
+        return self.pace * self.pace * self.stretch.motion.gathers / 2
 
     def keep_braking_distance(self, env: Environment) -> None:
         """It can always stop before it may have to: it looks its braking distance ahead."""

@@ -258,10 +258,9 @@ class Drive:
             return self._goes_on_from_node(onward, now)
         if not self._process_sleeps:
             return False
-        if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
+        if onward is None or onward.short or robot.recall_at <= (clear := self._clear_of_node(onward)):
             beyond = self._rests_beyond() if robot.recall_at > now else None
             return node.take(robot, beyond, lane, self._closes_beyond())
-        clear = self._clear_of_node(onward)
         if not node.take(robot, onward, lane):
             return False
         self.index += 1
