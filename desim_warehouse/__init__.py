@@ -36,8 +36,8 @@ if TYPE_CHECKING:
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, check, simulate
     from desim_warehouse.run.folder import load_run
-    from desim_warehouse.study.best_of_many import best
-    from desim_warehouse.study.directions import orient
+    from desim_warehouse.study.designs.best_of_many import best
+    from desim_warehouse.study.designs.directions import orient
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.fleet import plan_fleet as plan
     from desim_warehouse.study.procedures import size
@@ -72,8 +72,8 @@ _HOME = {
     "plants.export": ("write_layout",),
     "run": ("Run", "check", "simulate"),
     "run.folder": ("load_run",),
-    "study.best_of_many": ("best",),
-    "study.directions": ("orient",),
+    "study.designs.best_of_many": ("best",),
+    "study.designs.directions": ("orient",),
     "study.file": ("schema",),
     "study.fleet": ("plan_fleet",),
     "study.procedures": ("size",),

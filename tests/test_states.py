@@ -88,7 +88,7 @@ MEANS_ELSE = {
     "fleet_log/energy.py": {"empty", "loaded"},  # consumptions
     "fleet_log/vda5050.py": {"charging"},  # a key of the format
     "feasibility/rules.py": {"unloading"},  # in a sentence
-    "feasibility/unused.py": {"charging"},  # a kind of policy
+    "feasibility/mistakes/unused.py": {"charging"},  # a kind of policy
     "model/facts/disturbances.py": {"closed"},  # in a sentence
     "model/facts/charging.py": {"charging"},  # a kind of policy
     "model/facts/kinds.py": {"charging"},

@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.best_of_many import BestOfMany
+    from desim_warehouse.study.designs.best_of_many import BestOfMany
     from desim_warehouse.study.procedures import Best
     from desim_warehouse.study.statistics import Selection
     from desim_warehouse.study.study import Study
@@ -105,7 +105,7 @@ def _are_many(
     model: str, factors: Mapping[str, Any], question: ModelOptions, execution: ExecutionOptions, runs: int
 ) -> bool:
     """Whether not every design can have ten of the runs; refuses values that make no model, at their option."""
-    from desim_warehouse.study.best_of_many import are_few
+    from desim_warehouse.study.designs.best_of_many import are_few
 
     alone = [question.study(model, {key: values}, "best", execution) for key, values in factors.items()]
     return not are_few([factor for study in alone for factor in study.plan.factors], runs)
@@ -149,7 +149,7 @@ def _search(
     execution: ExecutionOptions,
 ) -> None:
     from desim_warehouse.report import best_page
-    from desim_warehouse.study.best_of_many import BestOfMany, best_of
+    from desim_warehouse.study.designs.best_of_many import BestOfMany, best_of
 
     base = load_model(model, question.assignments)
     warn(base, model, question.assignments)

@@ -81,7 +81,7 @@ def _search(
 ) -> None:
     from desim_warehouse.model.oriented import turned_files
     from desim_warehouse.report.text import direction_words
-    from desim_warehouse.study.directions import directions
+    from desim_warehouse.study.designs.directions import directions
 
     base = load_model(model, ())
     refuse_files([Path(file)], force=force)

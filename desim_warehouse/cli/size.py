@@ -114,7 +114,7 @@ def command(
 def _try_cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) -> None:
     """Say what a cap on the robots under way gives the largest fleet, if they wait much for each other."""
     from desim_warehouse.report.text import cap_words
-    from desim_warehouse.study.capped import KEY, tried_cap, waits_much
+    from desim_warehouse.study.fleet.capped import KEY, tried_cap, waits_much
 
     largest = study.points[-1]
     rows = study.results.by_point[largest.number]

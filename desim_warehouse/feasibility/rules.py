@@ -6,9 +6,10 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.feasibility import clashes, crowds, hours, magnitudes, of_kinds, starts, unused
+from desim_warehouse.feasibility import hours, of_kinds, starts
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.feasibility.mistakes import clashes, crowds, magnitudes, unused
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.stations import specs
 from desim_warehouse.model.sections.goods import PoissonGoods

@@ -1,9 +1,9 @@
 """Whether robots can stand where they start on the lanes, and drive home from there.
 
 Each place must be free as it is for a robot under way: one robot on an intersection, robots D apart on a lane and D
-clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.traffic.avoidance`) the start must
-be safe, too: there is a plan by which all come home, found by the same search. Full rings of one-way lanes turn,
-however they came about.
+clear of its ends, one direction on a two-way lane. Where steps are guarded (`world.traffic.deadlock.avoidance`) the
+start must be safe, too: there is a plan by which all come home, found by the same search. Full rings of one-way lanes
+turn, however they came about.
 """
 
 from __future__ import annotations

@@ -3,7 +3,7 @@
 Each robot has a trail of stands that it still has to use, which ends in a slot off the lanes. A *move* takes the first
 robot of a stand on along its trail, over stands that are free by then: home, or to a *refuge*. That is a one-way lane
 with room, where it stands clear of the nodes and robots come up behind it but never towards it. Moves after which
-no robot is out are a plan (see `world.traffic.plan`). The search never takes a move back, so it may miss a plan.
+no robot is out are a plan (`world.traffic.deadlock.plan`). The search never takes a move back, so it may miss a plan.
 """
 
 from __future__ import annotations

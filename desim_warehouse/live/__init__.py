@@ -15,7 +15,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.feasibility.unused import has_due
+from desim_warehouse.feasibility.mistakes.unused import has_due
 from desim_warehouse.folders import make_folder
 from desim_warehouse.live.answers import CONFIDENCE
 from desim_warehouse.live.desk import RUNS, Desk

@@ -9,7 +9,7 @@ from desim_warehouse.report import page as pages
 from desim_warehouse.report.text import best_words, words
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.best_of_many import BestOfMany
+    from desim_warehouse.study.designs.best_of_many import BestOfMany
 
 
 def page(found: BestOfMany, command: str = "") -> pages.ReportPage:

@@ -19,10 +19,10 @@ from desim_warehouse.outcome.verdicts import LASTING
 from desim_warehouse.run import simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study import statistics
+from desim_warehouse.study.reliefs.suspects import Suspect, left_out, suspects
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.statistics import Gains
 from desim_warehouse.study.study import Study
-from desim_warehouse.study.suspects import Suspect, left_out, suspects
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence

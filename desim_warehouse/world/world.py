@@ -57,7 +57,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.policy import PolicySpec
     from desim_warehouse.policies import Task
     from desim_warehouse.world.robots.tallies import Rows
-    from desim_warehouse.world.traffic.gridlock import Rule
+    from desim_warehouse.world.traffic.deadlock.gridlock import Rule
     from desim_warehouse.world.traffic.people import PeopleSource
 
 PATIENCE = 300.0

@@ -10,9 +10,9 @@ import math
 
 import networkx as nx
 
-from desim_warehouse.world.traffic.avoidance import Avoidance
+from desim_warehouse.world.traffic.deadlock.avoidance import Avoidance
+from desim_warehouse.world.traffic.deadlock.plan import Plan
 from desim_warehouse.world.traffic.lane import Lane
-from desim_warehouse.world.traffic.plan import Plan
 from desim_warehouse.world.traffic.zones import ZoneDirection
 
 

@@ -5,7 +5,7 @@ import random
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.world.traffic.plan import Plan
+from desim_warehouse.world.traffic.deadlock.plan import Plan
 from tests.auditor import audit
 from tests.laws.two_way import KINDS, Slots, network
 

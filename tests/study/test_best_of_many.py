@@ -14,8 +14,8 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.report import best_page
 from desim_warehouse.report.plot.trade_off import front
 from desim_warehouse.report.text import best_words
-from desim_warehouse.study.best_of_many import BestOfMany, TriedDesign, best_of
-from desim_warehouse.study.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
+from desim_warehouse.study.designs.best_of_many import BestOfMany, TriedDesign, best_of
+from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
 from tests.study.best_banks import AisleBank, FleetBank, NodeBank, at_random, chosen, searched
 
 SMALL = """\

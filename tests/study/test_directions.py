@@ -7,7 +7,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text import direction_words
-from desim_warehouse.study.directions import directions
+from desim_warehouse.study.designs.directions import directions
 
 DETOUR = """\
 name: a short cut that leads the wrong way   # a comment that stays
@@ -43,7 +43,7 @@ def file(tmp_path):
 
 def truth(model):
     """All ways of this floor that keep it connected, each in three runs of an hour."""
-    from desim_warehouse.study.directions import Floor
+    from desim_warehouse.study.designs.directions import Floor
 
     floor = Floor(model)
     seen = {floor.drawn}
@@ -73,7 +73,7 @@ def test_the_directions_found_are_the_best_that_there_are(file):
 
 
 def _lanes(model, design):
-    from desim_warehouse.study.directions import Floor
+    from desim_warehouse.study.designs.directions import Floor
 
     return Floor(model).turnable.lanes(design)
 

@@ -9,8 +9,8 @@ from desim_warehouse.cli.study_options import ModelOptions
 from desim_warehouse.cli.why import _commands, _show
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text import why_words
+from desim_warehouse.study.reliefs.suspects import Suspect, suspects
 from desim_warehouse.study.statistics import Gain, Gains
-from desim_warehouse.study.suspects import Suspect, suspects
 from desim_warehouse.study.why import Why, usual_indicator, why
 from tests.docs import pages
 from tests.study import bottlenecks

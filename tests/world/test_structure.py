@@ -62,3 +62,13 @@ def test_what_happens_to_a_robot_is_a_verb_of_the_robot():
         for line, target in fields_set(ast.parse(path.read_text(encoding="utf-8")))
     ]
     assert len(found) <= MOST_FIELDS_SET, found
+
+
+def test_a_folder_is_read_at_a_glance():
+    """One command a file in cli, one format in plants; nothing else has more than twenty files."""
+    many = {
+        folder.relative_to(PACKAGE).as_posix(): len(list(folder.glob("*.py")))
+        for folder in [PACKAGE, *PACKAGE.rglob("*")]
+        if folder.is_dir() and len(list(folder.glob("*.py"))) > 20
+    }
+    assert set(many) <= {"cli", "plants"}, many

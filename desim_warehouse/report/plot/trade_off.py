@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from desim_warehouse.study.best_of_many import BestOfMany
+    from desim_warehouse.study.designs.best_of_many import BestOfMany
 
 Mark = tuple[float, float]
 

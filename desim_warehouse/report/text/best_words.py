@@ -9,12 +9,12 @@ from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.report.text import words
 from desim_warehouse.report.text.numbers import number
 from desim_warehouse.report.text.sentences import sentence
-from desim_warehouse.study.design_space import AisleWays, ChargerNodes
+from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from desim_warehouse.study.best_of_many import BestOfMany, JudgedDesign, TriedDesign
+    from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
 
 _COUNTED = 1e15
 """Designs up to which their number is said."""

@@ -9,7 +9,7 @@ from desim_warehouse.report.text import words
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
-    from desim_warehouse.study.capped import Capped
+    from desim_warehouse.study.fleet.capped import Capped
 
 
 def capped(found: Capped, model: Model | None) -> str:

@@ -9,7 +9,7 @@ from desim_warehouse.report.text import words
 from desim_warehouse.report.text.numbers import Scale
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.directions import BetterDirections, DirectionGain
+    from desim_warehouse.study.designs.directions import BetterDirections, DirectionGain
 
 
 def sentences(found: BetterDirections) -> list[str]:

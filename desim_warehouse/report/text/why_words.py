@@ -13,8 +13,8 @@ from desim_warehouse.report.text.root_words import root
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
+    from desim_warehouse.study.reliefs.suspects import Suspect
     from desim_warehouse.study.statistics import Gain
-    from desim_warehouse.study.suspects import Suspect
     from desim_warehouse.study.why import Failure, Health, Why
 
 _ROOTS_SAID = 3

@@ -2,7 +2,7 @@
 
 The results are the same. A run is submitted, which gives a `handle`, and `work` simulates it in any process. `pool` has
 the worker processes, whose own code is `worker`. `auto` says when they are worth it, `batches` which runs are handed
-out next, in the thread of a `dispatcher`. `signals` makes Ctrl-C safe. `store` keeps finished runs in a folder, or in
+out next, in a thread of its own (`shared`). `signals` makes Ctrl-C safe. `store` keeps finished runs in a folder, or in
 the user's `cache`.
 """
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from desim_warehouse.study.capped import Capped
+    from desim_warehouse.study.fleet.capped import Capped
     from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
 
 

@@ -15,9 +15,9 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
-from desim_warehouse.study.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
+from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.utilisation import indicators_of, utilisation
 from desim_warehouse.study.limits import SCOUTS
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Procedure, Target
-    from desim_warehouse.study.statistics.cheapest import Counts
+    from desim_warehouse.study.statistics.sizes.cheapest import Counts
     from desim_warehouse.study.table import Row
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")

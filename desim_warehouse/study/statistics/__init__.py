@@ -24,20 +24,9 @@ batch can be spread over workers.
 
 from __future__ import annotations
 
-from desim_warehouse.study.statistics.cheapest import (
-    GLANCE,
-    Budget,
-    Cheapest,
-    Judge,
-    RunsEndedError,
-    cheapest_meeting_steps,
-    scout_steps,
-    verdict_steps,
-)
 from desim_warehouse.study.statistics.comparison import Comparison, Difference, compare, holm, paired
 from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
-from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
 from desim_warehouse.study.statistics.looks import looked_at, looks
 from desim_warehouse.study.statistics.one_run import SMALL_BATCHES, OneRun, batch_means, quantile_in_run
 from desim_warehouse.study.statistics.precision import (
@@ -57,7 +46,18 @@ from desim_warehouse.study.statistics.screening import (
 )
 from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_constants, kn_steps
 from desim_warehouse.study.statistics.shares import TaskShare
-from desim_warehouse.study.statistics.sizing import (
+from desim_warehouse.study.statistics.sizes.cheapest import (
+    GLANCE,
+    Budget,
+    Cheapest,
+    Judge,
+    RunsEndedError,
+    cheapest_meeting_steps,
+    scout_steps,
+    verdict_steps,
+)
+from desim_warehouse.study.statistics.sizes.knee import Knee, knee, smallest_within
+from desim_warehouse.study.statistics.sizes.sizing import (
     DesignVerdict,
     Sizing,
     judged,

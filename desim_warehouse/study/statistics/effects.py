@@ -12,7 +12,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, gaps
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.sizing import looks_at
+from desim_warehouse.study.statistics.sizes.sizing import looks_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.study.statistics.sizing import judged
+from desim_warehouse.study.statistics.sizes.sizing import judged
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from desim_warehouse.study.statistics.intervals import Interval
-    from desim_warehouse.study.statistics.sizing import DesignVerdict
+    from desim_warehouse.study.statistics.sizes.sizing import DesignVerdict
     from desim_warehouse.study.statistics.targets import Target
 
 LOOKS = {5: 0.02, 10: 0.08, 20: 0.2, 30: 0.3}

@@ -9,9 +9,9 @@ from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
-from desim_warehouse.study.capped import KEY, caps, waits_much
 from desim_warehouse.study.fleet import Designs, refused
-from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
+from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
+from desim_warehouse.study.reliefs.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:

@@ -7,9 +7,9 @@ from random import Random
 from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.directions import Floor
+from desim_warehouse.study.designs.directions import Floor
+from desim_warehouse.study.designs.search import Space
 from desim_warehouse.study.fleet.designs import Designs, refused
-from desim_warehouse.study.search import Space
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence

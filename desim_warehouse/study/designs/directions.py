@@ -12,8 +12,8 @@ from desim_warehouse.errors import LayoutError, ModelError, StudyError
 from desim_warehouse.layout.turnable import turnable, turnable_blocks
 from desim_warehouse.model.oriented import changes, orientation, oriented
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.study.designs.search import LocalSearch
 from desim_warehouse.study.procedures import more_is_better
-from desim_warehouse.study.search import LocalSearch
 from desim_warehouse.study.statistics import paired
 from desim_warehouse.study.study import Study, under
 

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any, overload
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
-from desim_warehouse.study.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
+from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
+from desim_warehouse.study.designs.search import Goal, LocalSearch
 from desim_warehouse.study.procedures import ZONE, Best, cannot_last, more_is_better, not_lasting
 from desim_warehouse.study.procedures import best as race
 from desim_warehouse.study.runner import could_not_go_on
-from desim_warehouse.study.search import Goal, LocalSearch
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.study import Study, under
 from desim_warehouse.study.target import read_target
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.design_space import Combined, DesignPart
+    from desim_warehouse.study.designs.design_space import Combined, DesignPart
     from desim_warehouse.study.factors import Factor, Label
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.runner import StudyRunner

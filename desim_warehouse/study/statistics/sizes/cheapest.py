@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, TypeAlias
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING
-from desim_warehouse.study.statistics.larger import Larger, larger_steps
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.sizing import judged, looks_at
+from desim_warehouse.study.statistics.sizes.larger import Larger, larger_steps
+from desim_warehouse.study.statistics.sizes.sizing import judged, looks_at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 
     from desim_warehouse.study.statistics.intervals import Interval
     from desim_warehouse.study.statistics.procedure import RunNumber
-    from desim_warehouse.study.statistics.sizing import DesignVerdict
+    from desim_warehouse.study.statistics.sizes.sizing import DesignVerdict
     from desim_warehouse.study.statistics.targets import Target
 
 Counts: TypeAlias = tuple[int, int]

@@ -11,8 +11,8 @@ from desim_warehouse.study.statistics.procedure import Procedure, request
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from desim_warehouse.study.statistics.cheapest import Budget
     from desim_warehouse.study.statistics.intervals import Estimate
+    from desim_warehouse.study.statistics.sizes.cheapest import Budget
     from desim_warehouse.study.statistics.targets import Target
 
 FIRST_PAIRS, MOST_PAIRS = 10, 40

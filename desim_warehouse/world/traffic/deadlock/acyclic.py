@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterable
 
     from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.declared import Declared, Stand
+    from desim_warehouse.world.traffic.deadlock.declared import Declared, Stand
 
 
 class Acyclic:

@@ -16,10 +16,10 @@ from collections import defaultdict
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.way_home import room
-from desim_warehouse.world.traffic.acyclic import Acyclic
-from desim_warehouse.world.traffic.declared import Declared, DeclaredRoute, trail_of
+from desim_warehouse.world.traffic.deadlock.acyclic import Acyclic
+from desim_warehouse.world.traffic.deadlock.declared import Declared, DeclaredRoute, trail_of
+from desim_warehouse.world.traffic.deadlock.plan import Plan
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
-from desim_warehouse.world.traffic.plan import Plan
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.declared import Stand, Step
+    from desim_warehouse.world.traffic.deadlock.declared import Stand, Step
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane
 

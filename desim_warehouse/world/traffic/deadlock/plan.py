@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Collection, Iterator, Mapping
 
     from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.declared import Declared, DeclaredRoute, Step
+    from desim_warehouse.world.traffic.deadlock.declared import Declared, DeclaredRoute, Step
 
     Move: TypeAlias = tuple[float, int]
     """Its rank, and how far on the robot's trail: to a refuge, or home (the length of the trail)."""

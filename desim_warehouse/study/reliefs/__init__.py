@@ -1,0 +1,1 @@
+"""What may hold a warehouse up, and the model without it: what `why` simulates."""
