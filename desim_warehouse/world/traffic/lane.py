@@ -176,24 +176,32 @@ class Lane:
         Behind a slower robot it leaves later, at `robot.since`, rather than drive slower. So it is D behind all the
         way, and one event still takes it there.
         """
-        ahead, mixed = self.last, self.rules.mixed
-        if mixed:
-            robot.take_pace_of(self)
+        ahead = self.last
         target = goal = self.stop_line if stop is None else stop
         if ahead is not None:
             target = min(target, max(ahead.target - self.headway, 0.0))  # in a rotation there may be no room yet
             ahead.behind = robot  # here, where there is one: this is the hot path
+        if self.rules.mixed:
+            self._enter_mixed(robot, ahead, goal, target, clear, now)
+        else:
+            robot.onto_lane(self, ahead, goal, target, clear, clear + target / robot.pace)
+        self.last = robot
+        self.entering = None
+        self.passages += 1
+
+    def _enter_mixed(
+        self, robot: Body, ahead: Body | None, goal: float, target: float, clear: float, now: float
+    ) -> None:
+        """The same where robots differ in pace, or gather speed: not before it keeps clear of the one ahead."""
+        robot.take_pace_of(self)
         until = clear + target / robot.pace
-        if mixed and (late := self.free_at(robot, ahead, 0.0, target, clear) - until) > EPS:
+        if (late := self.free_at(robot, ahead, 0.0, target, clear) - until) > EPS:
             self._put_off(robot, ahead, robot.pace, clear, late, now + (clear + late - now))
             clear += late
             until += late
         robot.onto_lane(self, ahead, goal, target, clear, until)
         if robot.look_ahead is not None:
             robot.look_ahead.expect()
-        self.last = robot
-        self.entering = None
-        self.passages += 1
 
     def first_target(self, stop: float | None) -> float:
         """How far a robot that enters the lane now commits to drive on it (see `enter`)."""
