@@ -98,7 +98,8 @@ COVERAGE = """## How often answers are right
 Studies of synthetic days whose truth is known, by the code of the commands, {studies} of each kind
 (`tests/study/statistics/coverage.py`). Each should be right in 95 %, which so many studies tell to about 2 points.
 Tasks of one day depend on each other: they correlate, more on floors that jam now and then. Intervals of shares of
-tasks assume a correlation of at least 0.05, so they are wide where days are more alike than that.
+tasks assume a correlation of at least 0.05 of up to 20 days, and of n days of 0.05 times 20 / n: few days that happen
+to be alike say little of the others.
 """
 MISSES = """A fleet that misses a target by 0.05 points should be said to meet it in at most 5 % of plans, which look up
 to six times, after 10 to 320 days. That holds for correlations up to 0.1, nearly; beyond, a few days do not show how

@@ -15,7 +15,9 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 ALIKE = 0.05
-"""The least correlation that tasks of one day are taken to have, however little their days differ."""
+"""The least correlation that tasks of one day are taken to have, however little few days differ."""
+FEW = 20
+"""Up to so many days; more of them show themselves how they differ, and the least falls in proportion."""
 
 
 class TaskShare(float):
@@ -41,9 +43,10 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
 
     The lower one is Clopper and Pearson's with the effective number of tasks of Korn and Graubard: as many independent
     tasks as would make the mean vary as it does from day to day. It is never more than tasks that correlate by 0.05
-    within a day are worth (Kish's design effect, 1 + (tasks - 1) 0.05), so a day counts for at most 20 tasks; where all
-    days are alike that is all that is known. The upper one is the larger of Clopper and Pearson's with that most, and
-    Student's t over days.
+    within a day are worth (Kish's design effect, 1 + (tasks - 1) 0.05), so each of up to 20 days counts for at most 20
+    tasks; where all days are alike that is all that is known. Of n > 20 days it is 0.05 times 20 / n, and each counts
+    for at most n: bad days that are rarer matter less. The upper one is the larger of Clopper and Pearson's with that
+    most, and Student's t over days.
 
     Neither falls where a day gets better: the lower one is the least that it would be if the best days had been
     perfect, the upper one the least if the worst days had been less bad.
@@ -59,7 +62,8 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
     Assumes: days independent. docs/validation.md has the error rates by how much tasks of a day correlate.
     """
     n = shares.size
-    most = n * n / float(((1.0 + (tasks - 1.0) * ALIKE) / tasks).sum())
+    alike = ALIKE * min(1.0, FEW / n)
+    most = n * n / float(((1.0 + (tasks - 1.0) * alike) / tasks).sum())
     worst_first = np.sort(shares)
     high = max(_by_tasks_high(float(shares.mean()), most, level), _by_days_high(worst_first, level))
     return _low(1.0 - worst_first, most, level), min(high, 1.0)

@@ -11,6 +11,7 @@ from desim_warehouse.study.statistics import TaskShare, estimate, judged, parse_
 from desim_warehouse.study.statistics.shares import share_bounds
 from tests.study.statistics.coverage import ON_TIME, verdict, wrongly_met
 
+HALVES = (10, 20, 40, 80)
 SURE = 1 - 0.05 / 12  # what `Judge` asks of the first design and six looks
 
 
@@ -24,6 +25,14 @@ def test_days_without_a_late_task_count_tasks_and_not_days():
     assert low == pytest.approx(0.025 ** (3.95 / 600))
     assert high == 1.0
     assert low > 0.97  # the day as a coin: 1 - 0.31
+
+
+def test_many_days_show_themselves_how_much_tasks_depend_on_each_other():
+    """80 days of 60 tasks: 4,800 over 1 + 59 x 0.05 / 4 = 1.7375 are 2,762.6, not the 1,215 of four times twenty."""
+    low, _ = share_bounds(np.ones(80), np.full(80, 60.0), 0.975)
+    assert low == pytest.approx(0.025 ** (1.7375 / 4800))
+    reach = [0.96 - share_bounds(np.array([0.95, 0.97] * half), np.full(2 * half, 800.0), 0.99)[0] for half in HALVES]
+    assert [round(100 * one, 2) for one in reach] == [2.94, 1.33, 0.64, 0.32]  # halved by twice as many
 
 
 def test_days_that_vary_as_the_binomial_says_are_worth_what_tasks_are_at_most():
