@@ -27,8 +27,12 @@ WRONG = {
     "a charger fewer": {"layout.bays.charging.chargers": 1},
     "in order for nearest": {"policies.allocation": "in-order"},
     "no slow aisle": {"traffic.slow": {}},
+    "no people": {"people": {}},
 }
-SLOW = {"traffic.slow": {"aisle": {"members": [["B", "I"]], "speed": 0.5}}}
+ALSO_TRUE = {
+    "no slow aisle": {"traffic.slow": {"aisle": {"members": [["B", "I"]], "speed": 0.5}}},
+    "no people": {"people": {"pickers": {"per_hour": 30, "stay": 120}}},
+}
 HOURS, EVERY = 4, 2.0
 REAL, POOL, RUNS, SAMPLES = 40, 80, 40, 300
 DAYS = (1, 2, 5, 10)
@@ -83,9 +87,9 @@ def test_the_right_model_is_refuted_by_hardly_any_days(fleet):
 @pytest.mark.parametrize("name", WRONG)
 def test_a_wrong_model_is_refuted_within_days(sheet, fleet, name):
     changes = WRONG[name]
-    slow = SLOW if "traffic.slow" in changes else {}
-    real = figures(dw.load(sheet, TRUE | slow), range(2000, 2000 + REAL)) if slow else fleet
-    pool = figures(dw.load(sheet, TRUE | slow | changes), range(POOL))
+    true = TRUE | ALSO_TRUE.get(name, {})
+    real = fleet if true == TRUE else figures(dw.load(sheet, true), range(2000, 2000 + REAL))
+    pool = figures(dw.load(sheet, true | changes), range(POOL))
     shares = [power(real, pool, days) for days in DAYS]
     shown(name, shares)
     assert shares[DAYS.index(5)] >= 0.75

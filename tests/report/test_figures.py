@@ -297,7 +297,9 @@ def test_the_layout_shows_nodes_arrows_goods_and_bays(model):
     assert (arrows.U[a_to_b], arrows.V[a_to_b]) == (1, 0)
     assert len(arrows.U) == 27
     patches = [c for c in ax.collections if isinstance(c, mpl.collections.PatchCollection)]
-    assert [len(c.get_paths()) for c in patches] == [70, 10, 1, 1, 1, 1, 1, 1]  # goods, those fetched, six bays
+    assert [len(c.get_paths()) for c in patches] == [1] * 6  # bays
+    goods = [c.get_paths()[0] for c in ax.collections if type(c) is mpl.collections.PathCollection][:2]
+    assert [len(squares.vertices) / 5 for squares in goods] == [70, 10]  # those fetched by themselves
     low, high = ax.get_ylim()
     assert low > high  # y grows downwards, as in the model file
 

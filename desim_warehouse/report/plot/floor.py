@@ -173,20 +173,25 @@ def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float
 
 
 def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> None:
-    """A square for each storage place; those in `fetched` filled."""
-    from matplotlib.collections import PatchCollection
-    from matplotlib.patches import Rectangle
+    """A square for each storage place; those in `fetched` filled.
+
+    All squares of a colour are one path: of tens of thousands each by itself, drawing takes ten times as long.
+    """
+    import numpy as np
+    from matplotlib.collections import PathCollection
+    from matplotlib.path import Path as Outline
 
     side = 0.8 * (floor.goods_size or 0.09 * step)
+    corners = side / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
+    around = [Outline.MOVETO, Outline.LINETO, Outline.LINETO, Outline.LINETO, Outline.CLOSEPOLY]
     for wanted in (False, True):
-        squares = [
-            Rectangle((place.x - side / 2, place.y - side / 2), side, side)
-            for place in floor.storage
-            if (place.number in fetched) == wanted
-        ]
+        places = [(place.x, place.y) for place in floor.storage if (place.number in fetched) == wanted]
+        if not places:
+            continue
+        squares = Outline((np.array(places)[:, None] + corners).reshape(-1, 2), around * len(places))
         axes.add_collection(
-            PatchCollection(
-                squares,
+            PathCollection(
+                [squares],
                 facecolor=FETCHED if wanted else "white",
                 edgecolor=FETCHED if wanted else GOOD,
                 linewidth=0.8,
