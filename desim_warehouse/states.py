@@ -44,7 +44,7 @@ class Phase(Enum):
 
 
 class Queue(NamedTuple):
-    """What robots queue for, and where: in a station, or in a bay with chargers."""
+    """What robots queue for, as in *for a server of packing*, and where: in a station, or in a bay with chargers."""
 
     at: Place
     what: str
