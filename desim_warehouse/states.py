@@ -15,6 +15,15 @@ if TYPE_CHECKING:
     from collections.abc import Callable
 
 Role = Literal["idle", "empty", "loaded", "charging", "wait", "broken"]
+ROLES = {
+    "idle": ("#5b6670", "#9aa7b3"),
+    "empty": ("#0062a3", "#56b4e9"),
+    "loaded": ("#d55e00", "#ff8a3d"),
+    "charging": ("#00735a", "#2fc79b"),
+    "wait": ("#9c5c00", "#ffd34d"),
+    "broken": ("#22272c", "#f2f5f8"),
+}
+"""How the replay page draws robots: colours on light and on dark ground, safe for colour-blind people."""
 Consumption = Literal["standing", "empty", "loaded", "handling"]
 Place = Literal["station", "chargers"]
 
@@ -35,7 +44,7 @@ class Phase(Enum):
 
 
 class Queue(NamedTuple):
-    """What robots queue for, and where: in a station, or in a bay with chargers."""
+    """What robots queue for, as in *for a server of packing*, and where: in a station, or in a bay with chargers."""
 
     at: Place
     what: str

@@ -13,7 +13,7 @@ import pytest
 
 import desim_warehouse
 from desim_warehouse.outcome.log import KINDS
-from desim_warehouse.states import APART, AT_START, SHOWN, STATES, TIMES, WAITING, Phase, Role, State, seen
+from desim_warehouse.states import APART, AT_START, ROLES, SHOWN, STATES, TIMES, WAITING, Phase, Role, State, seen
 from tests.register import extended, python, renamed
 
 ROOT = Path(desim_warehouse.__file__).parent
@@ -35,6 +35,10 @@ def test_a_state_is_in_one_part_of_a_robots_round_and_queues_for_something_only_
     assert state.better in (None, "less", "more")
     assert state.role in get_args(Role)
     assert state.begins, "what its row in the log says"
+
+
+def test_every_role_has_its_colours():
+    assert set(ROLES) == set(get_args(Role))
 
 
 def test_a_wait_in_traffic_is_in_no_part_of_the_round_as_robots_wait_in_any():
@@ -102,7 +106,7 @@ MEANS_ELSE = {
     "plants/stops.py": {"loading", "unloading"},  # in a sentence
     "policies/catalogue.py": {"charging"},
     "report/model_parts.py": {"loaded"},  # in a sentence
-    "report/palette.py": {"empty", "loaded", "idle", "charging", "broken"},  # roles on the floor
+    "report/palette.py": {"empty", "loaded", "idle", "charging"},  # roles on the floor
     "report/text/fleet_words.py": {"charging"},  # in a sentence
     "run/__init__.py": {"loading", "unloading"},  # in a sentence
     "world/robots/battery.py": {"charging"},  # slots

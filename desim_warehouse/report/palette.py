@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from desim_warehouse.states import TIMES
+from desim_warehouse.states import ROLES, TIMES
 
 COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000", "#8C8C00")
 """Okabe & Ito (2008), Color Universal Design, darkest first for lines on white; yellow darkened to be seen."""
@@ -90,14 +90,9 @@ GROUND = {
 
 _SAFE = {
     "light": {
-        "empty": "#0062a3",
-        "loaded": "#d55e00",
-        "idle": "#5b6670",
-        "charging": "#00735a",
-        "wait": "#9c5c00",
+        **{role: light for role, (light, _) in ROLES.items()},
         "shut": "#8c6d1f",
         "person": "#c2185b",
-        "broken": "#22272c",
         "good": "#a0418a",
         "none": "#dfe5ea",
         "low": "#d55e00",
@@ -105,14 +100,9 @@ _SAFE = {
         "ring": "#7a7a00",
     },
     "dark": {
-        "empty": "#56b4e9",
-        "loaded": "#ff8a3d",
-        "idle": "#9aa7b3",
-        "charging": "#2fc79b",
-        "wait": "#ffd34d",
+        **{role: dark for role, (_, dark) in ROLES.items()},
         "shut": "#b8912f",
         "person": "#ff6fa5",
-        "broken": "#f2f5f8",
         "good": "#e58fcb",
         "none": "#2b343d",
         "low": "#ff8a3d",

@@ -4,8 +4,8 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { load } from "./load.mjs";
 
-const { Story, Heat, Player, Steps } = load("replay", ["01-unpack", "03-story", "04-counts", "11-heat", "15-player"], [
-  "Story", "Heat", "Player", "Steps",
+const { Story, Heat, Player, Steps, signsOf } = load("replay", ["01-unpack", "03-story", "04-counts", "11-heat", "15-player", "18-legend"], [
+  "Story", "Heat", "Player", "Steps", "signsOf",
 ]);
 
 // A story in which robots wait for others: `now` has for each robot the one that it waits for (-1: nobody), or null.
@@ -72,4 +72,15 @@ test("it does not blur at the speed to watch at, and does where all is played in
 test("a curve of steps stays as it is until the next", () => {
   const steps = new Steps([2, 5], [1, 7], NaN);
   assert.deepEqual([1, 2, 4, 5, 9].map((time) => steps.at(time)), [NaN, 1, 1, 7, 7]);
+});
+
+test("a role that few models have is in the legend of a page that has it, once, in the words of its state", () => {
+  const side = (...roles) => ({
+    header: { capacity: null, states: roles.map((role) => ({ role, doing: `is ${role}` })), two_way: [] },
+    scene: { floor: { cell: false, zones: [] } },
+    story: { shutVisit: [] },
+  });
+  const told = (...sides) => Array.from(signsOf(sides)).filter(([, words]) => words.startsWith("is ")).map(([sign]) => sign);
+  assert.deepEqual(told(side("idle", "empty", "loaded", "wait")), []);
+  assert.deepEqual(told(side("idle", "broken"), side("broken", "broken", "down")), ["broken", "down"]);
 });

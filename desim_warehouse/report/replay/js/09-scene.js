@@ -28,7 +28,7 @@ class Scene {
     this.trail = 0; // ticks of their way that robots are drawn as, where they are too fast to be followed
     this.queue = null; // one that was jumped to
     this.stale = true;
-    this.groups = { empty: [], loaded: [], charging: [], idle: [], broken: [] };
+    this.groups = Object.fromEntries(this.header.states.map(({ role }) => [role, []])); // robots by what they are drawn as
     this.mood = new Uint8Array(this.tracks.count);
     this.wait = new Int32Array(this.tracks.count).fill(-1);
     this.waiting = [];
@@ -95,7 +95,7 @@ class Scene {
   // All robots, with what they do.
   crowd(time, colours) {
     this.waits(colours);
-    for (const mood of ["idle", "charging", "empty", "loaded", "broken"]) this.robots(mood, colours);
+    for (const mood in this.groups) this.robots(mood, colours);
     this.dots(colours);
     this.bars(time, colours);
     this.numbers(colours);

@@ -5,8 +5,13 @@ function signsOf(sides) {
   const some = (test) => sides.some(({ header, scene }) => test(header, scene.floor));
   const signs = [["empty", "empty, to a good"], ["loaded", "carrying"]];
   if (some((header) => header.capacity !== null)) signs.push(["charging", "charging"]);
-  if (some((header) => header.states.some(({ role }) => role === "broken"))) signs.push(["broken", "broken down"]);
-  signs.push(["idle", "idle, or to a bay"], ["wait", "waits"], ["good", "good to be fetched"]);
+  signs.push(["idle", "idle, or to a bay"], ["wait", "waits"]);
+  const told = new Set(["empty", "loaded", "charging", "idle", "wait"]);
+  for (const { role, doing } of sides.flatMap(({ header }) => header.states)) {
+    if (!told.has(role)) signs.push([role, doing]);
+    told.add(role);
+  }
+  signs.push(["good", "good to be fetched"]);
   signs.push(["none", some((_, floor) => floor.cell) ? "storage" : "storage place"]);
   if (some((_, floor) => floor.cell)) signs.push(["wall", "no lane: shelf or wall"]);
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay"))) signs.push(["bay", "bay"]);
