@@ -314,7 +314,10 @@ def test_a_two_way_lane_is_drawn_and_coloured_as_one():
     assert len(ends) == 6
     assert ((0, 0), (12, 0)) in ends  # in the middle of the aisle
     assert ((24, 0), (36, 0)) not in ends  # beside the lane back
-    assert len(next(c for c in drawn.collections if isinstance(c, mpl.quiver.Quiver)).U) == 10
+    arrows = [c for c in drawn.collections if isinstance(c, mpl.quiver.Quiver)]
+    assert sum(len(some.U) for some in arrows) == 10
+    places = [tuple(place) for some in arrows for place in some.XY]
+    assert {(8.4, 0.0), (3.6, 0.0)} <= {(round(x, 6), round(y, 6)) for x, y in places}  # apart, not one lozenge
     driven, values = run.edges["passages"], edge_values(run, "passages")
     assert len(values) == 6
     assert values["a", "b"] == driven["a>b"] + driven["b>a"] > 0
@@ -409,10 +412,10 @@ def test_the_use_of_stations_and_chargers_follows_from_the_account_of_time():
     table = run_parts.resources(run)._repr_html_()
     account = run.account("node")
     busy = 100 * account["unloading"]["r2c2"] / (2 * 3600)
-    assert "station packing at r2c2" in table
+    assert "packing (r2c2)</td>" in table and "2 chargers</td>" in table
     assert f"{busy:.1f} %" in table
     # the two chargers at r0c0, and nobody else's
-    assert "chargers of charging at r0c0" in table
+    assert "charging (r0c0)</td>" in table
     assert "parking" not in table
     few = run_parts.resources(dw.simulate(dw.load("models/mir250.yaml", {**short, "log": "tasks"})))
     assert "needs a run with log: all" in few._repr_html_()

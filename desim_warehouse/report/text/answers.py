@@ -140,10 +140,13 @@ def _best(study: Results) -> tuple[list[str], str | None]:
     alike = [str(row.design) for row in comparison.differences if not row.differs] if comparison else []
     if len(means) > 1 and len(alike) == len(means) - 1:
         name = words.in_sentence(indicator)
-        return [f"No design is shown to be better in {name} than another; with {_found(study, best, indicator)}."], best
+        return [
+            f"No design is shown to be better in {name} than another.",
+            f"Best so far: {_found(study, best, indicator)}.",
+        ], best
     extreme = "largest" if sense == "more" else "smallest"
     lines = [f"{words.indicator_name(indicator)} is {extreme} with {_found(study, best, indicator)}."]
-    return lines + ([f"Not told from it: {_names(study, alike)}."] if alike else []), best
+    return lines + ([f"Not shown to be worse: {_names(study, alike)}."] if alike else []), best
 
 
 def _found(study: Results, design: str, indicator: str) -> str:

@@ -21,7 +21,7 @@ _PLACES = {
 
 
 def root(of: Root, model: Model) -> str:
-    """What robots waited for: `for a server of packing (R)`, `at the crossing V`, `for robots loading at E`."""
+    """What robots waited for: `for a server of packing (R)`, `at the crossing V`, `for robots loading on B>E`."""
     if of.cause in _PLACES:
         return _PLACES[of.cause].format(_with_names(of.at, model))
     if of.cause in APART:
@@ -29,7 +29,7 @@ def root(of: Root, model: Model) -> str:
     zones = {node: item.zone for of_kind in (model.floor.bays, model.floor.stations) for node, item in of_kind.items()}
     place, state = f"{zones[of.at]} ({of.at})" if of.at in zones else _with_names(of.at, model), SHOWN[of.cause]
     if state.queue is None:
-        return f"for robots {state.doing} at {place}"
+        return f"for robots {state.doing} {'on' if '>' in of.at else 'at'} {place}"
     return f"for {place} to open" if state.queue == OPENING else f"for {state.queue.what} of {place}"
 
 

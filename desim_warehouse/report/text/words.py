@@ -63,6 +63,12 @@ _POLICIES = {
         "fastest": "the fastest route",
         "congestion-aware": "around queues",
     },
+    "batching": {
+        "single": "every task a trip of its own",
+        "fixed-size": "so many tasks together",
+        "time-window": "tasks of a time window together",
+        "by-order": "tasks of an order together",
+    },
 }
 """Policies that are compared with one another, by what they choose."""
 _LONGEST = 44
@@ -293,9 +299,13 @@ def money(model: Model | None) -> str:
 
 
 def policy(key: str, name: str) -> str:
-    """What a policy does, and its name: `the nearest robot (nearest)`; one's own without its folder."""
-    said = _POLICIES.get(key.removeprefix("policies."), {}).get(name)
-    return f"{said} ({name})" if said else _without_folder(name)
+    """What a policy does, its name, and its parameters: `the nearest robot (nearest)`; one's own without its folder."""
+    base, _, parameters = name.partition("(")
+    said = _POLICIES.get(key.removeprefix("policies."), {}).get(base)
+    if said is None:
+        return _without_folder(name)
+    rest = f", {parameters.removesuffix(')').replace('=', ' ')}" if parameters else ""
+    return f"{said} ({base}{rest})"
 
 
 def _without_folder(name: str) -> str:
