@@ -36,8 +36,8 @@ class Tile:
 
     `key`: its name among the indicators. `title`: for people. `form`: how the page finds and writes its value. The
     forms `count`, `share`, `time` and `open` (a count that also falls) read a curve of steps. `lost` is such a curve as
-    a part of the time of all robots, `rate` the count of another tile in an hour. `clock`, `battery` and `chargers` read what else the page has. `curve`: times, and the
-    value from each on.
+    a part of the time of all robots, `rate` the count of another tile in an hour. `clock`, `battery` and `chargers`
+    read what else the page has. `curve`: times, and the value from each on.
     """
 
     key: str
