@@ -13,6 +13,7 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError, reason
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
+from desim_warehouse.outcome.money import is_fixed
 from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.study import rare, statistics
 from desim_warehouse.study.design import baseline_point, saltelli
@@ -262,9 +263,10 @@ class Results:
         values = _known(rows, indicator)
         if not values:
             return None
-        return statistics.estimate(
-            values, self.plan.confidence, deterministic=_deterministic(rows), within=within(indicator)
+        exact = _deterministic(rows) or (
+            indicator == "annual_cost" and is_fixed(self.base.prices) and len(set(values)) == 1
         )
+        return statistics.estimate(values, self.plan.confidence, deterministic=exact, within=within(indicator))
 
     def quantiles(self, indicator: str, share: float) -> dict[int, statistics.QuantileEstimate | None]:
         """What a share of all runs stay below, with its interval, at each point by number, or None."""

@@ -151,6 +151,10 @@ class Scale:
         """The same without the unit."""
         return least(100 * value, 1, 100) if self.is_share else measured(self.by * value)
 
+    def single(self, value: float) -> str:
+        """The same in a table whose head has the unit; shares have theirs in the cell."""
+        return self.value(value) if self.is_share else self.bare(value)
+
     def estimate(self, found: Mean) -> str:
         """A mean with its unit and the ends of its interval: `97.4 % (97.1 to 97.7)`."""
         if found.interval is None:
@@ -168,7 +172,7 @@ class Scale:
         if found is None:
             return NONE
         if found.interval is None:
-            return self._with_unit(self.bare(found.mean), 0) if self.is_share else self.bare(found.mean)
+            return self.single(found.mean)
         if self.is_share or not found.sd:
             return self._with_ends(found, found.interval, "%" if self.is_share else "")
         half = found.half_width or 0.0

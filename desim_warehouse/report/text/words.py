@@ -37,6 +37,8 @@ _OF_THE_MODEL = {
 _OF_ALL = {"rate": "per hour", "angle": "degrees", "weighted": "", "tasks": ""}
 """Units by kind of quantity; any other kind is its own unit."""
 _BOUNDS = {">=": "at least", "<=": "at most", ">": "more than", "<": "less than"}
+MET = {"meets": "met", "fails": "not met", "undecided": "too close to tell"}
+"""What is said of a design beside a target, by the verdict on it."""
 _AIMS = {
     "on_time": "{} on time",
     "worked_on_time": "{} worked on in time",
@@ -213,9 +215,7 @@ def replications(plan: StudyPlan) -> str:
 def met(study: Results, design: str) -> str:
     """Whether a design meets the target of a study; a dash where its runs do not say."""
     found = study.judged.get(design)
-    return (
-        "–" if found is None else {"meets": "met", "fails": "not met", "undecided": "too close to tell"}[found.verdict]
-    )
+    return "–" if found is None else MET[found.verdict]
 
 
 def met_or_when(study: Results, design: str) -> str:

@@ -203,6 +203,8 @@ def test_two_runs_are_told_apart_by_what_differs_in_their_models() -> None:
     assert labels([few.history, again.history]) == ["seed 0", "seed 9"]
     assert labels([many.history, again.history]) == ["number of robots 5, seed 0", "number of robots 3, seed 9"]
     assert labels([few.history]) == ["seed 0"]
+    other = dw.simulate(dw.load("models/tutorial.yaml"))
+    assert labels([few.history, other.history]) == ["MultiBots", "tutorial"]  # not the first of forty keys
 
 
 @pytest.mark.parametrize("name", [name for name in RUNS if name != "grid"])  # where nobody waits that long
