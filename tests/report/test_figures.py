@@ -449,3 +449,17 @@ def test_no_word_beside_a_floor_is_cut_off_at_the_edge_of_its_picture():
     drawn = np.asarray(Image.open(io.BytesIO(data)).convert("L"))
     assert min(drawn[:, 0].min(), drawn[:, -1].min(), drawn[0].min(), drawn[-1].min()) == 255
     assert drawn.shape == pytest.approx((2 * size["height"], 2 * size["width"]), abs=2)
+
+
+def test_figures_have_the_intervals_of_the_table_and_do_not_cut_them_off():
+    from desim_warehouse.study.table import cells
+
+    changes = {"tasks.goods": {"poisson": 100, "due_within": 60}, "run": {"length": 1800, "warm_up": 300}}
+    study = dw.Study("models/tutorial.yaml", {"fleet.size": [2, 3]}, changes=changes, replications=3).run().results
+    found = cells(study.table, ["fleet.size"], "on_time")
+    assert [cell.estimate.interval for cell in found] == [
+        study.estimate(study.runs(design), "on_time").interval for design in study.designs
+    ]
+    low, high = plot.by_factor(study.table, "fleet.size", "on_time", target=0.5).get_ylim()
+    ends = [end for cell in found for end in cell.estimate.interval]
+    assert low <= min(*ends, 0.5) <= max(*ends, 0.5) <= high

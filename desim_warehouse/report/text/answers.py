@@ -145,7 +145,7 @@ def _best(study: Results) -> tuple[list[str], str | None]:
         name = words.in_sentence(indicator)
         return [
             f"No design is shown to be better in {name} than another.",
-            f"Best so far: {_found(study, best, indicator)}.",
+            f"The {'largest' if sense == 'more' else 'smallest'} mean may be chance: {_found(study, best, indicator)}.",
         ], best
     extreme = "largest" if sense == "more" else "smallest"
     lines = [f"{words.indicator_name(indicator)} is {extreme} with {_found(study, best, indicator)}."]
