@@ -345,13 +345,17 @@ class Results:
     def judged(self) -> Mapping[str, statistics.DesignVerdict[str]]:
         """Whether each design that has values meets the target: all of this is right at once, with the confidence.
 
+        Where a procedure asked for more runs until it could tell, each time it looked counts, as in `desim size`.
         One that cannot last (see `desim_warehouse.outcome.verdicts`) fails, whatever its values.
         """
         goal = self.target
         if goal is None:
             return {}
         known = {design: _known(self.runs(design), goal.indicator) for design in self.designs}
-        level = 1 - (1 - self.plan.confidence) / max(sum(map(bool, known.values())), 1)
+        counts = [len(given) for given in known.values() if given]
+        asked = isinstance(self.plan.replications, tuple) and counts
+        looks = len(statistics.looks_at(min(counts), max(counts))) if asked else 1
+        level = 1 - (1 - self.plan.confidence) / max(len(counts) * looks, 1)
         found = {}
         for design, given in known.items():
             if given:

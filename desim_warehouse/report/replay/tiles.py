@@ -27,6 +27,9 @@ SHARE = 1_000_000
 LATE = 0.95
 """The quantile of the cycle time that is shown."""
 
+_STEPS = 500
+"""About so many steps of the curve of waiting are kept: more than can be seen, and far less than there are waits."""
+
 Curve = tuple[list[float], list[float]]
 
 
@@ -95,7 +98,10 @@ def _backlog(history: History) -> Curve:
 def _waited(history: History) -> Curve:
     """The time that all robots together had waited for others when each wait was over, as far as it counts."""
     waits = sorted((min(wait.end, history.end), history.within(wait.start, wait.end)) for wait in history.collisions)
-    return [end for end, _ in waits], np.cumsum([lasted for _, lasted in waits]).tolist()
+    sums = np.cumsum([lasted for _, lasted in waits]).tolist()
+    every = max(len(waits) // _STEPS, 1)
+    kept = range(len(waits) - 1, -1, -every)[::-1]  # the last of all, and so many before it
+    return [waits[i][0] for i in kept], [sums[i] for i in kept]
 
 
 def _on_time(history: History) -> Curve:
