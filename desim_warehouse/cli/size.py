@@ -169,6 +169,6 @@ def _show(key: str, found: Sizing[Any], model: Model) -> None:
     )
     table = sheet(f"{words.target(goal)}: the values looked at", *heads, "verdict")
     for one in sorted(found.decisions, key=lambda decision: decision.value):
-        ends = ("exact", "") if one.low is None or one.high is None else (scale.bare(one.low), scale.bare(one.high))
-        table.add_row(str(one.value), scale.bare(one.mean), *ends, str(one.n), one.verdict)
+        ends = ("exact", "") if one.low is None or one.high is None else (scale.single(one.low), scale.single(one.high))
+        table.add_row(str(one.value), scale.single(one.mean), *ends, str(one.n), words.MET[one.verdict])
     show(table)

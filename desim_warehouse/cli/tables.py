@@ -12,7 +12,7 @@ from desim_warehouse.errors import StudyError, number_of
 from desim_warehouse.report.text.numbers import NONE, Scale, number
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
+    from collections.abc import Iterable, Sequence
 
     from rich.table import Table
 
@@ -24,6 +24,8 @@ NONE_MEETS = 3
 """Exit status where nothing was shown to meet the target."""
 _HEAD = 14
 """Letters in a line of the head of a column; longer heads take several."""
+_FITS = 100
+"""The most columns of a terminal that a table takes up where nobody asked for its indicators."""
 _NAMED = 12
 """Names in a row of remarks."""
 
@@ -33,13 +35,43 @@ _RARE = 3
 
 
 def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
-    """A line for each design: its factors, and mean ± half-width of the indicators."""
-    from desim_warehouse.report.text import sentences, words
-    from desim_warehouse.study.factors import readable
+    """A line for each design: its factors, and mean ± half-width of the indicators, of the usual as many as fit."""
+    from desim_warehouse.report.text import sentences
 
     chosen = results.chosen(indicators or results.plan.indicators or results.usual(4))
     if results.target is not None and not indicators and results.target.indicator in results.indicators:
         chosen = list(dict.fromkeys((results.target.indicator, *chosen)))
+    table = _summary(results, chosen)
+    while len(chosen) > 1 and not indicators and not results.plan.indicators and _width(table) > _FITS:
+        chosen = chosen[:-1]
+        table = _summary(results, chosen)
+    show_verdicts(results)
+    show(table)
+    for design in results.unsettled:
+        click.echo(f"{design}: {sentences.UNSETTLED}")
+    for line in results.rare[:_RARE]:
+        click.echo(line)
+    if results.deterministic:
+        click.echo("These models are deterministic: every replication is the same, and the means are exact.")
+    elif max(map(len, results.by_point.values())) == 1:
+        click.echo("One run of a random model says little: more replications give intervals.")
+    _show_failures(results)
+
+
+def _width(table: Table) -> int:
+    """The columns of a terminal that a table takes up."""
+    from rich.console import Console
+    from rich.measure import Measurement
+
+    console = Console(width=1000)
+    return Measurement.get(console, console.options, table).maximum
+
+
+def _summary(results: Results, chosen: Sequence[str]) -> Table:
+    """The table of designs with these indicators."""
+    from desim_warehouse.report.text import sentences, words
+    from desim_warehouse.study.factors import readable
+
     found = {name: results.estimates(name) for name in chosen}
     scales = {name: words.scale_of(name, results.base, of_name.values()) for name, of_name in found.items()}
     known = any(one is not None and one.half_width is not None for means in found.values() for one in means.values())
@@ -65,17 +97,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
             *([sentences.marks(results, str(point))] if judged else []),
         )
-    show_verdicts(results)
-    show(table)
-    for design in results.unsettled:
-        click.echo(f"{design}: {sentences.UNSETTLED}")
-    for line in results.rare[:_RARE]:
-        click.echo(line)
-    if results.deterministic:
-        click.echo("These models are deterministic: every replication is the same, and the means are exact.")
-    elif max(map(len, results.by_point.values())) == 1:
-        click.echo("One run of a random model says little: more replications give intervals.")
-    _show_failures(results)
+    return table
 
 
 def _factors(results: Results) -> list[str]:

@@ -114,6 +114,7 @@ class _Chains:
         self.over = [[wait.end for wait in robot] for robot in self.waits]
         edges = history.layout.graph.edges
         self.ahead = {f"{a}>{b}": b for a, b in edges}
+        self.picked = {">".join(place.edge) for place in history.layout.storage}
         self.two_way = {f"{a}>{b}": "-".join(sorted((a, b))) for a, b, both in edges(data="two_way") if both}
         self.shared = {node for lane in history.layout.two_way for node in lane}
 
@@ -157,7 +158,9 @@ class _Chains:
     def _at_work(self, doing: Piece, wait: Wait) -> Root:
         """The last of a chain does not wait: it stands at work, or drives, and then the place is the root."""
         if SHOWN[doing.part].phase not in _MOVING:
-            return Root(doing.part, doing.node or self.ahead[doing.edge or ""])
+            edge = doing.edge or ""
+            beside = doing.part == "loading" and edge in self.picked
+            return Root(doing.part, doing.node or (edge if beside else self.ahead[edge]))
         if doing.edge in self.two_way:
             return Root(TWO_WAY, self.two_way[doing.edge])
         return _place(wait)

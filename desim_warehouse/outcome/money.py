@@ -17,6 +17,11 @@ def equipment(prices: Prices, kinds: Sequence[str], chargers: int) -> float:
     return math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds) + prices.charger * chargers
 
 
+def is_fixed(prices: Prices | None) -> bool:
+    """Whether nothing in the cost of a year depends on a run."""
+    return prices is not None and not (prices.energy or prices.late_order)
+
+
 def annual_cost(history: History) -> float:
     """The cost of a year of `prices.hours` hours like those counted, nan without prices or counted time."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour

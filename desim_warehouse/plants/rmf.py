@@ -28,6 +28,8 @@ OPTIONS = ("layout", "graph")
 LARGEST, _MOST = 1_000_000, 200_000  # bytes and values: YAML is slow to read
 _DIFFER = 0.05  # of the mean: measured distances that do are doubted
 _PAIR = 2
+_UNNAMED = {"", "building", "site"}
+"""What traffic editors call a map that nobody gave a name."""
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
 
 
@@ -104,7 +106,8 @@ class _Map:
         if not isinstance(data.get("levels"), dict) or not data["levels"]:
             text = "no levels, as a map of Open-RMF has, and of no other program that is known"
             self.refuse((), f"{text}; desim import --help names the formats that can be read")
-        self.plant = Plant(str(data.get("name") or data.get("building_name") or path.name.partition(".")[0]), "")
+        name = str(data.get("name") or data.get("building_name") or "")
+        self.plant = Plant(path.name.partition(".")[0] if name in _UNNAMED else name, "")
 
     def plant_of(self, asked: str | None, graph: int | None) -> Plant:
         lanes, name = self.lanes(asked, graph)

@@ -65,6 +65,10 @@ def _picture(axes: Axes) -> Html:
     return html.picture(b64encode(data).decode("ascii"), facts["width"], facts["alt"])
 
 
+_LEAD = 160
+"""Letters of a description that stands before the answer; a longer one, as of imported plants, stands after it."""
+
+
 def first_page(
     title: str,
     description: str,
@@ -80,9 +84,11 @@ def first_page(
     """
     now = datetime.now(UTC).astimezone()
     parts = html.heading(title)
-    parts += html.paragraph(description, "lead") if description else Html("")
+    lead = len(description) <= _LEAD
+    parts += html.paragraph(description, "lead") if description and lead else Html("")
     parts += html.paragraph(question, "question") + html.tiles(numbers) + html.bullets(answer, "answers")
     made = f"{now.day} {now:%B %Y}"
+    parts += html.paragraph(description, "note") if not lead else Html("")
     if run is None or replay is None:
         return parts + html.paragraph(made, "note")
     run.replay(replay)

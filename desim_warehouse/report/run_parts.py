@@ -131,16 +131,16 @@ def resources(run: Run) -> Html | None:
     begin, end = run.history.begin, run.history.end
     rows = [
         [
-            f"{'chargers of' if one.kind == 'chargers' else one.kind} {one.zone} at {one.node}",
-            numbers.number(one.number),
+            f"{one.zone} ({one.node})",
+            number_of(one.number, "charger" if one.kind == "chargers" else "server"),
             numbers.PERCENT.value(one.utilisation(begin, end)),
-            numbers.number(one.mean_queue(begin, end), 2),
+            numbers.least(one.mean_queue(begin, end), 2),
         ]
         for one in of_stations_and_chargers(run.history)
     ]
     if not rows or not run.history.counted:
         return None
-    return html.table(["where", "servers or chargers", "in use", "robots queueing, on average"], rows, name="resources")
+    return html.table(["where", "servers or chargers", "in use", "robots in the queue"], rows, name="resources")
 
 
 def robot_figures(run: Run) -> list[Axes]:

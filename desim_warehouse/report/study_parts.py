@@ -30,7 +30,7 @@ _PANELS = 12
 """Panels of a figure; with more combinations of further factors, it averages over them, and says so."""
 _FOREST = 24
 """Designs in a forest plot."""
-_UNNAMED = ("what-if", "size", "best", "study")
+_UNNAMED = ("what-if", "size", "best", "study", "why")
 """Names of studies without one of their own: their reports have the name of the model."""
 
 

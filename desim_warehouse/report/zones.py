@@ -37,6 +37,8 @@ _ALIKE = 0.9
 """Share of the edges of a grid that are steps."""
 DEEP = 8
 """The most slots in a row away from the node."""
+MANY = 0.15
+"""Share of the longer side of the floor that a full row away from the node takes up at most, where there are more."""
 SPREAD = 0.85
 """Share of the shortest edge at a node that its slots may take up side by side."""
 
@@ -70,12 +72,14 @@ def zones(model: Model, layout: Layout) -> list[Zone]:
         here = layout.graph.nodes[node]
         count = _slots(start, node, bay)
         beside = not here.get("in_lane")
-        slots = _places(layout, node, count, largest, 0) if beside else ((here["x"], here["y"]),)
-        result.append(Zone("bay", bay.zone, node, slots, largest))
+        room = _room(layout, count, largest)
+        slots = _places(layout, node, count, (largest, room), 0) if beside else ((here["x"], here["y"]),)
+        result.append(Zone("bay", bay.zone, node, slots, room))
     for node, station in layout.stations.items():
         nth = 1 if node in layout.bays else 0
-        slots = _places(layout, node, station.places, largest, nth)
-        result.append(Zone("station", station.zone, node, slots, largest))
+        room = _room(layout, station.places, largest)
+        slots = _places(layout, node, station.places, (largest, room), nth)
+        result.append(Zone("station", station.zone, node, slots, room))
     return result
 
 
@@ -124,8 +128,22 @@ def _in_cells(model: Model, layout: Layout, cell: float) -> list[Zone]:
     return made
 
 
-def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> tuple[Point, ...]:
-    """Slots in rows that grow away from the node, no wider than the space before its neighbours."""
+def _room(layout: Layout, count: int, radius: float) -> float:
+    """The radius for which slots have room: that of robots, less where there are so many that they would hide a floor.
+
+    Imported plants have slots for the largest fleet that could be asked for.
+    """
+    if count <= DEEP:
+        return radius
+    longer = max(_reach(layout, one) + _reach(layout, other) for one, other in (SIDES[:2], SIDES[2:]))
+    return min(radius, MANY * longer / (PITCH * DEEP))
+
+
+def _places(layout: Layout, node: str, count: int, radii: tuple[float, float], nth: int) -> tuple[Point, ...]:
+    """Slots in rows that grow away from the node, no wider than the space before its neighbours.
+
+    `radii`: of robots, and for which slots have room.
+    """
     across, deep, free = _outward(layout, node, nth)
     here = layout.graph.nodes[node]
     x, y = here["x"], here["y"]
@@ -133,10 +151,12 @@ def _places(layout: Layout, node: str, count: int, radius: float, nth: int) -> t
         math.dist((x, y), (layout.graph.nodes[other]["x"], layout.graph.nodes[other]["y"]))
         for other in [*layout.graph.successors(node), *layout.graph.predecessors(node)]
     ]
-    pitch = PITCH * radius
+    radius, room = radii
+    pitch = PITCH * room
     narrow = not free or (node in layout.bays and node in layout.stations)
     fit = int(SPREAD * min(lengths, default=pitch) / pitch)
-    wide = max(-(-count // DEEP), min(count, NARROW if narrow else count, fit))
+    most = NARROW if narrow else count if room == radius else DEEP
+    wide = max(-(-count // DEEP), min(count, most, fit))
     places = []
     for number in range(count):
         row, column = divmod(number, wide)

@@ -13,6 +13,7 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError, reason
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
+from desim_warehouse.outcome.money import is_fixed
 from desim_warehouse.outcome.verdicts import LASTING, judge_design
 from desim_warehouse.study import rare, statistics
 from desim_warehouse.study.design import baseline_point, saltelli
@@ -262,9 +263,10 @@ class Results:
         values = _known(rows, indicator)
         if not values:
             return None
-        return statistics.estimate(
-            values, self.plan.confidence, deterministic=_deterministic(rows), within=within(indicator)
+        exact = _deterministic(rows) or (
+            indicator == "annual_cost" and is_fixed(self.base.prices) and len(set(values)) == 1
         )
+        return statistics.estimate(values, self.plan.confidence, deterministic=exact, within=within(indicator))
 
     def quantiles(self, indicator: str, share: float) -> dict[int, statistics.QuantileEstimate | None]:
         """What a share of all runs stay below, with its interval, at each point by number, or None."""
@@ -343,13 +345,17 @@ class Results:
     def judged(self) -> Mapping[str, statistics.DesignVerdict[str]]:
         """Whether each design that has values meets the target: all of this is right at once, with the confidence.
 
+        Where a procedure asked for more runs until it could tell, each time it looked counts, as in `desim size`.
         One that cannot last (see `desim_warehouse.outcome.verdicts`) fails, whatever its values.
         """
         goal = self.target
         if goal is None:
             return {}
         known = {design: _known(self.runs(design), goal.indicator) for design in self.designs}
-        level = 1 - (1 - self.plan.confidence) / max(sum(map(bool, known.values())), 1)
+        counts = [len(given) for given in known.values() if given]
+        asked = isinstance(self.plan.replications, tuple) and counts
+        looks = len(statistics.looks_at(min(counts), max(counts))) if asked else 1
+        level = 1 - (1 - self.plan.confidence) / max(len(counts) * looks, 1)
         found = {}
         for design, given in known.items():
             if given:

@@ -200,11 +200,23 @@ def cells(
         found.append(
             Cell(
                 key,
-                estimate(values.tolist(), confidence, deterministic=fixed, within=(low, high)),
+                estimate(_shares(chosen, indicator, values), confidence, deterministic=fixed, within=(low, high)),
                 {int(r): value for r, value in zip(values.index, values, strict=True)},
             )
         )
     return found
+
+
+def _shares(rows: pd.DataFrame, indicator: str, values: pd.Series[float]) -> list[float]:
+    """The values; shares of tasks of single runs know of how many, as `Row.value` has it."""
+    from desim_warehouse.study.statistics.shares import TaskShare
+
+    counts = [name for name in counted_in(indicator, [str(name) for name in rows.columns]) if name in rows.columns]
+    if not counts or len(rows) != len(values):
+        return values.tolist()
+    known = rows.set_index("replication") if "replication" in rows.columns else rows
+    tasks = known[counts].fillna(0.0).sum(axis=1).reindex(values.index).tolist()
+    return [TaskShare(value, count) if count else value for value, count in zip(values.tolist(), tasks, strict=True)]
 
 
 def averaged_over(table: pd.DataFrame, factors: Sequence[str]) -> list[str]:

@@ -231,12 +231,14 @@ def test_the_tiles_end_with_the_indicators_of_the_run(browser: Any, tmp_path: Pa
     page = Page(browser, run, tmp_path)
     page.seek(run.record.end)
     found, header = page.ask("page.tiles()"), page.ask("page.header")
-    near = {"share": 1e-6, "time": header["tick"], "clock": 1e-6, "rate": 1e-6, "chargers": 1e-3}
+    near = {"share": 1e-6, "time": header["tick"], "clock": 1e-6, "rate": 1e-6, "lost": 1e-6, "chargers": 1e-3}
     for key, _, form in header["tiles"]:
         if key != "battery":
             assert found[key] == pytest.approx(run.kpis[key], abs=near.get(form, 0))
     shown = {key: page.indicator(key) for key in found}
-    assert (shown["S"], shown["tasks"]) == (f"{run.S:,}", f"{run.kpis['tasks']:,}")
+    lost = 100 * run.kpis["share_waiting"]
+    assert "S" in shown or shown["share_waiting"] == (f"{lost:.1f} %" if lost < 9.95 else f"{lost:.0f} %")
+    assert shown["tasks"] == f"{run.kpis['tasks']:,}"
     if "battery" in shown:
         levels = [level / run.model.battery.capacity for level in run.history.energy_at_end]  # type: ignore[union-attr]
         mean, least = (float(part.strip(" (%)")) for part in shown["battery"].split(" %")[:2])
@@ -430,8 +432,8 @@ def test_a_window_starts_and_ends_where_it_should(browser: Any, tmp_path: Path) 
         assert np.abs(off).max() * page.ask("page.scale()") < 1
     page.seek(1000)
     assert page.ask("page.time()") == pytest.approx(420, abs=0.01)
-    counted = sum(run.record.begin <= end <= 420 for _, end, _ in waits(run))
-    assert page.indicator("S") == str(counted)
+    counted = sum(run.record.begin <= task.delivered <= 420 for task in run.history.delivered)
+    assert page.indicator("tasks") == str(counted)
 
 
 def test_the_paper_s_palette_can_be_asked_for(browser: Any, tmp_path: Path) -> None:
@@ -455,7 +457,7 @@ def test_it_opens_at_the_end_of_the_warm_up_with_the_figures_of_the_whole_run(br
     assert page.text("counted").startswith("The whole run after the warm-up.")
     shown = {key: page.indicator(key) for key, _, _ in page.ask("page.header.tiles")}
     assert not {"0", "–"} & set(shown.values())
-    assert (shown["S"], shown["tasks"]) == (f"{run.S:,}", f"{run.kpis['tasks']:,}")
+    assert shown["tasks"] == f"{run.kpis['tasks']:,}"
     page.seek(run.record.begin / 2)
     assert page.text("counted") == "Warm-up: nothing is counted yet."
     page.seek(run.record.end)

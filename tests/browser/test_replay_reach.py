@@ -181,6 +181,10 @@ def test_it_fits_a_phone(page: Page, width: int, high: int) -> None:
     assert page.browser.find_element("id", "robot").is_displayed()
     assert max(item["bottom"] for item in boxes(page, "#legend li")) <= high
     covered(page)
+    # no number of a tile is cut, and each step of the scale stands beside its colour
+    cut = "return [...document.querySelectorAll('.tile p')].filter((p) => p.scrollWidth > p.clientWidth).length"
+    assert page.browser.execute_script(cut) == 0
+    assert max(item["bottom"] - item["top"] for item in boxes(page, "#scale span")) < 24
 
 
 @pytest.mark.parametrize(("width", "high"), [(1400, 900), (1024, 700), (390, 844)])

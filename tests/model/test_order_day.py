@@ -429,6 +429,7 @@ def test_reports_say_where_robots_waited_by_the_names_of_storage_places(hall):
     model["tasks"] = {"goods": [0, 0, 0], "unload_at": ["pack"], "load_time": 60, "unload_time": 5}
     run = dw.simulate(dw.load(model, {"log": "all"}))
     assert "for robots loading at B (R-1-1)" in str(lost_time(run))
+    assert root(Root("loading", "C>D"), run.model) == "for robots loading on C>D"  # not: at what lies ahead
     assert root(Root(LANE, "B>C"), run.model) == "behind others on B>C (R-2-1 to R-2-2)"
     assert root(Root(LANE, "C>D"), run.model) == "behind others on C>D"
 

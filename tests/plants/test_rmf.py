@@ -43,6 +43,13 @@ def test_a_map_in_metres():
     assert (one_way.speed_back, mutex.speed_back, slow.speed) == (0, float("inf"), 0.5)
 
 
+def test_a_map_that_has_the_editor_s_name_is_called_by_its_file(tmp_path):
+    assert "\nname: " in TEXT
+    named = next(line for line in TEXT.splitlines() if line.startswith("name: "))
+    assert read_plant(clinic(tmp_path, (named, "name: building"))).name == "clinic"
+    assert read_plant(clinic(tmp_path, (named, "name: my ward"))).name == "my ward"
+
+
 def test_what_robots_do_where():
     model = dw.read_layout(CLINIC)
     assert [place.node for place in model.layout.storage] == ["pantry"]

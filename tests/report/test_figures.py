@@ -316,7 +316,10 @@ def test_a_two_way_lane_is_drawn_and_coloured_as_one():
     assert len(ends) == 6
     assert ((0, 0), (12, 0)) in ends  # in the middle of the aisle
     assert ((24, 0), (36, 0)) not in ends  # beside the lane back
-    assert len(next(c for c in drawn.collections if isinstance(c, mpl.quiver.Quiver)).U) == 10
+    arrows = [c for c in drawn.collections if isinstance(c, mpl.quiver.Quiver)]
+    assert sum(len(some.U) for some in arrows) == 10
+    places = [tuple(place) for some in arrows for place in some.XY]
+    assert {(8.4, 0.0), (3.6, 0.0)} <= {(round(x, 6), round(y, 6)) for x, y in places}  # apart, not one lozenge
     driven, values = run.edges["passages"], edge_values(run, "passages")
     assert len(values) == 6
     assert values["a", "b"] == driven["a>b"] + driven["b>a"] > 0
@@ -411,10 +414,11 @@ def test_the_use_of_stations_and_chargers_follows_from_the_account_of_time():
     table = run_parts.resources(run)._repr_html_()
     account = run.account("node")
     busy = 100 * account["unloading"]["r2c2"] / (2 * 3600)
-    assert "station packing at r2c2" in table
+    assert "packing (r2c2)</td>" in table
+    assert "2 chargers</td>" in table
     assert f"{busy:.1f} %" in table
     # the two chargers at r0c0, and nobody else's
-    assert "chargers of charging at r0c0" in table
+    assert "charging (r0c0)</td>" in table
     assert "parking" not in table
     few = run_parts.resources(dw.simulate(dw.load("models/mir250.yaml", {**short, "log": "tasks"})))
     assert "needs a run with log: all" in few._repr_html_()
@@ -447,3 +451,17 @@ def test_no_word_beside_a_floor_is_cut_off_at_the_edge_of_its_picture():
     drawn = np.asarray(Image.open(io.BytesIO(data)).convert("L"))
     assert min(drawn[:, 0].min(), drawn[:, -1].min(), drawn[0].min(), drawn[-1].min()) == 255
     assert drawn.shape == pytest.approx((2 * size["height"], 2 * size["width"]), abs=2)
+
+
+def test_figures_have_the_intervals_of_the_table_and_do_not_cut_them_off():
+    from desim_warehouse.study.table import cells
+
+    changes = {"tasks.goods": {"poisson": 100, "due_within": 60}, "run": {"length": 1800, "warm_up": 300}}
+    study = dw.Study("models/tutorial.yaml", {"fleet.size": [2, 3]}, changes=changes, replications=3).run().results
+    found = cells(study.table, ["fleet.size"], "on_time")
+    assert [cell.estimate.interval for cell in found] == [
+        study.estimate(study.runs(design), "on_time").interval for design in study.designs
+    ]
+    low, high = plot.by_factor(study.table, "fleet.size", "on_time", target=0.5).get_ylim()
+    ends = [end for cell in found for end in cell.estimate.interval]
+    assert low <= min(*ends, 0.5) <= max(*ends, 0.5) <= high

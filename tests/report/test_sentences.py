@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
@@ -15,7 +16,7 @@ from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import estimate, paired
+from desim_warehouse.study.statistics import Difference, estimate, paired
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import read_target
@@ -176,8 +177,25 @@ def test_shares_are_per_cent_from_0_to_100():
     assert numbers.PERCENT.estimate(found) == "100 % (16 to 100), 2 runs"
     assert numbers.PERCENT.estimate(estimate([0.972, 0.976, 0.974], within=(0, 1))) == "97.4 % (96.9 to 97.9)"
     assert (numbers.PERCENT.value(0.006604), numbers.PERCENT.value(1.0), numbers.PERCENT.value(0.9997)) == (
-        "0.7 %", "100 %", "100.0 %",
+        "0.7 %", "100 %", "over 99.9 %",
     )  # fmt: skip
+
+
+def test_what_is_not_zero_does_not_look_like_zero_nor_like_all():
+    assert [numbers.PERCENT.value(share) for share in (0.0, 0.0004, 0.0005, 0.9994, 0.9996)] == [
+        "0 %", "under 0.1 %", "0.1 %", "99.9 %", "over 99.9 %",
+    ]  # fmt: skip
+    assert [numbers.least(queue, 2) for queue in (0.0, 0.004, 0.17, 3.0)] == ["0", "under 0.01", "0.17", "3.00"]
+
+
+def test_intervals_that_end_at_zero_are_said_by_their_ends():
+    assert numbers.Scale().cell(estimate([0.0, 1.0, 5.0], within=(0, math.inf))) == "2.0 (0 to 8.6)"
+    assert numbers.Scale().cell(estimate([4.0, 5.0, 6.0], within=(0, math.inf))) == "5.0 ± 2.5"
+
+
+def test_the_end_of_a_difference_that_is_not_zero_does_not_look_like_it():
+    found = dataclasses.replace(estimate([-236.4, -8.0]), interval=(-240.2, -3.6))
+    assert numbers.Scale().difference(Difference("b", found, 0, 0.04, 0.04, True))[:3] == ("−122", "−240", "−4")
 
 
 @pytest.mark.parametrize(
@@ -185,6 +203,7 @@ def test_shares_are_per_cent_from_0_to_100():
     [
         (14_400, "s", "4 h"), (222.6, "s", "3.7 min"), (8.13, "s", "8.1 s"), (0.38, "s", "0.38 s"), (1.5, "h", "1.5 h"),
         (0.25, "min", "15 s"), (200_000, "s", "2.3 d"), (1, "step", "1 step"), (2633, "step", "2,633 steps"),
+        (4.5e-13, "s", "under 0.01 s"),
     ],
 )  # fmt: skip
 def test_times_are_said_in_a_unit_that_fits(time, unit, said):
@@ -212,5 +231,8 @@ def test_targets_are_said_as_people_say_them(written, said):
 def test_policies_are_said_in_words_beside_their_name():
     assert words.design_spoken({"fleet.size": 3, "policies.allocation": "nearest"}) == (
         "3 robots, allocation: the nearest robot (nearest)"
+    )
+    assert words.design_spoken({"policies.batching": "time-window(window=60)"}) == (
+        "batching: tasks of a time window together (time-window, window 60)"
     )
     assert words.design_spoken({"policies.allocation": "mine.py:Mine"}) == "allocation: mine.py:Mine"

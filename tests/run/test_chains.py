@@ -28,7 +28,8 @@ class Floor:
             graph.add_edge(b, a, two_way=True)
         self.fleet = [[Piece(robot, *span) for span in spans] for robot, spans in enumerate(fleet)]
         self.waits = waits
-        self.layout = type("Layout", (), {"graph": graph, "two_way": list(two_way)})
+        storage = [type("Place", (), {"edge": ("D", "A")})]
+        self.layout = type("Layout", (), {"graph": graph, "two_way": list(two_way), "storage": storage})
         self.begin = 0.0
 
     def counts(self, time):
@@ -87,6 +88,17 @@ def test_a_chain_ends_at_the_two_way_lane_on_which_the_last_comes(lost_to):
     third = [(0.0, 6.0, "loaded", "D>C", None), (6.0, 10.0, "loading", "C>D", None)]
     floor = Floor([[EIGHT], BEHIND, third], [FIRST, SECOND], two_way=[("C", "D")])
     assert lost_to(floor) == {Root("two_way_lane", "C-D"): 6 + 6, Root("loading", "D"): 2 + 2, Root("crossing", "B"): 2}
+
+
+def test_a_chain_ends_at_the_lane_beside_which_the_last_loads_not_at_the_station_ahead(lost_to):
+    third = [
+        (0.0, 6.0, "loading", "D>A", None),
+        (6.0, 8.0, "unloading", "D>A", None),
+        (8.0, 10.0, "empty", "A>B", None),
+    ]
+    floor = Floor([[EIGHT], BEHIND, third], [FIRST, SECOND])
+    found = lost_to(floor)
+    assert (found[Root("loading", "D>A")], found[Root("unloading", "A")]) == (6 + 6, 2 + 2)
 
 
 def test_robots_that_wait_for_each_other_are_a_ring_until_one_moves(lost_to):

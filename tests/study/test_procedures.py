@@ -189,3 +189,13 @@ def test_a_fleet_that_barely_lasts_is_not_given_up_after_three_runs():
     assert procedures.not_lasting([{**runs[0], "backlog_growth_per_hour": 60}] * 3, model, glance=True).startswith(
         "cannot keep"
     )
+
+
+def test_a_report_judges_designs_as_the_search_did_that_looked_several_times():
+    changes = {"tasks.goods": {"random": 20}}
+    study = dw.Study("models/tutorial.yaml", {"fleet.size": [1, 2, 3, 4]}, changes=changes, target="T <= 311")
+    study.plan = study.plan.unreplicated()
+    found = procedures.size(study, "T <= 311", first=5, cap=40)
+    said = {f"fleet.size={one.value}": one.verdict for one in found.decisions}
+    assert "undecided" in said.values()
+    assert {design: one.verdict for design, one in study.results.judged.items()} == said

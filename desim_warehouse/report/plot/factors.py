@@ -26,6 +26,8 @@ _MANY = 24
 """More numeric levels than this are a sample of a range, not a list: points, not a line."""
 _CROWDED = 6
 """From this many named levels on, names are slanted."""
+_REACH = 12
+"""How far beyond the means an axis with a target goes for their intervals, in quarters of what is between them."""
 
 
 def by_factor(
@@ -156,19 +158,25 @@ def facets(
 def _vertical(axes: Axes, indicator: str, found: list[Cell], target: float | None) -> None:
     """The limits of the vertical axis: around a target, else from 0 where nothing is below it. Shares are in %."""
     if target is not None:
-        _target(axes, indicator, target, [cell.estimate.mean for cell in found])
+        _target(axes, indicator, target, found)
     elif all(min(cell.estimate.interval or [cell.estimate.mean]) >= 0 for cell in found):
         axes.set_ylim(bottom=0)
     if words.is_share(indicator):
         look.in_percent(axes.yaxis)
 
 
-def _target(axes: Axes, indicator: str, value: float, means: list[float]) -> None:
-    """A line at the target, with its value; the axis is for means and the line, and may cut off wide intervals."""
+def _target(axes: Axes, indicator: str, value: float, found: list[Cell]) -> None:
+    """A line at the target, with its value; the axis is for means, their intervals and the line.
+
+    Intervals that are many times as wide as the means lie apart are cut off.
+    """
+    means = [cell.estimate.mean for cell in found]
     axes.axhline(value, color=palette.INK, linestyle=(0, (6, 3)), linewidth=1.3, zorder=1)
     low, high = min(*means, value), max(*means, value)
     room = 0.25 * (high - low) or 0.1 * abs(value) or 1.0
-    axes.set_ylim(low - room, high + room)
+    ends = [end for cell in found for end in cell.estimate.interval or ()]
+    reach = _REACH * room
+    axes.set_ylim(max(min([low, *ends]), low - reach) - room / 4, min(max([high, *ends]), high + reach) + room / 4)
     label = f"target {words.amount(indicator, value)}"
     axes.annotate(
         label, (1, value), (0, -3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", va="top"

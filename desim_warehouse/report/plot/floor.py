@@ -31,6 +31,8 @@ _IN_DOT = 3
 """Characters of a name that fit into the dot of a node; longer ones stand beside it."""
 _LETTER, _WIDEST = 0.1, 40.0
 """Inches for each letter between neighbouring nodes in a figure that is drawn to be read, and its greatest width."""
+_ARROW = 0.085
+"""Inches of an arrow head; half where there are many."""
 _ENDINGS = (".png", ".svg", ".pdf")
 BAY, STATION, GOOD, FETCHED = palette.COLOURS[2], palette.COLOURS[0], "#BBBBBB", palette.COLOURS[1]
 CHARGER = palette.COLOURS[4]
@@ -72,7 +74,8 @@ def save(source: Model | Run, path: str | Path, *, title: str | None = None, nam
         return _written(_with_names(drawn, floor) if names else drawn, path)
     xs = [data["x"] for _, data in floor.graph.nodes(data=True)]
     letters = _LETTER * (2 + max(map(len, floor.graph))) * (max(xs) - min(xs))
-    needed = letters / step_of(floor)
+    lengths = sorted(_lengths(floor))
+    needed = letters / lengths[len(lengths) // 10]  # one very short edge does not make it a poster
     larger = min(max(needed / width, 1.4), _WIDEST / width)
     size = width * larger, (height - 1.2) * larger + 1.2
     readable = letters / median(_lengths(floor)) <= _WIDEST  # names on top of each other would only take time
@@ -206,19 +209,24 @@ def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
 
     lines = [ends(floor, edge, step) for edge in floor.lanes]
     axes.add_collection(LineCollection(lines, colors=colour, linewidths=1.0, zorder=2))
-    arrows(axes, [ends(floor, edge, step) for edge in floor.graph.edges], colour)
+    graph = floor.graph
+    for both, part in ((False, 0.56), (True, 0.7)):
+        some = [edge for edge in graph.edges if bool(graph.edges[edge].get("two_way")) == both]
+        arrows(axes, [ends(floor, edge, step) for edge in some], colour, part)
 
 
-def arrows(axes: Axes, lines: list[tuple[tuple[float, float], tuple[float, float]]], colour: str) -> None:
-    """An arrow head for each line, a little beyond its middle."""
+def arrows(
+    axes: Axes, lines: list[tuple[tuple[float, float], tuple[float, float]]], colour: str, part: float = 0.56
+) -> None:
+    """An arrow head for each line, a little beyond its middle, of one size on all figures."""
     if not lines:
         return
-    x = [0.44 * x0 + 0.56 * x1 for (x0, _), (x1, _) in lines]
-    y = [0.44 * y0 + 0.56 * y1 for (_, y0), (_, y1) in lines]
+    x = [(1 - part) * x0 + part * x1 for (x0, _), (x1, _) in lines]
+    y = [(1 - part) * y0 + part * y1 for (_, y0), (_, y1) in lines]
     lengths = [math.dist(*line) or 1.0 for line in lines]
     u = [(x1 - x0) / n for ((x0, _), (x1, _)), n in zip(lines, lengths, strict=True)]
     v = [(y1 - y0) / n for ((_, y0), (_, y1)), n in zip(lines, lengths, strict=True)]
-    size = 0.012 if len(lines) <= 2 * NAMED else 0.006
+    size = _ARROW if len(lines) <= 2 * NAMED else _ARROW / 2
     axes.quiver(
         x,
         y,
@@ -227,7 +235,7 @@ def arrows(axes: Axes, lines: list[tuple[tuple[float, float], tuple[float, float
         color=colour,
         angles="xy",
         pivot="mid",
-        units="width",
+        units="inches",
         scale=1 / size,
         width=size / 6,
         headwidth=6,
@@ -282,12 +290,12 @@ def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]
     from matplotlib.collections import LineCollection, PatchCollection
     from matplotlib.patches import Rectangle
 
-    side = 2 * max(robot_radii(model))
+    largest = max(robot_radii(model))
     found: list[tuple[float, float]] = []
     chargers = chargers_at(model, floor) if model.battery is not None else {}
     named: set[str] = set()
     for zone in zones(model, floor):
-        colour = BAY if zone.kind == "bay" else STATION
+        colour, side = BAY if zone.kind == "bay" else STATION, 2 * min(largest, zone.room)
         charging = chargers.get(zone.node, 0) if zone.kind == "bay" else 0
         squares = [Rectangle((x - side / 2, y - side / 2), side, side) for x, y in zone.places]
         colours = [CHARGER if rank < charging else colour for rank in range(len(squares))]

@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.outcome.history import History
 
+_SAID = {"name", "description"}
+"""Keys that people are told in another way, or that are no difference."""
 _KEYS = 3
 """The most keys that name a run beside another."""
 _LONGEST = 40
@@ -46,17 +48,18 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
 def labels(runs: Sequence[History]) -> list[str]:
     """What tells each run from the others: the keys in which their models differ, else their seeds; alone, its seed.
 
-    Of a run that another version simulated it says so.
+    Of models that have little in common, their names. Of a run that another version simulated it says so.
     """
     contents = [dict(_flat(history.model.content())) for history in runs]
     keys = dict.fromkeys(key for content in contents for key in content)
-    differ = [key for key in keys if key != "name" and len({_text(content.get(key)) for content in contents}) > 1]
+    differ = [key for key in keys if key not in _SAID and len({_text(content.get(key)) for content in contents}) > 1]
+    apart = len({content["name"] for content in contents}) == len(contents)
     found = []
     for history, content in zip(runs, contents, strict=True):
         said = [key for key in differ if content.get(key) is not None] or differ
         parts = [f"{_name(key)} {_text(content.get(key))}" for key in said[:_KEYS]]
         if len(said) > _KEYS:
-            parts.append("...")
+            parts = [content["name"]] if apart else [*parts, "..."]
         if not differ or len({history.seed for history in runs}) > 1:
             parts.append(f"seed {history.seed}")
         found.append(", ".join(filter(None, (*parts, simulated_with(history.log.version)))))

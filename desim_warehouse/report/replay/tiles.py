@@ -27,6 +27,9 @@ SHARE = 1_000_000
 LATE = 0.95
 """The quantile of the cycle time that is shown."""
 
+_STEPS = 500
+"""About so many steps of the curve of waiting are kept: more than can be seen, and far less than there are waits."""
+
 Curve = tuple[list[float], list[float]]
 
 
@@ -35,9 +38,9 @@ class Tile:
     """An indicator as it grows.
 
     `key`: its name among the indicators. `title`: for people. `form`: how the page finds and writes its value. The
-    forms `count`, `share`, `time` and `open` (a count that also falls) read a curve of steps. `rate` is the count of
-    another tile in an hour. `clock`, `battery` and `chargers` read what else the page has. `curve`: times, and the
-    value from each on.
+    forms `count`, `share`, `time` and `open` (a count that also falls) read a curve of steps. `lost` is such a curve as
+    a part of the time of all robots, `rate` the count of another tile in an hour. `clock`, `battery` and `chargers`
+    read what else the page has. `curve`: times, and the value from each on.
     """
 
     key: str
@@ -65,9 +68,11 @@ def tiles(history: History) -> list[Tile]:
         found.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
     if ends:
         found.append(Tile("T", "Time", "clock"))
-    found.append(
-        Tile("S", "Waits for other robots", "count", _count(history, (wait.end for wait in history.collisions)))
-    )
+        found.append(
+            Tile("S", "Waits for other robots", "count", _count(history, (wait.end for wait in history.collisions)))
+        )
+    else:
+        found.append(Tile("share_waiting", "Waiting in traffic", "lost", _waited(history)))
     if history.model.battery is not None:
         found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
         found.append(Tile("battery", "Battery (lowest)", "battery"))
@@ -88,6 +93,15 @@ def _backlog(history: History) -> Curve:
     changes += [(task.done, -1) for task in history.done]
     changes.sort()
     return [time for time, _ in changes], np.cumsum([by for _, by in changes]).tolist()
+
+
+def _waited(history: History) -> Curve:
+    """The time that all robots together had waited for others when each wait was over, as far as it counts."""
+    waits = sorted((min(wait.end, history.end), history.within(wait.start, wait.end)) for wait in history.collisions)
+    sums = np.cumsum([lasted for _, lasted in waits]).tolist()
+    every = max(len(waits) // _STEPS, 1)
+    kept = range(len(waits) - 1, -1, -every)[::-1]  # the last of all, and so many before it
+    return [waits[i][0] for i in kept], [sums[i] for i in kept]
 
 
 def _on_time(history: History) -> Curve:
@@ -114,7 +128,7 @@ def tile_columns(shown: list[Tile], scale: MapScale) -> dict[str, Any]:
         times, values = np.asarray(tile.curve[0], dtype=float), np.asarray(tile.curve[1], dtype=float)
         low = max(int(np.searchsorted(times, scale.start, side="right")) - 1, 0)
         high = int(np.searchsorted(times, scale.end, side="right"))
-        unit = {"share": 1 / SHARE, "time": scale.tick}.get(tile.form, 1.0)
+        unit = {"share": 1 / SHARE, "time": scale.tick, "lost": scale.tick}.get(tile.form, 1.0)
         columns[f"{tile.key}_time"] = np.diff(scale.times(times[low:high]), prepend=0)
         columns[f"{tile.key}_value"] = np.diff(np.rint(values[low:high] / unit).astype(np.int64), prepend=0)
     return columns

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import look_up
+from desim_warehouse.outcome.money import is_fixed
 from desim_warehouse.report.text import numbers, sentences, words
 from desim_warehouse.study.statistics import MOST_TO_TELL
 from desim_warehouse.study.table import is_numeric
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
 
 _LISTED = 6
 """Designs and levels that are named one by one; of more, how many there are."""
+_LONG = 80
+"""Letters of levels that are named in a question."""
 
 
 def question(study: Results) -> str:
@@ -38,9 +41,10 @@ def _factor(study: Results, key: str) -> str:
     if key == "fleet.size" and len(found) > 1:
         return f"{first} to {last} robots"
     name = words.in_words(key)
-    if len(found) <= _LISTED:
-        return f"{name} ({', '.join(map(words.level, found))})"
-    return f"{name} ({first} to {last})" if is_numeric(found) else f"{name} ({len(found)} values)"
+    listed = ", ".join(map(words.level, found))
+    if len(found) <= _LISTED and len(listed) <= _LONG:
+        return f"{name} ({listed})"
+    return f"{name} ({first} to {last})" if is_numeric(found) else f"{name} ({len(found)} cases)"
 
 
 def answer(study: Results) -> tuple[list[str], str | None]:
@@ -63,8 +67,7 @@ def cost(study: Results, design: str) -> list[str]:
 
 def cost_is_fixed(study: Results) -> bool:
     """Whether nothing in the cost of a year depends on a run."""
-    prices = study.base.prices
-    return prices is not None and not (prices.energy or prices.late_order)
+    return is_fixed(study.base.prices)
 
 
 def _on_target(study: Results) -> tuple[list[str], str | None]:
@@ -140,10 +143,13 @@ def _best(study: Results) -> tuple[list[str], str | None]:
     alike = [str(row.design) for row in comparison.differences if not row.differs] if comparison else []
     if len(means) > 1 and len(alike) == len(means) - 1:
         name = words.in_sentence(indicator)
-        return [f"No design is shown to be better in {name} than another; with {_found(study, best, indicator)}."], best
+        return [
+            f"No design is shown to be better in {name} than another.",
+            f"The {'largest' if sense == 'more' else 'smallest'} mean may be chance: {_found(study, best, indicator)}.",
+        ], best
     extreme = "largest" if sense == "more" else "smallest"
     lines = [f"{words.indicator_name(indicator)} is {extreme} with {_found(study, best, indicator)}."]
-    return lines + ([f"Not told from it: {_names(study, alike)}."] if alike else []), best
+    return lines + ([f"Not shown to be worse: {_names(study, alike)}."] if alike else []), best
 
 
 def _found(study: Results, design: str, indicator: str) -> str:

@@ -50,6 +50,8 @@ def _runner_up(found: BestOfMany, other: JudgedDesign) -> str:
         return sentence(line)
     scale = words.scale(found.indicator, found.model, [apart.mean])
     low, high = apart.interval or (apart.mean, apart.mean)
+    if not apart.mean and not apart.sd:
+        return sentence(f"{line}; no difference in {number_of(apart.n, 'pair')} of runs: take either")
     line += f"; the difference is {scale.estimate(apart)} in {number_of(apart.n, 'pair')} of runs"
     if max(abs(low), abs(high)) < found.delta:
         line += f", less than {scale.value(found.delta)}: take either"
@@ -110,6 +112,6 @@ def table(found: BestOfMany, shown: Sequence[TriedDesign]) -> tuple[list[str], l
     for one in shown:
         values = {found.indicator: one.mean, **dict.fromkeys(goal, one.reached)}
         cells = [words.level(one.labels[key]) for key in keys]
-        cells += [scales[name].bare(math.nan if value is None else value) for name, value in values.items()]
+        cells += [scales[name].single(math.nan if value is None else value) for name, value in values.items()]
         rows.append([*cells, str(one.runs)])
     return [*head, "runs in the search"], rows

@@ -22,8 +22,12 @@ _NEAR = 0.01
 """Shares nearer to none or all than this have more than one decimal."""
 _FEW = 5
 """Runs below which it is said beside an interval that there are so few, where they all agree."""
+_MORE = 3
+"""The most decimals more that an end of an interval has so that it does not look like 0."""
 _LIMITS = {"s": 90.0, "min": 5400.0, "h": 129_600.0}
 """The seconds up to which times are said in a unit."""
+_MOMENT = 0.01
+"""Times that last no longer, in any unit, have no digits worth saying."""
 _LONG_NAME = 4
 """Letters from which the name of a unit is a word, with a plural."""
 
@@ -121,6 +125,16 @@ def percent(share: float, digits: int = 1) -> str:
     return number(100 * share, 0 if share in {0.0, 1.0} else digits)
 
 
+def least(value: float, digits: int, whole: float = math.inf) -> str:
+    """A number with so many decimals, but neither 0 nor the whole where it is not: `under 0.1`, `over 99.9`."""
+    step = 10.0**-digits
+    if 0 < value < step / 2:
+        return f"under {number(step, digits)}"
+    if whole - step / 2 <= value < whole:
+        return f"over {number(whole - step, digits)}"
+    return number(value, 0 if value in {0.0, whole} else digits)
+
+
 @dataclass(frozen=True)
 class Scale:
     """How the values of an indicator are written: `by` times as large, with their unit; shares as per cent."""
@@ -135,7 +149,11 @@ class Scale:
 
     def bare(self, value: float) -> str:
         """The same without the unit."""
-        return percent(value) if self.is_share else measured(self.by * value)
+        return least(100 * value, 1, 100) if self.is_share else measured(self.by * value)
+
+    def single(self, value: float) -> str:
+        """The same in a table whose head has the unit; shares have theirs in the cell."""
+        return self.value(value) if self.is_share else self.bare(value)
 
     def estimate(self, found: Mean) -> str:
         """A mean with its unit and the ends of its interval: `97.4 % (97.1 to 97.7)`."""
@@ -154,17 +172,22 @@ class Scale:
         if found is None:
             return NONE
         if found.interval is None:
-            return self._with_unit(self.bare(found.mean), 0) if self.is_share else self.bare(found.mean)
+            return self.single(found.mean)
         if self.is_share or not found.sd:
             return self._with_ends(found, found.interval, "%" if self.is_share else "")
+        half = found.half_width or 0.0
+        if found.mean - half < 0 <= found.interval[0]:  # it ends at 0, not below
+            return self._with_ends(found, found.interval, "")
         digits = self._digits(found)
-        return f"{self._rounded(found.mean, digits)} ± {number(self.by * (found.half_width or 0.0), digits)}"
+        return f"{self._rounded(found.mean, digits)} ± {number(self.by * half, digits)}"
 
     def difference(self, found: Paired) -> tuple[str, str, str, str, str]:
         """A paired difference in a table: its mean, the ends of its interval, p-value and verdict."""
         one = found.estimate
         points = Scale("", 100.0 if self.is_share else self.by)
         digits = points._digits(one) if one.interval else None
+        if digits is not None and one.interval and one.interval[0] * one.interval[1] > 0:  # neither end looks like 0
+            digits = min(digits + _MORE, max(digits, *(decimals(points.by * end) - 1 for end in one.interval)))
         ends = ("exact", "") if one.deterministic else (NONE, NONE)
         return (
             measured(points.by * one.mean) if digits is None else points._rounded(one.mean, digits),
@@ -224,6 +247,8 @@ def duration(time: float, unit: str) -> str:
     """A time as people say it: `4 h`, `3.7 min`, `8.1 s`."""
     scale = times(unit, (time,))
     value = scale.by * time
+    if 0 < value < _MOMENT:
+        return f"under {number(_MOMENT)} {scale.unit}"
     digits = 0 if abs(value) >= 10 else 1 if abs(value) >= 1 else decimals(value)  # noqa: PLR2004 - two digits
     shown = number(value, digits)
     return f"{shown.rstrip('0').rstrip('.') if '.' in shown else shown} {plural(scale.unit, value)}"

@@ -18,18 +18,22 @@ _PLACES = {
     RING: "in rings of robots at {}",
 }
 """Roots that are places (see `outcome.chains`)."""
+_HANDLING = ("loading", "unloading")
+"""What robots do at nodes and stations, not in the bays beside them."""
 
 
 def root(of: Root, model: Model) -> str:
-    """What robots waited for: `for a server of packing (R)`, `at the crossing V`, `for robots loading at E`."""
+    """What robots waited for: `for a server of packing (R)`, `at the crossing V`, `for robots loading on B>E`."""
     if of.cause in _PLACES:
         return _PLACES[of.cause].format(_with_names(of.at, model))
     if of.cause in APART:
         return f"{APART[of.cause].doing.removeprefix('waiting ')}: {_with_names(of.at, model)}"
-    zones = {node: item.zone for of_kind in (model.floor.bays, model.floor.stations) for node, item in of_kind.items()}
+    floor = model.floor
+    kinds = (floor.stations,) if of.cause in _HANDLING else (floor.bays, floor.stations)
+    zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}
     place, state = f"{zones[of.at]} ({of.at})" if of.at in zones else _with_names(of.at, model), SHOWN[of.cause]
     if state.queue is None:
-        return f"for robots {state.doing} at {place}"
+        return f"for robots {state.doing} {'on' if '>' in of.at else 'at'} {place}"
     return f"for {place} to open" if state.queue == OPENING else f"for {state.queue.what} of {place}"
 
 

@@ -123,7 +123,8 @@ def dose(suspect: Suspect) -> str:
     if suspect.dose is None:
         return "all"
     percent = 100 * suspect.dose
-    return f"{percent:+,.0f} %" if abs(percent) >= _MANY else f"{percent:+.3g} %"
+    text = f"{percent:+,.0f} %" if abs(percent) >= _MANY else f"{percent:+.3g} %"
+    return text.replace("-", "\N{MINUS SIGN}")
 
 
 def unit_of(found: Why, units: Units) -> str:

@@ -37,6 +37,8 @@ _OF_THE_MODEL = {
 _OF_ALL = {"rate": "per hour", "angle": "degrees", "weighted": "", "tasks": ""}
 """Units by kind of quantity; any other kind is its own unit."""
 _BOUNDS = {">=": "at least", "<=": "at most", ">": "more than", "<": "less than"}
+MET = {"meets": "met", "fails": "not met", "undecided": "too close to tell"}
+"""What is said of a design beside a target, by the verdict on it."""
 _AIMS = {
     "on_time": "{} on time",
     "worked_on_time": "{} worked on in time",
@@ -62,6 +64,12 @@ _POLICIES = {
         "shortest": "the shortest route",
         "fastest": "the fastest route",
         "congestion-aware": "around queues",
+    },
+    "batching": {
+        "single": "every task a trip of its own",
+        "fixed-size": "so many tasks together",
+        "time-window": "tasks of a time window together",
+        "by-order": "tasks of an order together",
     },
 }
 """Policies that are compared with one another, by what they choose."""
@@ -207,9 +215,7 @@ def replications(plan: StudyPlan) -> str:
 def met(study: Results, design: str) -> str:
     """Whether a design meets the target of a study; a dash where its runs do not say."""
     found = study.judged.get(design)
-    return (
-        "–" if found is None else {"meets": "met", "fails": "not met", "undecided": "too close to tell"}[found.verdict]
-    )
+    return "–" if found is None else MET[found.verdict]
 
 
 def met_or_when(study: Results, design: str) -> str:
@@ -293,9 +299,13 @@ def money(model: Model | None) -> str:
 
 
 def policy(key: str, name: str) -> str:
-    """What a policy does, and its name: `the nearest robot (nearest)`; one's own without its folder."""
-    said = _POLICIES.get(key.removeprefix("policies."), {}).get(name)
-    return f"{said} ({name})" if said else _without_folder(name)
+    """What a policy does, its name, and its parameters: `the nearest robot (nearest)`; one's own without its folder."""
+    base, _, parameters = name.partition("(")
+    said = _POLICIES.get(key.removeprefix("policies."), {}).get(base)
+    if said is None:
+        return _without_folder(name)
+    rest = f", {parameters.removesuffix(')').replace('=', ' ')}" if parameters else ""
+    return f"{said} ({base}{rest})"
 
 
 def _without_folder(name: str) -> str:

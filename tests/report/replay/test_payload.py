@@ -102,7 +102,13 @@ def test_tiles_end_with_the_run_s_own_indicators(name: str) -> None:
             last = values[-1] * unit[form] if len(values) else 0
             assert last == pytest.approx(run.kpis[key], abs=0 if unit[form] == 1 else unit[form])
             compared.add(key)
-    assert {"tasks", "S"} <= compared
+        if form == "lost":
+            _, values = curve(columns, key)
+            all_robots = run.history.counted * run.model.fleet.size
+            assert values[-1] * header["tick"] / all_robots == pytest.approx(run.kpis[key], abs=1e-6)
+            compared.add(key)
+    assert "tasks" in compared
+    assert {"S", "share_waiting"} & compared
 
 
 def test_tiles_depend_on_the_kind_of_run() -> None:
@@ -113,7 +119,7 @@ def test_tiles_depend_on_the_kind_of_run() -> None:
     # so many open tasks as there always are; not due
     assert not {"backlog", "on_time", "T"} & set(keys(busy_run()))
     assert {"cycle_time_p95", "battery", "charger_utilisation"} <= set(keys(busy_run()))
-    assert keys(due_run()) == ["backlog", "tasks", "throughput_per_hour", "on_time", "cycle_time_p95", "S"]
+    assert keys(due_run()) == ["backlog", "tasks", "throughput_per_hour", "on_time", "cycle_time_p95", "share_waiting"]
 
 
 def test_a_tile_on_the_way_is_the_indicator_of_what_was_delivered_until_then() -> None:
@@ -137,7 +143,7 @@ def test_a_tile_on_the_way_is_the_indicator_of_what_was_delivered_until_then() -
 def test_counts_of_a_window_go_on_from_what_came_before_it() -> None:
     run = busy_run()
     middle = 400.0
-    for key, times in (("S", [wait.end for wait in run.history.waits]), ("C", run.history.recharges)):
+    for key, times in (("tasks", [task.delivered for task in run.history.delivered]), ("C", run.history.recharges)):
         before = sum(run.record.begin <= time <= middle for time in times)
         assert before > 0
         (_, early), (_, late) = (curve(read(run, *span)[1], key) for span in ((0.0, middle), (middle, run.record.end)))
@@ -197,6 +203,8 @@ def test_two_runs_are_told_apart_by_what_differs_in_their_models() -> None:
     assert labels([few.history, again.history]) == ["seed 0", "seed 9"]
     assert labels([many.history, again.history]) == ["number of robots 5, seed 0", "number of robots 3, seed 9"]
     assert labels([few.history]) == ["seed 0"]
+    other = dw.simulate(dw.load("models/tutorial.yaml"))
+    assert labels([few.history, other.history]) == ["MultiBots", "tutorial"]  # not the first of forty keys
 
 
 @pytest.mark.parametrize("name", [name for name in RUNS if name != "grid"])  # where nobody waits that long

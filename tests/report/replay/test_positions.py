@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.positions import Positions
-from desim_warehouse.report.zones import cell_size, zones
+from desim_warehouse.report.zones import Zone, cell_size, zones
 from tests.report.replay.floors import RUNS, busy, busy_run, drawn_run, grid_run, jammed_run, paper_run, people_run
 
 EPS = 1e-6
@@ -189,6 +189,19 @@ def test_slots_on_a_grid_are_inside_their_cell_and_clear_of_each_other() -> None
         for x, y in zone.places:
             assert max(abs(x - node["x"]), abs(y - node["y"])) + zone.room <= 0.5
         assert math.dist(*zone.places) >= 2 * zone.room
+
+
+def test_many_slots_of_a_station_do_not_hide_a_small_floor() -> None:
+    few, many = (dw.load("models/tutorial.yaml", {"layout.stations.packing.places": places}) for places in (8, 28))
+    width = max(data["x"] for _, data in many.floor.graph.nodes(data=True))
+
+    def station(model: dw.Model) -> Zone:
+        return next(zone for zone in zones(model, model.floor) if zone.kind == "station")
+
+    assert station(few).room == 0.35  # as a robot
+    spans = [max(values) - min(values) for values in zip(*station(many).places, strict=True)]
+    assert (len(station(many).places), max(spans) <= 0.15 * width) == (28, True)
+    assert station(many).room < 0.35
 
 
 def test_floors_that_are_no_grid_have_their_slots_beside_the_node() -> None:

@@ -2,6 +2,9 @@
 
 const AROUND = { left: 58, right: 16, top: 30, bottom: 44 };
 const TICKS = 6;
+const NARROW = 56; // pixels for a word below an axis from which on it lies level
+const SLANTED = 14; // letters of a word that does not
+const LOWER = 44; // pixels more below an axis with such words
 
 const short = (value) => value.toLocaleString("en", { maximumSignificantDigits: 4 });
 
@@ -15,12 +18,12 @@ function rounds(low, high) {
 }
 
 // A figure's frame with its vertical axis; `y` turns a value into pixels.
-function frame(svg, values, title) {
+function frame(svg, values, title, lower = 0) {
   const width = svg.clientWidth, height = svg.clientHeight;
   svg.setAttribute("viewBox", `0 0 ${width} ${height}`);
   svg.replaceChildren();
   const marks = rounds(Math.min(...values), Math.max(...values));
-  const low = marks[0], high = marks.at(-1), bottom = height - AROUND.bottom;
+  const low = marks[0], high = marks.at(-1), bottom = height - AROUND.bottom - lower;
   const y = (value) => bottom - ((value - low) / (high - low)) * (bottom - AROUND.top);
   for (const mark of marks) {
     svg.append(shape("path", { class: "grid", d: `M${AROUND.left} ${y(mark)}H${width - AROUND.right}` }));
@@ -39,10 +42,22 @@ function places(factor, { left, right }) {
   return numbers.map((number) => from + ((number - low) / (high - low)) * (to - from));
 }
 
-// Labels below an axis: cut to the room that there is, left out where numbers would meet.
+// Whether words below an axis are so many that they slant.
+function slants({ numbers, levels }, svg) {
+  return !numbers && (svg.clientWidth - AROUND.left - AROUND.right) / levels.length < NARROW && levels.some((text) => text.length > 4);
+}
+
+// Labels below an axis: cut to the room that there is, or slanted, left out where numbers would meet.
 function label(svg, factor, where, { right, bottom, height }) {
   let free = -Infinity;
+  const slanted = slants(factor, svg);
   factor.levels.forEach((text, level) => {
+    if (slanted) {
+      const at = `translate(${where[level] + 4} ${bottom + 12}) rotate(-40)`, short = text.length > SLANTED ? `${text.slice(0, SLANTED - 1)}…` : text;
+      const word = shape("text", { class: "soft level", transform: at, "text-anchor": "end" }, short);
+      if (short !== text) word.append(shape("title", {}, text));
+      return svg.append(word);
+    }
     const word = svg.appendChild(shape("text", { class: "soft level", x: where[level], y: bottom + 17, "text-anchor": "middle" }, text));
     const room = factor.numbers ? Infinity : where.length > 1 ? where[1] - where[0] - 8 : right;
     for (let cut = text; word.getComputedTextLength() > room && cut; ) word.textContent = `${(cut = cut.slice(0, -1))}…`;

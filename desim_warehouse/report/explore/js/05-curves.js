@@ -14,7 +14,7 @@ class Curves {
     const { name, label: title } = study.indicators[state.indicator], means = study.means[name];
     const aim = study.target?.name === name ? [study.target.value] : [];
     const every = [...means.flatMap((mean) => mean?.slice(0, 3) ?? []).filter((value) => value !== null), ...aim];
-    const axes = frame(svg, every, title), where = places(factor, axes);
+    const axes = frame(svg, every, title, slants(factor, svg) ? LOWER : 0), where = places(factor, axes);
     for (const value of aim) this.aim(axes, value);
     label(svg, factor, where, axes);
     const held = SIDES.map((side) => study.words(state[side], state.over)), one = held[0] === held[1];

@@ -62,7 +62,8 @@ class Scene {
     return Math.max(fits, Math.min(this.small, 1.25 * fits), 1.6);
   }
 
-  draw(time) {
+  // As it is at a time; what is counted, up to another time.
+  draw(time, upTo = time) {
     const { ctx, view } = this, colours = this.colours.now;
     this.tracks.place(time);
     if (this.chosen >= 0 && this.following) {
@@ -76,10 +77,12 @@ class Scene {
     ctx.drawImage(this.floor.sheet, 0, 0);
     ctx.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
     if (this.showHeat) this.heatMap(time, colours);
+    ctx.globalAlpha = this.showHeat ? 0.3 : 1;
     this.goods(time, colours);
+    ctx.globalAlpha = 1;
     this.blocked(time, colours);
     this.floor.lines(ctx, view, colours.soft, this.directions(), true);
-    this.unloading(time, colours);
+    this.unloading(time, upTo, colours);
     this.sort(time);
     this.rotations(time, colours);
     this.route(time, colours);
@@ -175,7 +178,7 @@ class Scene {
   }
 
   // Below stations and chargers how much they were in use and who queues; below other nodes the goods delivered there.
-  unloading(time, colours) {
+  unloading(time, upTo, colours) {
     const { ctx, view } = this, s = view.scale;
     ctx.font = "600 11px system-ui, sans-serif";
     ctx.textBaseline = "top";
@@ -183,7 +186,7 @@ class Scene {
     for (const zone of this.floor.zones) {
       const room = this.floor.apart(zone) * s;
       if (zone.resource < 0 || room < 26) continue;
-      const found = this.resources[zone.resource], used = found.utilisation(time), queue = found.queue.at(time);
+      const found = this.resources[zone.resource], used = found.utilisation(upTo), queue = found.queue.at(time);
       const [wx, wy, outward] = this.floor.beside(zone), x = wx * s + view.x, y = wy * s + view.y + (outward > 0 ? 2 : -6);
       const wide = Math.min((zone.right - zone.left) * s, room - 8);
       ctx.fillStyle = colours.bar;
@@ -192,13 +195,14 @@ class Scene {
       ctx.fillRect(x - wide / 2, y, wide * (used || 0), 4);
       if (room < 44) continue;
       ctx.fillStyle = colours.ink;
-      const state = used || queue ? `${percent(used)}${queue ? `, queue ${queue}` : ""}` : "", named = zone.kind === "station" ? `${zone.name} ${state}`.trim() : state;
-      this.write(ctx.measureText(named).width < room - 6 ? named : state, x, outward > 0 ? y + 6 : y - 12);
+      const state = [used ? percent(used) : "", queue ? `queue ${queue}` : ""].filter(Boolean).join(", "), named = zone.kind === "station" ? `${zone.name} ${state}`.trim() : state;
+      const free = this.floor.cell ? Math.min(room, 2 * this.floor.cell * s) : room; // beside cells are others
+      this.write(ctx.measureText(named).width < free - 6 ? named : state, x, outward > 0 ? y + 6 : y - 12);
     }
     for (const node of this.floor.outlets) {
       const [wx, wy] = this.floor.below(node), x = wx * s + view.x, y = wy * s + view.y + 3;
       ctx.fillStyle = colours.ink;
-      this.write(`${this.story.deliveredAt(node, time)} delivered`, x, y);
+      this.write(`${this.story.deliveredAt(node, upTo)} delivered`, x, y);
     }
   }
 

@@ -23,7 +23,7 @@ class Side {
   curve(key, form, columns) {
     const unit = { share: 1e-6, time: this.header.tick }[form] ?? 1;
     const values = totals(columns[`${key}_value`]).map((value) => value * unit);
-    return new Steps(totals(columns[`${key}_time`]), values, form === "count" || form === "open" ? 0 : NaN);
+    return new Steps(totals(columns[`${key}_time`]), values, ["count", "open", "lost"].includes(form) ? 0 : NaN);
   }
 
   // A time of the clock, which is in the time unit of the first run, in this run's ticks; it stops at the end of this one.
@@ -46,6 +46,10 @@ class Side {
     if (form === "rate") {
       const hours = ((this.moment(time) - header.begin) * header.units.seconds) / 3600;
       return hours > 0 ? this.curves.tasks.at(time) / hours : 0;
+    }
+    if (form === "lost") {
+      const all = ((this.moment(time) - header.begin) / header.tick) * header.radii.length;
+      return all > 0 ? this.curves[key].at(time) / all : NaN;
     }
     if (form === "chargers") {
       const some = this.resources.filter((one) => one.kind === "chargers");
@@ -94,11 +98,20 @@ class Side {
 
   // What a robot does that others wait for, and until when.
   present(robot, time) {
-    const { story, header, scene } = this, row = story.row(robot, time);
-    const { edges, tracks } = scene, on = tracks.on[robot], until = story.until(row, robot);
+    const { story, header } = this, row = story.row(robot, time);
+    const until = story.until(row, robot);
     const state = header.states[story.state[row]], stands = !state.drives;
-    const place = stands ? ` at ${isolated(this.name(on < edges.real ? edges.target[on] : edges.source[on]))}` : "";
+    const place = stands ? this.standing(robot) : "";
     return `is ${state.doing}${place}${stands && Number.isFinite(until) ? ` until ${this.short(until)}` : ""}`;
+  }
+
+  // Where a robot stands that does not drive: at its node, or on the lane beside which it stopped.
+  standing(robot) {
+    const { edges, tracks } = this.scene, on = tracks.on[robot];
+    if (on >= edges.real) return ` at ${isolated(this.name(edges.source[on]))}`;
+    const left = Math.hypot(edges.x[on] + edges.dx[on] - tracks.x[robot], edges.y[on] + edges.dy[on] - tracks.y[robot]);
+    const [from, to] = [edges.source[on], edges.target[on]].map((node) => this.name(node));
+    return left > this.scene.floor.radius ? ` on ${isolated(`${from}>${to}`)}` : ` at ${isolated(to)}`;
   }
 
   // The clock alone.
@@ -131,5 +144,6 @@ function shortNumber(value) {
 }
 
 function percent(share) {
+  if (share > 0 && share < 0.0005) return "under 0.1 %";
   return Number.isFinite(share) ? `${Number((100 * share).toFixed(share > 0 && share < 0.0995 ? 1 : 0))} %` : "–";
 }

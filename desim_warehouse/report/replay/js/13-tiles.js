@@ -3,7 +3,7 @@
 const SAMPLES = 160;
 const FORMS = {
   count: (value) => value.toLocaleString("en"), open: (value) => value.toLocaleString("en"),
-  share: percent, chargers: percent, battery: percent, rate: shortNumber, clock: shortNumber, time: shortNumber,
+  share: percent, lost: percent, chargers: percent, battery: percent, rate: shortNumber, clock: shortNumber, time: shortNumber,
 };
 
 class Tiles {
@@ -24,7 +24,7 @@ class Tiles {
       const value = out.appendChild(element("span", { class: `run-${i + 1}` }));
       return { side, value, curve: this.samples(side, key, form), low: form === "battery" ? this.lowest(side) : null };
     });
-    const all = runs.flatMap((run) => (run ? Array.from(run.curve).slice(form === "rate" ? SAMPLES / 10 : 0) : []));
+    const all = runs.flatMap((run) => (run ? Array.from(run.curve).slice(form === "rate" || form === "lost" ? SAMPLES / 10 : 0) : []));
     const whole = ["share", "chargers", "battery"].includes(form);
     const most = whole ? 1 : all.filter(Number.isFinite).reduce((a, b) => Math.max(a, b), 0) || 1;
     return { key, form, head, canvas, runs, most, label: whole ? "100 %" : FORMS[form](most) };

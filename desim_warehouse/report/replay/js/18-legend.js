@@ -5,6 +5,7 @@ function signsOf(sides) {
   const some = (test) => sides.some(({ header, scene }) => test(header, scene.floor));
   const signs = [["empty", "empty, to a good"], ["loaded", "carrying"]];
   if (some((header) => header.capacity !== null)) signs.push(["charging", "charging"]);
+  if (some((header) => header.capacity !== null)) signs.push(["battery", "battery"]);
   signs.push(["idle", "idle, or to a bay"], ["wait", "waits"]);
   const told = new Set(["empty", "loaded", "charging", "idle", "wait"]);
   for (const { role, doing } of sides.flatMap(({ header }) => header.states)) {
@@ -50,6 +51,12 @@ function drawSign(ctx, sign, colours) {
     ctx.setLineDash([3, 2]);
     ctx.strokeRect(2.5, 2.5, 13, 13);
     return ctx.setLineDash([]);
+  }
+  if (sign === "battery") {
+    ctx.fillStyle = colours.bar;
+    ctx.fillRect(1, 7, 16, 4);
+    ctx.fillStyle = colours.full;
+    return ctx.fillRect(1, 7, 10, 4);
   }
   ctx.fillStyle = colours[sign];
   if (sign === "person") return figure(ctx, 9, 9, 8);
@@ -133,6 +140,6 @@ function drawScale(box, colours, steps, shown) {
   if (box.hidden) return;
   const ends = steps.map((step) => `${100 * step}`), last = ends.length;
   const words = colours.heat.map((_, i) => (i === 0 ? `under ${ends[0]} %` : i === last ? `over ${ends[last - 1]} %` : `${ends[i - 1]} to ${ends[i]} %`));
-  const parts = words.flatMap((text, i) => [element("i", { style: `background: ${colours.heat[i]}` }), text]);
+  const parts = words.map((text, i) => element("span", {}, element("i", { style: `background: ${colours.heat[i]}` }), text));
   box.replaceChildren(element("span", {}, "Somebody waits here, part of the time:"), ...parts);
 }

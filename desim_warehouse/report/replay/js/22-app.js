@@ -108,7 +108,7 @@ class App {
     const colours = this.colours.now, { player, sides } = this;
     for (const side of sides) {
       side.scene.trail = player.blurs ? ((TRAIL * player.speed) / side.header.units.seconds) / side.header.tick : 0;
-      side.scene.draw(player.in(side));
+      side.scene.draw(player.in(side), player.whole ? side.span : player.in(side));
     }
     this.controls.show();
     if (player.playing && this.frames % 6) return;
