@@ -6,6 +6,7 @@ true one: by halving and a last straight line, on the same many other days every
 
 from __future__ import annotations
 
+import math
 import random
 import statistics
 import sys
@@ -86,7 +87,7 @@ class Truth:
         return statistics.fmean(runs) - self.goal.value, statistics.stdev(runs) / days**0.5
 
     def threshold(self, key, tip, days=FIRST):
-        """Where the mean crosses the target and the standard error of that; None: nowhere in the range.
+        """Where the mean crosses the target and the standard error of that; infinite: beyond that end of the range.
 
         It is sought between the ends of the interval, or beside it, where both ends are on one side.
         """
@@ -103,7 +104,7 @@ class Truth:
                 ends for ends in ((first, low), (high, last)) if ends[0] < ends[1] and side(ends[0]) != side(ends[1])
             ]
             if not beside:
-                return None
+                return (math.inf if side(low) == tip.above else -math.inf), 0.0
             low, high = beside[0]
         ends = low, high
         for _ in range(HALVINGS):
@@ -121,22 +122,16 @@ class Truth:
 
 @dataclass(frozen=True)
 class Judged:
-    """A threshold that was said, and where it is: `true` is None where it lies beyond the range."""
+    """A threshold that was said, and where it is: `true` is infinite where it lies beyond that end of the range."""
 
     number: int
     key: str
     said: tuple[float, float, float]
     of_range: float
     confirmed: bool
-    true: float | None
+    true: float
     error: float
-
-    @property
-    def inside(self):
-        """One that is not confirmed on a side, where its interval ends with the range, may lie beyond."""
-        if self.true is None:
-            return not self.confirmed
-        return self.said[0] <= self.true <= self.said[2]
+    inside: bool
 
 
 def judged(number):
@@ -147,9 +142,12 @@ def judged(number):
     every = []
     for one in found.inputs:
         for tip in one.tips:
-            at, error = truth.threshold(one.key, tip) or (None, 0.0)
-            width = (tip.high - tip.low) / (one.high - one.low)
-            every.append(Judged(number, one.key, (tip.low, tip.at, tip.high), width, tip.confirmed, at, error))
+            at, error = truth.threshold(one.key, tip)
+            # An interval that ends with the range has all that lies beyond.
+            low = -math.inf if tip.low == one.low else tip.low
+            high = math.inf if tip.high == one.high else tip.high
+            width, said = (tip.high - tip.low) / (one.high - one.low), (tip.low, tip.at, tip.high)
+            every.append(Judged(number, one.key, said, width, tip.confirmed, at, error, low <= at <= high))
     return found, every
 
 
@@ -163,14 +161,14 @@ def main(first, last):
         runs = max(runs, found.runs)
         sys.stdout.write(f"plant {number}: {found.target.text}, R2 {found.fit:.2f}, {found.runs} runs\n")
         for one in thresholds:
-            true = "nowhere" if one.true is None else f"{one.true:.4g} +- {one.error:.2g}"
+            true = f"{one.true:.4g} +- {one.error:.2g}"
             said = " ".join(f"{value:.4g}" for value in one.said)
             confirmed = "confirmed" if one.confirmed else "not confirmed"
             sys.stdout.write(f"  {one.key}: {said} {confirmed}; true {true}: {'in' if one.inside else 'OUT'}\n")
         sys.stdout.flush()
     inside = sum(one.inside for one in every)
     confirmed = [one for one in every if one.confirmed]
-    errors = sorted(one.error / (one.said[2] - one.said[0]) for one in every if one.true is not None)
+    errors = sorted(one.error / (one.said[2] - one.said[0]) for one in every if math.isfinite(one.true))
     widths = sorted(one.of_range for one in every)
     sys.stdout.write(
         f"{last - first} plants, {silent} silent, at most {runs} runs: {inside} of {len(every)} thresholds inside; "
