@@ -1,7 +1,7 @@
 """What better directions gain on larger floors, on days that the search did not use, and whether they pass check.
 
-`python -m tests.study.directions_gains 0 20` prints the gain on twenty floors over each as it is drawn: fourteen of 31 to
-58 lanes, and six that others drew, which are read from the folder that `DESIM_PLANTS` names.
+`python -m tests.study.directions_gains 0 20` prints the gain on twenty floors over each as it is drawn: fourteen of 31
+to 58 lanes, and six that others drew, which are read from the folder that `DESIM_PLANTS` names.
 """
 
 from __future__ import annotations

@@ -17,6 +17,7 @@ from desim_warehouse.report.write import report
 from desim_warehouse.study.statistics.thresholds import LinearNeed, crossing, linear_need, worth
 from desim_warehouse.study.tipping import TippingPoints, tipping_points
 from tests.report.test_report import needs_nothing_from_outside
+from tests.study import tipping_truth
 from tests.study.tipping_banks import KEYS, TARGET, Plant, judged, searched
 
 HALL = """\
@@ -108,6 +109,13 @@ def test_thresholds_of_made_up_plants_lie_in_their_intervals():
 def test_thresholds_of_two_hundred_plants():
     right = [one for number in range(200) for one in judged(Plant(number), searched(Plant(number)))[0]]
     assert sum(right) >= 0.9 * len(right)
+
+
+@pytest.mark.long
+def test_thresholds_of_plants_that_are_simulated():
+    right = [one.inside for number in range(12) for one in tipping_truth.judged(number)[1]]
+    assert len(right) >= 12
+    assert sum(right) >= 0.8 * len(right)
 
 
 def test_where_lines_do_not_fit_nothing_is_said(file):
