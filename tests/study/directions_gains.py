@@ -17,7 +17,7 @@ from desim_warehouse.plants import import_layout
 from desim_warehouse.study.designs.directions import directions
 from tests.plants.foreign import FOLDER
 
-RUNS = 250
+RUNS = 200
 DRAWN = 14
 """Floors that this module draws; those that follow are imported."""
 IMPORTED = {

@@ -160,10 +160,13 @@ def test_days_that_agree_on_a_count_by_chance_leave_its_step_open():
     assert found.high > 9.5
 
 
-def test_where_no_day_differs_the_crossing_is_known_between_two_probes():
-    found = crossing([1.0, 2.0, 3.0], np.array([[9.0, 7.0, 2.0], [9.0, 7.0, 2.0]]), 6.0)
-    assert 2 < found.at < 3
-    assert (found.low, found.high) == (2, 3)
+def test_where_no_day_differs_a_count_is_told_from_the_target_by_more_than_its_step():
+    """The middle probe is at the target; how far towards the others that reaches is not known."""
+    found = crossing([1.0, 2.0, 3.0], np.array([[16.0, 8.0, 0.0], [16.0, 8.0, 0.0]]), 8.0)
+    assert found.at == pytest.approx(2, abs=0.001)
+    assert (found.low, found.high) == (-math.inf, math.inf)
+    found = crossing([1.0, 2.0, 3.0], np.array([[16.0, 10.0, 0.0], [16.0, 10.0, 0.0]]), 9.0)
+    assert 1 < found.low < 2 < found.at < found.high < 3.0
 
 
 def test_the_command_has_what_is_not_known_in_its_json(file, tmp_path):
