@@ -124,7 +124,7 @@ def command(
     content = fleet_words.content(found, loaded, shown)
     unsure = {} if tipping is None else tipping_words.content(tipping, loaded)
     if execution.out is not None:
-        fleet_words.save(found, loaded, shown, Path(execution.out), round(took, 1))
+        fleet_words.save(found, loaded, shown, Path(execution.out), round(took, 1), unsure or None)
     if as_json:
         click.echo(json.dumps({**content, **({"uncertain": unsure} if unsure else {}), "warnings": warnings}))
     else:

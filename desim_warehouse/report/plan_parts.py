@@ -48,6 +48,12 @@ class PlanFolder:
         return _demands(self.content)
 
     @property
+    def uncertain(self) -> Mapping[str, Any] | None:
+        """What plan.json says of inputs that are not known exactly; None where none was given."""
+        found: Mapping[str, Any] | None = self.content.get("uncertain")
+        return found
+
+    @property
     def design(self) -> Mapping[str, Any]:
         """The last answer, or the largest design looked at; the model as it is where runs ended before any was."""
         last = self.demands[-1]
@@ -104,6 +110,7 @@ def page(folder: str | Path, replay: str | None = None) -> ReportPage:
         first=[first_page(plan, run, replay), first_figure(plan)],
         sections={
             "Where the time goes": [account(plan, run), *run_parts.account_figures(run)],
+            **({"What is not known exactly": [uncertain(plan)]} if plan.uncertain else {}),
             "What shows it": [evidence(plan)],
             **run_parts.places(run),
         },
@@ -118,7 +125,8 @@ def page(folder: str | Path, replay: str | None = None) -> ReportPage:
 def first_page(plan: PlanFolder, run: Run | None, replay: str | None = None) -> Html:
     """The question, and the answer as `desim plan` prints it."""
     content = plan.content
-    said = [*content["answer"], *content["notes"]]
+    unsure = [plan.uncertain["in_short"]] if plan.uncertain else []
+    said = [*content["answer"], *unsure, *content["notes"]]
     return pages.first_page(
         content["name"], plan.model.description, content["question"], numbers_of(plan), said, run, replay
     )
@@ -200,6 +208,16 @@ def evidence(plan: PlanFolder) -> Html:
         ["design", words.indicator_name(plan.content["target"]["indicator"]), "runs"], rows, words=2, name="evidence"
     )
     return shown + html.paragraph(plan.content["promise"], "note")
+
+
+def uncertain(plan: PlanFolder) -> Html | None:
+    """Where inputs that are not known exactly tip the answer, and what knowing them is worth."""
+    if plan.uncertain is None:
+        return None
+    said, (head, *rows) = plan.uncertain["answer"], plan.uncertain["table"]
+    if not rows:
+        return html.paragraph(" ".join(said))
+    return html.paragraph(said[0]) + html.table(head, rows, words=2, name="uncertain")
 
 
 def commands(plan: PlanFolder) -> Html | None:

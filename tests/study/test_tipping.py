@@ -11,9 +11,13 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ModelError, StudyError
+from desim_warehouse.report import plan_parts
 from desim_warehouse.report.text import tipping_words
+from desim_warehouse.report.write import report
 from desim_warehouse.study.statistics.thresholds import LinearNeed, crossing, linear_need, worth
 from desim_warehouse.study.tipping import TippingPoints, tipping_points
+from tests.report.test_report import needs_nothing_from_outside
+from tests.study import tipping_truth
 from tests.study.tipping_banks import KEYS, TARGET, Plant, judged, searched
 
 HALL = """\
@@ -107,6 +111,13 @@ def test_thresholds_of_two_hundred_plants():
     assert sum(right) >= 0.9 * len(right)
 
 
+@pytest.mark.long
+def test_thresholds_of_plants_that_are_simulated():
+    right = [one.inside for number in range(12) for one in tipping_truth.judged(number)[1]]
+    assert len(right) >= 12
+    assert sum(right) >= 0.8 * len(right)
+
+
 def test_where_lines_do_not_fit_nothing_is_said(file):
     found = TippingPoints(TARGET, 0.62, 0, 0, math.nan, math.nan, False, (), 150, 0.95)
     said = tipping_words.sentences(found, dw.load(file))
@@ -141,19 +152,53 @@ def test_a_fleet_is_enough_on_one_side_of_its_threshold_and_too_small_on_the_oth
     assert np.mean(below) > 150 > np.mean(above)
 
 
+def test_days_that_agree_on_a_count_by_chance_leave_its_step_open():
+    """Of a run of a plant of the truth: with 260 a day at the middle probe the interval had no width."""
+    counts = np.array([[268, 268, 264, 264, 268, 268], [260] * 6, [260, 256, 256, 252, 256, 256]], float)
+    found = crossing([7.974, 9.197, 10.421], counts.T, 260.0)
+    assert found.low < 8.9
+    assert found.high > 9.5
+
+
+def test_where_no_day_differs_a_count_is_told_from_the_target_by_more_than_its_step():
+    """The middle probe is at the target; how far towards the others that reaches is not known."""
+    found = crossing([1.0, 2.0, 3.0], np.array([[16.0, 8.0, 0.0], [16.0, 8.0, 0.0]]), 8.0)
+    assert found.at == pytest.approx(2, abs=0.001)
+    assert (found.low, found.high) == (-math.inf, math.inf)
+    found = crossing([1.0, 2.0, 3.0], np.array([[16.0, 10.0, 0.0], [16.0, 10.0, 0.0]]), 9.0)
+    assert 1 < found.low < 2 < found.at < found.high < 3.0
+
+
 def test_the_command_has_what_is_not_known_in_its_json(file, tmp_path):
     ranges = tmp_path / "w.ranges.yaml"
     ranges.write_text("tasks.load_time: {low: 2, high: 40, n: 9}\nfleet.robot.breakdowns: {low: 9, high: null, n: 1}\n")
     words = ["plan", str(file), "--target", TARGET_HERE, "--robots", "6", "--vary", "policies.allocation=nearest"]
     words += ["--uncertain", str(ranges), "--uncertain", "tasks.unload_time=2s..0.2min", "--quiet"]
     words += ["--set", "run.length=400", "--set", "run.warm_up=50"]
-    done = CliRunner().invoke(desim, [*words, "--runs", "200", "--json"])
+    out = tmp_path / "plan"
+    done = CliRunner().invoke(desim, [*words, "--runs", "200", "--json", "--out", str(out)])
     assert done.exit_code == 0, done.output
     assert "fleet.robot.breakdowns has no upper end, and is left out" in done.stderr
     found = json.loads(done.stdout.splitlines()[-1])["uncertain"]
     assert {key: (one["low"], one["high"]) for key, one in found["inputs"].items()} == RANGES
     assert found["runs"] <= 250
     assert found["answer"][0].startswith("In the middle of all ranges ")
+    assert json.loads((out / "plan.json").read_text(encoding="utf-8"))["uncertain"] == found
+    page = needs_nothing_from_outside(report(out).read_text(encoding="utf-8"))
+    assert found["in_short"] in page.text
+    head, *rows = page.tables["uncertain"]
+    assert head[:2] == ["input", "where the answer tips"]
+    assert [row[0] for row in rows] == ["Load time", "Unload time"]
+    assert [row[1] in line for row, line in zip(rows, found["answer"][1:], strict=True)] == [True, True]
+
+
+def test_a_folder_says_where_nothing_is_said_and_one_without_ranges_is_silent(found, file, tmp_path):
+    poor = TippingPoints(found.target, 0.62, 0, 0, math.nan, math.nan, False, (), 150, 0.95)
+    plan = {"uncertain": tipping_words.content(poor, dw.load(file))}
+    shown = plan_parts.uncertain(plan_parts.PlanFolder(plan, (), ()))
+    assert "Nothing is said of where the answer tips: R² is 0.620" in shown
+    assert plan["uncertain"]["in_short"].startswith("Nothing is said")
+    assert plan_parts.uncertain(plan_parts.PlanFolder({}, (), ())) is None
 
 
 @pytest.mark.parametrize(

@@ -318,9 +318,17 @@ def _typed(value: Any) -> str:
     return value if isinstance(value, str) else json.dumps(value)
 
 
-def save(plan: FleetPlan, model: Model, shown: list[Evidence], folder: Path, seconds: float | None = None) -> None:
-    """Write plan.json, from which `desim report` makes a page."""
-    write_whole(folder / PLAN, json.dumps(content(plan, model, shown) | {"seconds": seconds}, indent=1) + "\n")
+def save(
+    plan: FleetPlan,
+    model: Model,
+    shown: list[Evidence],
+    folder: Path,
+    seconds: float | None = None,
+    uncertain: Mapping[str, Any] | None = None,
+) -> None:
+    """Write plan.json, from which `desim report` makes a page; `uncertain` is the content of its tipping points."""
+    found = content(plan, model, shown) | {"uncertain": uncertain, "seconds": seconds}
+    write_whole(folder / PLAN, json.dumps(found, indent=1) + "\n")
 
 
 def content(plan: FleetPlan, model: Model, shown: list[Evidence]) -> dict[str, Any]:

@@ -30,17 +30,51 @@ def sentences(found: TippingPoints, model: Model) -> list[str]:
     return lines + [sentence(_input(found, one, model)) for one in found.inputs]
 
 
+def in_short(found: TippingPoints, model: Model) -> str:
+    """The same in one sentence: the robots that are safe, and where the input most worth knowing tips the answer."""
+    if not found.says_something:
+        return sentences(found, model)[0]
+    first = found.inputs[0]
+    safe = f"{_robots(found.safe)} {'is' if found.safe == 1 else 'are'} safe"
+    most = f"{words.in_words(first.key)} counts most: {_tips(first, model)}"
+    return f"Allowing for what is not known exactly, {safe}; {most}."
+
+
+def table(found: TippingPoints, model: Model) -> tuple[list[str], list[list[str]]]:
+    """The head and the rows of a table of the inputs, the one most worth knowing first."""
+    head = ["input", "where the answer tips", "range", "robots over the range", "worth knowing, a year"]
+    return head, [
+        [
+            words.factor_name(one.key),
+            _tips(one, model),
+            _range(one, model),
+            _effect(one),
+            _worth(found, one.worth, model),
+        ]
+        for one in found.inputs
+    ]
+
+
 def _input(found: TippingPoints, one: InputEffect, model: Model) -> str:
-    unit = words.factor_unit(one.key, model.units)
+    said = f"{words.factor_name(one.key)}, {_range(one, model)}: {_effect(one)} robots over the range"
+    return f"{said}; {_tips(one, model)}; knowing it is worth {_worth(found, one.worth, model)} a year"
+
+
+def _range(one: InputEffect, model: Model) -> str:
     low, high = (_value(end, "") for end in (one.low, one.high))
-    said = f"{words.factor_name(one.key)}, {low} to {high}{_unit(unit, one.high)}: "
-    signed = f"{one.effect:+.1f} ± {one.error:.1f}".replace("-", "\N{MINUS SIGN}")
-    said += f"{signed} robots over the range; "
+    return f"{low} to {high}{_unit(words.factor_unit(one.key, model.units), one.high)}"
+
+
+def _effect(one: InputEffect) -> str:
+    return f"{one.effect:+.1f} ± {one.error:.1f}".replace("-", "\N{MINUS SIGN}")
+
+
+def _tips(one: InputEffect, model: Model) -> str:
+    unit = words.factor_unit(one.key, model.units)
     tips = [_tip(tip, unit) for tip in one.tips]
     if one.open:
         tips.append(f"{number_of(one.open, 'more threshold')} not looked at, as no runs were left")
-    said += "; ".join(tips) or "the answer turns nowhere"
-    return f"{said}; knowing it is worth {_worth(found, one.worth, model)} a year"
+    return "; ".join(tips) or "the answer turns nowhere"
 
 
 def _tip(tip: TippingPoint, unit: str) -> str:
@@ -72,9 +106,12 @@ def _worth(found: TippingPoints, amount: float, model: Model) -> str:
 
 
 def content(found: TippingPoints, model: Model) -> dict[str, Any]:
-    """The same as JSON has it."""
+    """The same as JSON and plan.json have it."""
+    head, rows = table(found, model)
     return {
         "answer": sentences(found, model),
+        "in_short": in_short(found, model),
+        "table": [head, *rows],
         "fit": None if math.isnan(found.fit) else found.fit,
         "robots": found.robots,
         "safe": found.safe,

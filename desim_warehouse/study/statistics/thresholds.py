@@ -125,6 +125,8 @@ def crossing(probes: Sequence[float], values: Floats, bound: float, level: float
 
     Each day is interpolated by the parabola through its values. The interval has the points at which the mean of the
     days is not told from the bound (Fieller 1954, Some problems in interval estimation, by a test at each point).
+    Means are told from it by more than the smallest step between two values only, as days may agree on a count by
+    chance, or always.
     """
     first, middle, last = probes
     at = np.unique(np.concatenate([np.linspace(first, middle, _STEPS), np.linspace(middle, last, _STEPS)]))
@@ -142,7 +144,8 @@ def crossing(probes: Sequence[float], values: Floats, bound: float, level: float
     if not len(turns) or np.sign(mean[0]) == np.sign(mean[-1]):
         return None
     where = int(turns[len(turns) // 2])
-    inside = np.abs(mean) <= t_quantile(days - 1, level) * error
+    step = np.diff(np.unique(values)).min()
+    inside = np.abs(mean) <= np.maximum(t_quantile(days - 1, level) * error, step)
     before, after = where, where + 1
     while before > 0 and inside[before]:
         before -= 1
