@@ -29,6 +29,8 @@ Design: TypeAlias = "tuple[Way, ...]"
 
 FEWEST_RUNS = 50
 """With fewer runs a search looks at little more than the floor as it is drawn."""
+LONGEST_WALK = 120
+"""Turns at random from the floor as drawn: on floors of hundreds of lanes more would only take time."""
 _JUDGED = 5
 """One run in five is done on days that the search did not use."""
 _PAIRS, _PAIRS_ELSEWHERE = 20, 5
