@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     Ints = NDArray[np.int64]
     Flags = NDArray[np.bool_]
 
-_FEWEST, _FEWEST_NODES = 10, 2
+_FEWEST = 10
 """Arrivals at nodes from which the axes of a log are found."""
 _NAMES = 12
 _CLOSE = 0.05
@@ -152,11 +152,9 @@ def _aligned(model: Model, log: FleetLog, node: Ints, first: Flags) -> tuple[Any
     points = np.array(list(model.floor.points.values()))
     seen = log.table["x"].to_numpy().astype(float) + 1j * log.table["y"].to_numpy()
     came = (np.diff(node, prepend=-1) != 0) & ~first & (node >= 0) & np.isfinite(seen)
-    floor = model.floor
-    slots = np.array([name in floor.bays or name in floor.stations for name in floor.graph])
-    passed = came & ~slots[node]  # in a bay or station it soon stands beside the node
-    if passed.sum() >= _FEWEST and len(set(node[passed])) > _FEWEST_NODES:
-        came = passed
+    driving = log.table["driving"].to_numpy()
+    if driving.any():  # in bays and stations robots stand beside the node
+        came &= driving
     if came.sum() < _FEWEST:
         return seen, [f"{log.name}: {came.sum()} arrivals at nodes are too few to find its axes"]
     there, here = points[node[came]], seen[came]
