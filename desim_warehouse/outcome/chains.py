@@ -159,7 +159,7 @@ class _Chains:
         """The last of a chain does not wait: it stands at work, or drives, and then the place is the root."""
         if SHOWN[doing.part].phase not in _MOVING:
             edge = doing.edge or ""
-            beside = doing.part == "loading" and edge in self.picked
+            beside = SHOWN[doing.part].phase is Phase.LOADING and edge in self.picked
             return Root(doing.part, doing.node or (edge if beside else self.ahead[edge]))
         if doing.edge in self.two_way:
             return Root(TWO_WAY, self.two_way[doing.edge])

@@ -44,7 +44,7 @@ def test_every_code_is_given_somewhere_and_none_that_is_not_listed():
     sources = [
         package / "layout" / "checks.py",
         package / "layout" / "zones.py",
-        *(package / "feasibility").glob("*.py"),
+        *(package / "feasibility").rglob("*.py"),
     ]
     given = set()
     for source in sources:

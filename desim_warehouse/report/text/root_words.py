@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.outcome.chains import CROSSING, LANE, RING, TWO_WAY
-from desim_warehouse.states import APART, OPENING, SHOWN
+from desim_warehouse.states import APART, OPENING, SHOWN, Phase
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -18,7 +18,7 @@ _PLACES = {
     RING: "in rings of robots at {}",
 }
 """Roots that are places (see `outcome.chains`)."""
-_HANDLING = ("loading", "unloading")
+_HANDLING = (Phase.LOADING, Phase.UNLOADING)
 """What robots do at nodes and stations, not in the bays beside them."""
 
 
@@ -29,7 +29,7 @@ def root(of: Root, model: Model) -> str:
     if of.cause in APART:
         return f"{APART[of.cause].doing.removeprefix('waiting ')}: {_with_names(of.at, model)}"
     floor = model.floor
-    kinds = (floor.stations,) if of.cause in _HANDLING else (floor.bays, floor.stations)
+    kinds = (floor.stations,) if SHOWN[of.cause].phase in _HANDLING else (floor.bays, floor.stations)
     zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}
     place, state = f"{zones[of.at]} ({of.at})" if of.at in zones else _with_names(of.at, model), SHOWN[of.cause]
     if state.queue is None:
