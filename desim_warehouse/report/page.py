@@ -84,11 +84,11 @@ def first_page(
     """
     now = datetime.now(UTC).astimezone()
     parts = html.heading(title)
-    lead = len(description) <= _LEAD
-    parts += html.paragraph(description, "lead") if description and lead else Html("")
+    is_short = len(description) <= _LEAD
+    parts += html.paragraph(description, "lead") if description and is_short else Html("")
     parts += html.paragraph(question, "question") + html.tiles(numbers) + html.bullets(answer, "answers")
     made = f"{now.day} {now:%B %Y}"
-    parts += html.paragraph(description, "note") if not lead else Html("")
+    parts += Html("") if is_short else html.paragraph(description, "note")
     if run is None or replay is None:
         return parts + html.paragraph(made, "note")
     run.replay(replay)

@@ -197,10 +197,11 @@ def cells(
         chosen = _where(rows, factors, key)
         values = _by_replication(chosen, indicator) * scale
         fixed = "deterministic" in chosen and bool(chosen["deterministic"].all())
+        given = _shares(chosen, indicator, values) if scale == 1 else values.tolist()  # in other units it is no share
         found.append(
             Cell(
                 key,
-                estimate(_shares(chosen, indicator, values), confidence, deterministic=fixed, within=(low, high)),
+                estimate(given, confidence, deterministic=fixed, within=(low, high)),
                 {int(r): value for r, value in zip(values.index, values, strict=True)},
             )
         )

@@ -16,6 +16,7 @@ from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot.heat import edge_values
 from desim_warehouse.study.statistics import compare, mser, welch
+from desim_warehouse.study.table import cells
 from desim_warehouse.study.warm_up import settle
 from tests.report.replay.floors import people_run, spurs_run
 
@@ -465,3 +466,13 @@ def test_figures_have_the_intervals_of_the_table_and_do_not_cut_them_off():
     low, high = plot.by_factor(study.table, "fleet.size", "on_time", target=0.5).get_ylim()
     ends = [end for cell in found for end in cell.estimate.interval]
     assert low <= min(*ends, 0.5) <= max(*ends, 0.5) <= high
+
+
+def test_a_share_in_other_units_is_judged_as_the_number_that_it_is():
+    """In per cent it is no share of tasks any more: its interval is that of a mean."""
+    table = pd.DataFrame({"fleet.size": [4] * 4, "replication": range(4), "on_time": [0.9, 0.92, 0.94, 0.96]})
+    plain, counted = (
+        cells(table.assign(**more), ["fleet.size"], "on_time", scale=100)[0].estimate for more in ({}, {"tasks": 50})
+    )
+    assert plain.interval == counted.interval
+    assert plain.mean == pytest.approx(93)

@@ -178,7 +178,7 @@ def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float
 def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> None:
     """A square for each storage place; those in `fetched` filled.
 
-    All squares of a colour are one path: of tens of thousands each by itself, drawing takes ten times as long.
+    All squares of a colour are one path: tens of thousands by themselves take most of the time of a drawing.
     """
     import numpy as np
     from matplotlib.collections import PathCollection

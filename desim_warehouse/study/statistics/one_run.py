@@ -84,7 +84,7 @@ def batch_means(
     five times as long have next to none. Interval of the batch means: `intervals.bounds`.
     Assumes: a steady state; a warm-up that is left out. In at most 6 % of runs a 95 % interval is said to be of
     independent batches and misses the mean (autoregressive series up to 0.98, waits of M/M/1 up to load 0.9); of the
-    runs without a note docs/validation.md says how often the interval covers.
+    runs without a note docs/dev/validation.md says how often the interval covers.
     """
     check_confidence(confidence)
     array = _enough(values)

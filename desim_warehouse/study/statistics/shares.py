@@ -59,7 +59,7 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
     Source: Korn & Graubard (1998), Confidence intervals for proportions with small expected number of positive counts
     estimated from survey data, Survey Methodology 24(2), 193-201; Kish (1965), Survey Sampling, section 5.4; Clopper &
     Pearson (1934), Biometrika 26(4), 404-413.
-    Assumes: days independent. docs/validation.md has the error rates by how much tasks of a day correlate.
+    Assumes: days independent. docs/dev/validation.md has the error rates by how much tasks of a day correlate.
     """
     n = shares.size
     alike = ALIKE * min(1.0, FEW / n)

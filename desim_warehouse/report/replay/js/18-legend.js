@@ -4,8 +4,7 @@
 function signsOf(sides) {
   const some = (test) => sides.some(({ header, scene }) => test(header, scene.floor));
   const signs = [["empty", "empty, to a good"], ["loaded", "carrying"]];
-  if (some((header) => header.capacity !== null)) signs.push(["charging", "charging"]);
-  if (some((header) => header.capacity !== null)) signs.push(["battery", "battery"]);
+  if (some((header) => header.capacity !== null)) signs.push(["charging", "charging"], ["battery", "battery"]);
   signs.push(["idle", "idle, or to a bay"], ["wait", "waits"]);
   const told = new Set(["empty", "loaded", "charging", "idle", "wait"]);
   for (const { role, doing } of sides.flatMap(({ header }) => header.states)) {
