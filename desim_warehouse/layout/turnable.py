@@ -12,6 +12,7 @@ from desim_warehouse.layout.orient import Aisles
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Mapping, Sequence
+    from random import Random
 
     import networkx as nx
 
@@ -77,6 +78,15 @@ class Turnable:
         for unit, ways in enumerate(self.ways):
             for way in ways:
                 yield from _new((*design[:unit], way, *design[unit + 1 :]), seen)
+
+    def step(self, design: tuple[Way, ...], random: Random) -> tuple[Way, ...]:
+        """A design with an aisle or a unit drawn at random driven a way drawn at random: perhaps the one it has."""
+        number = random.randrange(len(self.aisles) + len(self.units))
+        if number < len(self.aisles):
+            aisle = self.aisles[number]
+            return self._with(design, aisle, random.choice(self.ways[aisle[0][0]]))
+        unit = number - len(self.aisles)
+        return (*design[:unit], random.choice(self.ways[unit]), *design[unit + 1 :])
 
     def _with(self, design: Sequence[Way], aisle: Iterable[tuple[int, Way]], way: Way) -> tuple[Way, ...]:
         """A design with each unit of an aisle driven `way`, seen along the aisle, where it can be."""

@@ -30,7 +30,7 @@ Design: TypeAlias = "tuple[Way, ...]"
 FEWEST_RUNS = 50
 """With fewer runs a search looks at little more than the floor as it is drawn."""
 LONGEST_WALK = 120
-"""Turns at random from the floor as drawn: on floors of hundreds of lanes more would only take time."""
+"""Steps at random from the floor as drawn: on floors of hundreds of lanes more would only take time."""
 _JUDGED = 5
 """One run in five is done on days that the search did not use."""
 _PAIRS, _PAIRS_ELSEWHERE = 20, 5
@@ -117,8 +117,8 @@ class Floor:
     def sample(self, random: Random) -> Design:
         """The end of a random walk over designs, from the floor as it is."""
         design = self.drawn
-        for _ in range(random.randint(1, 2 * len(self.turnable.units))):
-            other = random.choice(list(self.turnable.neighbours(design)))
+        for _ in range(random.randint(1, min(LONGEST_WALK, 3 * len(self.turnable.units)))):
+            other = self.turnable.step(design, random)
             design = other if self.turnable.is_connected(other) else design
         return design if self.allows(design) else self.drawn
 

@@ -198,9 +198,11 @@ class LocalSearch(Generic[D]):
     def _drawn(self, count: int, known: Iterable[D]) -> list[D]:
         """At most so many designs drawn at random that are not known."""
         seen, found = set(known), list[D]()
-        for _ in range(10 * max(count, 0)):
+        for _ in range(10 * count):
+            if len(found) == count:
+                break
             design = self.space.sample(self.random)
-            if design not in seen and len(found) < count:
+            if design not in seen:
                 seen.add(design)
                 found.append(design)
         return found
