@@ -14,6 +14,8 @@ import math
 import sys
 import time
 from dataclasses import dataclass
+from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +26,7 @@ from desim_warehouse.feasibility import errors
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.layout import build
 from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.report.plot.floor import save
 from desim_warehouse.run import check
 from desim_warehouse.world import World
 
@@ -113,6 +116,13 @@ def open_tasks(size: int) -> float:
     return running(warehouse(20, 20, {"tasks.goods": {"saturated": size}}), 1200, decisions)
 
 
+def open_tasks_and_hours(size: int) -> float:
+    """The same for stations that are open for half of every ten minutes."""
+    half = {"every": 600, "lasts": 300}
+    changes = {"tasks.goods": {"saturated": size}, "calendars": {"half": half}, "layout.stations.packing.hours": "half"}
+    return running(warehouse(20, 20, changes), 1200, decisions)
+
+
 def open_tours(size: int) -> float:
     """With a stop on the way."""
     flow = {"from": "storage", "to": "storage", "via": ["r20c10"], "arrivals": {"saturated": size}}
@@ -160,6 +170,13 @@ def nodes_by_hops(size: int) -> float:
     return _checked(warehouse(round(math.sqrt(size)), 20, changes)) / size
 
 
+def drawn(size: int) -> float:
+    """Drawing the floor as `desim draw` does."""
+    model = warehouse(round(math.sqrt(size)), 20)
+    with TemporaryDirectory() as folder:
+        return spent(lambda: save(model, Path(folder) / "floor.svg")) / size
+
+
 def places(size: int) -> float:
     """Building and checking a floor of 400 blocks."""
     return _checked(warehouse(20, 20, {"layout.blocks.block_depth": size // 800})) / size
@@ -203,12 +220,14 @@ PARTS = {
     "robots at work": GrowingPart("move", (50, 100, 200, 400, 800), robots_at_work, bound=0.5),
     "robots at rest": GrowingPart("decision", (50, 100, 200, 400, 800), robots_at_rest, bound=0.7),
     "open tasks": GrowingPart("decision", (250, 500, 1000, 2000, 4000), open_tasks),
+    "open tasks, hours": GrowingPart("decision", (250, 500, 1000, 2000), open_tasks_and_hours, bound=0.85),
     "open tours": GrowingPart("decision", (250, 500, 1000, 2000, 4000), open_tours),
     "batches": GrowingPart("decision", (250, 500, 1000, 2000, 4000), batches),
     "stations": GrowingPart("decision", (25, 50, 100, 200, 400), stations),
     "bays": GrowingPart("decision", (25, 50, 100, 200, 400), bays),
     "nodes": GrowingPart("node", (1250, 2500, 5000, 10_000), nodes),
     "nodes, routed by hops": GrowingPart("node", (1250, 2500, 5000, 10_000), nodes_by_hops, bound=0.5),
+    "nodes, drawn": GrowingPart("node", (1250, 2500, 5000, 10_000), drawn),
     "storage places": GrowingPart("place", (4000, 8000, 16_000, 32_000), places),
     "log rows": GrowingPart("row", (10_000, 20_000, 40_000, 80_000), log_rows),
 }

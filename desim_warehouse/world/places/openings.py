@@ -86,8 +86,11 @@ class Openings:
         self.travel = travel
         self.loaded_speed = loaded_speed
         self.due = math.inf
-        self._known: dict[tuple[int, str, float, int, str], tuple[bool, float]] = {}
-        """For a robot where and when it is free whether it is held back, and until when that holds."""
+        self._known: dict[tuple[int | None, str, str, float, int, str], tuple[bool, float]] = {}
+        """For robots of a kind, where and when they are free, whether they are held back, and until when that holds.
+
+        For a tour also by robot, as each may have stations of its own.
+        """
         self._seen: tuple[frozenset[str], list[tuple[int, str, float]]] = frozenset(), []
         self._held: dict[int, float] = {}
         """Tasks held back from all free robots that were seen last, while these stations were full, and until when."""
@@ -107,7 +110,8 @@ class Openings:
         """
         if not self.holds:
             return True
-        now, key = self.env.now, (robot.number, robot.node, robot.free_in, task.number, node)
+        alone = robot.number if task.is_tour else None
+        now, key = self.env.now, (alone, robot.kind, robot.node, robot.free_in, task.number, node)
         held, until = self._known.get(key, (False, -math.inf))
         if now >= until - EPS:
             if len(self._known) > KEPT:

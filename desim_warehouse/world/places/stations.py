@@ -6,6 +6,7 @@ and never in a lane. Rejected: reserving on arrival (queues in lanes), driving i
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from functools import partial
 from typing import TYPE_CHECKING
@@ -60,6 +61,8 @@ class Stations:
         self._drawn: dict[int, str] = {}
         self._tours: dict[int, list[Stop]] = {}
         self._bound: Counter[str] = Counter()
+        self._closed: dict[str, float] = {}
+        self._closed_until = -math.inf
 
     @property
     def unfinished(self) -> list[str]:
@@ -97,14 +100,21 @@ class Stations:
             nodes = tuple(node for node in nodes if node not in self.full) or nodes
         if not self.close or len(nodes) == 1:
             return nodes
-        opening = [self._opening(node) for node in nodes]
-        first = min(opening)
-        return tuple(node for node, time in zip(nodes, opening, strict=True) if time == first)
+        closed = self.closed()
+        if not closed:
+            return nodes
+        first = min(closed.get(node, -math.inf) for node in nodes)
+        return tuple(node for node in nodes if closed.get(node, -math.inf) == first)
 
-    def _opening(self, node: str) -> float:
-        """When the station at a node opens next: now, if it is open."""
-        hours, now = None if node not in self.by_node else self.by_node[node].hours, self.env.now
-        return now if hours is None else max(hours.following(now)[0], now)
+    def closed(self) -> dict[str, float]:
+        """When each station that is closed opens next, by node; worked out anew only when one opens or closes."""
+        now = self.env.now
+        if now >= self._closed_until:
+            calendars = {node: station.hours for node, station in self.by_node.items() if station.hours is not None}
+            opening = {node: hours.following(now)[0] for node, hours in calendars.items()}
+            self._closed = {node: time for node, time in opening.items() if time > now}
+            self._closed_until = min((hours.changes(now) for hours in calendars.values()), default=math.inf)
+        return self._closed
 
     def _draw(self, task: Task) -> str:
         node = self._drawn.get(task.number)
