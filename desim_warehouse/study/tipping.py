@@ -180,7 +180,8 @@ def tipping_points(
             return numbers[values, size]
 
         def steps(exact: bool) -> Procedure[TippingSearch]:
-            search = TippingSearch(tuple(ranges.values()), fleets, goal, number, runs, seed, exact=exact)
+            begin = min(int(np.searchsorted(fleets, model.fleet.size)), len(fleets) - 1)
+            search = TippingSearch(tuple(ranges.values()), fleets, goal, number, runs, seed, begin, exact=exact)
             return search.steps()
 
         found = study.carry_out(runner, steps, goal.indicator, failed=goal.missed)
@@ -223,12 +224,17 @@ class TippingSearch:
         number: Callable[[Inputs, int], int],
         runs: int,
         seed: int,
+        begin: int,
         *,
         exact: bool = False,
     ) -> None:
-        """A search that is yet to begin; `number` gives the number by which runs of a design are asked for."""
+        """A search that is yet to begin; `number` gives the number by which runs of a design are asked for.
+
+        `begin` is the rank of the fleet that is looked at first: one that may be about right, as much larger ones may
+        run flat at the chargers that there are.
+        """
         self.ranges, self.fleets, self.goal, self.number = ranges, fleets, goal, number
-        self.runs, self.left, self.seed = runs, runs, seed
+        self.runs, self.left, self.seed, self.begin = runs, runs, seed, begin
         self.days = [1] if exact else list(range(_FEWEST_DAYS, _MOST_DAYS + 1))
         self.confirming = 2 if exact else _CONFIRMING
         self.need: LinearNeed | None = None
@@ -313,7 +319,7 @@ class TippingSearch:
         Points that come later begin at the need that those before suggest.
         """
         kept = int(min(_SHARE * self.runs, self.confirming * _EACH * (1 + len(self.ranges))))
-        begin = [len(self.fleets) // 2] * len(points)
+        begin = [self.begin] * len(points)
         waves = [(upto, self.days[0]) for upto in (1, *range(len(self.ranges) + 3, len(points), _WAVE))]
         waves += [(len(points), days) for days in self.days]
         for upto, days in waves:
@@ -347,17 +353,18 @@ class TippingSearch:
             lines = linear_need(shares[known], needs)
             said = lines.middle + (shares - 0.5) @ np.array(lines.effects)
         else:
-            said = np.full(len(shares), np.mean(needs) if needs else self.fleets[len(self.fleets) // 2])
+            said = np.full(len(shares), np.mean(needs) if needs else self.fleets[self.begin])
         return [min(int(np.searchsorted(self.fleets, need)), len(self.fleets) - 1) for need in said]
 
     def _next(self, point: _Point, begin: int) -> int | None:
-        """The fleet to look at next: halfway while one side is open, then beside; None where the need is known."""
-        enough = [rank for rank, mean in point.found.items() if self.goal.met_by(mean)]
-        short = [rank for rank, mean in point.found.items() if not self.goal.met_by(mean)]
-        least, most = max(short, default=-1), min(enough, default=len(self.fleets))
+        """The fleet to look at next: farther while one side is open, then halfway; None where the need is known."""
         if not point.found:
             return begin
-        if most - least <= 1 or most < least:
+        enough = [rank for rank, mean in point.found.items() if self.goal.met_by(mean)]
+        most = min(enough, default=len(self.fleets))
+        short = [rank for rank in point.found if rank < most and rank not in enough]  # larger ones may run flat
+        least = max(short, default=-1)
+        if most - least <= 1:
             return None
         if not short:
             return max(most - 1 if len(enough) == 1 else most - 2 ** (len(enough) - 1), 0)

@@ -105,6 +105,20 @@ def test_thresholds_of_made_up_plants_lie_in_their_intervals():
     assert silent <= 1
 
 
+def test_large_fleets_that_run_flat_hide_nothing_where_the_search_begins_at_about_the_right_one():
+    """With as few chargers as the answer needs."""
+    right = []
+    for number in range(3):
+        plant = Plant(number)
+        need = searched(plant).robots
+        assert not searched(plant, begin=20, most=need + 3).says_something
+        found = searched(plant, begin=need, most=need + 3)
+        assert found.says_something
+        assert abs(found.robots - need) <= 1
+        right += judged(plant, found)[0]
+    assert sum(right) >= 0.8 * len(right)
+
+
 @pytest.mark.long
 def test_thresholds_of_two_hundred_plants():
     right = [one for number in range(200) for one in judged(Plant(number), searched(Plant(number)))[0]]

@@ -67,8 +67,8 @@ class Plant:
         return (low + high) / 2
 
 
-def searched(plant, runs=250, seed=0):
-    """What a search says of a plant."""
+def searched(plant, runs=250, seed=0, begin=20, most=40):
+    """What a search says of a plant that begins at a fleet of this rank; fleets above `most` cannot go on."""
     designs = []
 
     def number(values, robots):
@@ -76,8 +76,13 @@ def searched(plant, runs=250, seed=0):
             designs.append((values, robots))
         return designs.index((values, robots))
 
-    search = TippingSearch(plant.ranges, range(1, 41), TARGET, number, runs, seed)
-    follow(search.steps(), lambda design, day: plant.run(*designs[design], f"{seed} {day}"))
+    search = TippingSearch(plant.ranges, range(1, 41), TARGET, number, runs, seed, begin)
+
+    def run(design, day):
+        values, robots = designs[design]
+        return plant.run(values, robots, f"{seed} {day}") if robots <= most else TARGET.missed
+
+    follow(search.steps(), run)
     return search.answer(KEYS, 6000, 0.95)
 
 
