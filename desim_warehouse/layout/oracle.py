@@ -242,11 +242,10 @@ class RouteOracle:
         plain = np.array([self._from_origin or name not in self._hubs for name in ends])
         for i in np.flatnonzero(hub) if plain.any() else ():
             table[i, plain] = read(int(start[i]), True)[end[plain]]
-        for some, others in ((plain, ~hub), (~plain, np.ones_like(hub))):
-            if some.any() and others.any():
-                there, to = start[others], np.flatnonzero(some)
-                for column, goal in zip(to.tolist(), end[some].tolist(), strict=True):
-                    table[others, column] = read(goal, False)[there]
+        for some, others in ((plain, np.flatnonzero(~hub)), (~plain, slice(None))):
+            there, to = start[others], np.flatnonzero(some)
+            for column, goal in zip(to.tolist(), end[some].tolist(), strict=True) if len(there) else ():
+                table[others, column] = read(goal, False)[there]
         return table if table.shape == (len(rows), len(columns)) else table[np.ix_(rows, columns)]
 
     def _forward(self, origin: str, goal: str) -> bool:
@@ -363,24 +362,24 @@ class RouteOracle:
             return made[0], made[1], made[2], made[3]
         if self._edges is None:
             self._edges = self._matrices()
-        graphs, keys, columns = self._edges
+        towards, begins, beside, columns = self._edges[forward]
         search: Any = dijkstra
-        towards = graphs[forward]
         if self._closed:
-            towards = self._without_passing(graphs[True], root, forward=forward)
+            towards = self._without_passing(self._edges[True][0], root, forward=forward)
         costs, steps = search(towards, indices=root, return_predecessors=True)
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
-        moved = steps != here
-        source, target = (steps, here) if forward else (here, steps)
-        edges = keys[1][np.searchsorted(keys[0], source[moved] * len(costs) + target[moved])]
+        edges, moved = begins.copy(), np.flatnonzero(steps != here)
+        left = moved  # of each node's edges, which are few, the one that its route takes
+        while len(left := left[beside[edges[left]] != steps[left]]):
+            edges[left] += 1
 
         def along(what: Cost) -> Any:
             """Length or time of the routes found."""
             if what == self.cost and not self._counted:
                 return costs
             first = np.where(np.isinf(costs), np.inf, 0.0)
-            first[moved] = columns[what][edges]
+            first[moved] = columns[what][edges[moved]]
             if what == "time" and self._turns is not None:
                 first += self._turns.between(steps)
             return sums_along(steps, first)
@@ -406,24 +405,26 @@ class RouteOracle:
             self._open[key] = csr_array((edges.data[kept], (begin[kept], end[kept])), shape=graph.shape)
         return self._open[key]
 
-    def _matrices(self) -> tuple[dict[bool, Any], Any, dict[str, Any]]:
-        """The Highways with their costs, forward or not; edges by (from, to) in order; their lengths and times."""
+    def _matrices(self) -> dict[bool, tuple[Any, Any, Any, dict[str, Any]]]:
+        """For routes from a node (True) and to one: the Highways with their costs, and their edges node by node.
+
+        Of each node the first edge by which a route comes (or goes on), of each edge its other node, length and time.
+        """
         import numpy as np
         from scipy.sparse import csr_array
 
         size = len(self.names)
         source, target, length, time = self._columns
-        columns = {"length": length, "time": time}
-        cost = columns[self.cost]
+        cost = {"length": length, "time": time}[self.cost]
         if self._counted:
             cost = cost * np.concatenate([np.array(row) for row in self._counts])
-        keys = source * size + target
-        order = np.argsort(keys)
-        graphs = {
-            forward: csr_array((cost, ends), shape=(size, size))
-            for forward, ends in ((True, (source, target)), (False, (target, source)))
-        }
-        return graphs, (keys[order], order), columns
+        found = {}
+        for forward, (far, near) in ((True, (source, target)), (False, (target, source))):
+            order = np.argsort(near, kind="stable")
+            columns = {"length": length[order], "time": time[order]}
+            graph = csr_array((cost, (far, near)), shape=(size, size))
+            found[forward] = graph, np.searchsorted(near[order], np.arange(size)), far[order], columns
+        return found
 
 
 def _drawn(tie: int, node: int, root: int) -> int:
