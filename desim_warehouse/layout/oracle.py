@@ -36,6 +36,8 @@ WAYS = 5_000
 """Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
 FEW = 24
 """Entries of a table that are looked up one by one, which takes less than preparing to take them row by row."""
+LARGE = 10_000
+"""Nodes beyond which SciPy counts hops, too; on smaller floors that takes less than importing SciPy."""
 TIE = 1e-9
 """Part by which lengths and times of routes may differ and still be the same: what rounding does to their sums."""
 
@@ -308,7 +310,9 @@ class RouteOracle:
         """
         import numpy as np
 
-        hops, (source, target, length, time) = np.array(self._hops_to(root)), self._columns
+        large = len(self.names) > LARGE
+        hops = self._cheapest(root, forward=False)[0] if large else np.array(self._hops_to(root))
+        source, target, length, time = self._columns
         nearer = (hops[source] == hops[target] + 1) & np.isfinite(hops[source])
         if self._closed:
             nearer &= (target == root) | ~np.isin(target, list(self._closed))
@@ -351,22 +355,29 @@ class RouteOracle:
         edges = [(source, *edge) for source, edges in enumerate(self._next) for edge in edges]
         return tuple(np.array(column) for column in zip(*edges, strict=True))
 
+    def _cheapest(self, root: int, *, forward: bool) -> tuple[Any, Any]:
+        """The cost of every node from or to one, and the next node towards that; negative where there is none."""
+        from scipy.sparse.csgraph import dijkstra
+
+        if self._edges is None:
+            self._edges = self._matrices()
+        search: Any = dijkstra
+        towards = self._edges[forward][0]
+        if self._closed:
+            towards = self._without_passing(self._edges[True][0], root, forward=forward)
+        found: tuple[Any, Any] = search(towards, indices=root, return_predecessors=True)
+        return found
+
     def _dijkstra(self, root: int, *, forward: bool) -> Row:
         import numpy as np
-        from scipy.sparse.csgraph import dijkstra
 
         if self._is_over_edges:
             assert self._turns is not None
             found = self._turns.fastest(root, forward=forward)
             made = [array(kind, row.astype(kind).tobytes()) for kind, row in zip("ddid", found, strict=True)]
             return made[0], made[1], made[2], made[3]
-        if self._edges is None:
-            self._edges = self._matrices()
-        towards, begins, beside, columns = self._edges[forward]
-        search: Any = dijkstra
-        if self._closed:
-            towards = self._without_passing(self._edges[True][0], root, forward=forward)
-        costs, steps = search(towards, indices=root, return_predecessors=True)
+        costs, steps = self._cheapest(root, forward=forward)
+        _, begins, beside, columns = self._edges[forward]
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
         edges, moved = begins.copy(), np.flatnonzero(steps != here)
@@ -415,7 +426,7 @@ class RouteOracle:
 
         size = len(self.names)
         source, target, length, time = self._columns
-        cost = {"length": length, "time": time}[self.cost]
+        cost = {"length": length, "time": time, "hops": np.ones(len(source))}[self.cost]
         if self._counted:
             cost = cost * np.concatenate([np.array(row) for row in self._counts])
         found = {}
