@@ -14,13 +14,15 @@ from desim_warehouse.model.facts.destinations import destinations, own_destinati
 from desim_warehouse.model.facts.stations import own_times
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Iterator, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
 AT_ONCE = 64
 """Stations whose ways to all goods are looked up together: large floors have no memory for those of every station."""
+ROWS = 4_000
+"""Edges whose goods are shared among the stations together."""
 
 
 class FreeFlow:
@@ -46,8 +48,8 @@ class FreeFlow:
         rank = {edge: i for i, edge in enumerate(self.edges)}
         self.edge_of = np.array([rank[place.edge] for place in places])
         self.share = np.bincount(self.edge_of, self.weights, minlength=len(self.edges))
-        times = [self.travel.along(place.edge, place.offset) for place in places]
-        self.before, self.after = (np.array(part) for part in zip(*times, strict=True))
+        offsets = np.array([place.offset for place in places])
+        self.before, self.after = self.travel.all_along(self.edges, self.edge_of, offsets)
 
     def to_edges(self, nodes: Sequence[str]) -> Any:
         """Times from nodes (rows) to the starts of the edges (columns)."""
@@ -101,8 +103,17 @@ class FreeFlow:
             found[edge_of[good]] += by[nodes][edge_of[good]]
         return found / found.sum(axis=1, keepdims=True)
 
-    def _shared_among(self, nodes: tuple[str, ...]) -> Any:
-        """Which part of the goods of each edge goes to which of `stations`, if they are brought to some of these."""
+    def _in_parts(self) -> Iterator[tuple[slice, Any]]:
+        """Some of the edges after the other with their `station_shares`: all at once would be another large table."""
+        if any(self.own):
+            yield slice(None), self.station_shares()
+            return
+        for first in range(0, len(self.edges), ROWS):
+            some = slice(first, first + ROWS)
+            yield some, self._shared_among(self.model.tasks.unload_at, some)
+
+    def _shared_among(self, nodes: tuple[str, ...], some: slice = slice(None)) -> Any:
+        """Which part of the goods of some edges goes to which of `stations`, if they are brought to some of these."""
         import numpy as np
 
         tasks = self.model.tasks
@@ -110,19 +121,19 @@ class FreeFlow:
         at = np.array([self.stations.index(node) for node in dict.fromkeys(nodes)])
         by_distance = tasks.station_choice == "nearest" or (tasks.station_choice == "least-loaded" and alone)
         if by_distance or (tasks.station_choice == "each" and nodes is not tasks.unload_at):
-            nearest = at[self.to_stations[:, at].argmin(axis=1)]
-            return np.eye(len(self.stations))[nearest]
+            nearest = at[self.to_stations[some, at].argmin(axis=1)]
+            return np.equal.outer(nearest, np.arange(len(self.stations))).astype(float)
         even = np.array([nodes.count(node) / len(nodes) for node in self.stations])
-        return np.broadcast_to(even, (len(self.edges), len(even)))
+        return np.broadcast_to(even, (len(self.edges[some]), len(even)))
 
     def cycle(self) -> Cycle:
         """The mean task, with goods in the order of demand."""
         import numpy as np
 
-        tasks, share = self.model.tasks, self.share
-        station, (out, onward) = self.station_shares(), self._ways
-        empty = share @ station @ out + self.weights @ self.before
-        loaded = share @ np.einsum("ij,ij->i", station, onward) + self.weights @ self.after
+        tasks, (out, onward) = self.model.tasks, self._ways
+        empty = self.station_demand() @ out + self.weights @ self.before
+        times = [np.einsum("ij,ij->i", shares, onward[some]) for some, shares in self._in_parts()]
+        loaded = self.share @ np.concatenate(times) + self.weights @ self.after
         stop, unload = self.travel.stop_time, self._mean_unload()
         return Cycle(float(empty) + stop, tasks.mean_load, float(loaded) + stop, unload, tasks.clear_time)
 
@@ -136,13 +147,16 @@ class FreeFlow:
 
     def station_demand(self) -> Any:
         """Each station's share of all tasks."""
-        return self.share @ self.station_shares()
+        return sum(self.share[some] @ shares for some, shares in self._in_parts())
+
+
+def free_flow(model: Model, layout: Layout, speed: float, *, at_once: bool = False) -> FreeFlow | FlowMix:
+    """Free driving in a model at a speed; runs of one model share it. `at_once`: starts and stops take no time."""
+    return _shared(model, layout, speed, 0.0 if at_once else model.fleet.slowness)
 
 
 @lru_cache(maxsize=8)
-def free_flow(model: Model, layout: Layout, speed: float, *, at_once: bool = False) -> FreeFlow | FlowMix:
-    """Free driving in a model at a speed; runs of one model share it. `at_once`: starts and stops take no time."""
-    slowness = 0.0 if at_once else model.fleet.slowness
+def _shared(model: Model, layout: Layout, speed: float, slowness: float) -> FreeFlow | FlowMix:
     return (FlowMix if model.tasks.flows else FreeFlow)(model, layout, speed, slowness)
 
 

@@ -72,16 +72,15 @@ def storage(blocks: Blocks, graph: nx.DiGraph) -> tuple[StoragePlace, ...]:
     places: list[StoragePlace] = []
     for column in range(blocks.columns):
         for row in range(blocks.rows):
-            for i in range(blocks.block_width * blocks.block_depth):
-                deep, side = divmod(i, blocks.block_width)
+            aisles = []
+            for side in range(blocks.block_width):
                 upper, lower = names[row][column + side], names[row + 1][column + side]
+                top, away = graph.nodes[upper], (0.5 - side) * blocks.goods_size + (0.5 - side) * blocks.aisle_width
+                length = graph.nodes[lower]["y"] - top["y"]
+                aisles.append((upper, lower, graph.has_edge(upper, lower), length, top["x"] + away, top["y"]))
+            for deep in range(blocks.block_depth):
                 down = cross / 2 + (deep + 0.5) * blocks.goods_size
-                away = (0.5 - side) * blocks.goods_size + (0.5 - side) * blocks.aisle_width
-                length = graph.nodes[lower]["y"] - graph.nodes[upper]["y"]
-                if graph.has_edge(upper, lower):
-                    edge, offset = (upper, lower), down
-                else:
-                    edge, offset = (lower, upper), length - down
-                x, y = graph.nodes[upper]["x"] + away, graph.nodes[upper]["y"] + down
-                places.append(StoragePlace(len(places), edge, offset, x, y))
+                for upper, lower, leads_down, length, x, y in aisles:
+                    edge, offset = ((upper, lower), down) if leads_down else ((lower, upper), length - down)
+                    places.append(StoragePlace(len(places), edge, offset, x, y + down))
     return tuple(places)

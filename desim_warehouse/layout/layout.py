@@ -153,10 +153,12 @@ class Layout:
 
     def approaches(self, edge: Edge, offset: float) -> list[tuple[Edge, float]]:
         """The edges by which robots come to a place on an edge, and how far along it is: both of a two-way lane."""
-        found = [(edge, offset)]
-        if edge[0] != edge[1] and self.graph.edges[edge].get("two_way"):
-            found.append(((edge[1], edge[0]), self.length(edge) - offset))
-        return found
+        length = self._two_way_lengths.get(edge)
+        return [(edge, offset)] if length is None else [(edge, offset), ((edge[1], edge[0]), length - offset)]
+
+    @cached_property
+    def _two_way_lengths(self) -> dict[Edge, float]:
+        return {edge: length for edge, length, _, two_way in self.edges if two_way}
 
     def nodes_of(self, name: str) -> tuple[str, ...]:
         """The node of this name, or those of the station of this name."""

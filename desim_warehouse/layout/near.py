@@ -89,9 +89,11 @@ def _pairs(ends: Any, apart: float, size: float) -> tuple[Any, Any]:
         for x in range(left, right + 1):
             for y in range(lower, upper + 1):
                 squares[x, y].append(edge)
-    found = [np.empty(0, dtype=int)]
+    by_count = defaultdict(list)
     for inside in squares.values():
-        numbers = np.array(inside)
-        one, other = np.triu_indices(len(inside), 1)
-        found.append(numbers[one] * len(ends) + numbers[other])
+        by_count[len(inside)].append(inside)
+    found = [np.empty(0, dtype=int)]
+    for count, alike in by_count.items():
+        numbers, (one, other) = np.array(alike), np.triu_indices(count, 1)
+        found.append((numbers[:, one] * len(ends) + numbers[:, other]).ravel())
     return np.divmod(np.unique(np.concatenate(found)), max(len(ends), 1))

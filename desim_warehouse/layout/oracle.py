@@ -36,6 +36,8 @@ WAYS = 5_000
 """Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
 FEW = 24
 """Entries of a table that are looked up one by one, which takes less than preparing to take them row by row."""
+LARGE = 10_000
+"""Nodes beyond which SciPy counts hops, too; on smaller floors that takes less than importing SciPy."""
 TIE = 1e-9
 """Part by which lengths and times of routes may differ and still be the same: what rounding does to their sums."""
 
@@ -242,11 +244,10 @@ class RouteOracle:
         plain = np.array([self._from_origin or name not in self._hubs for name in ends])
         for i in np.flatnonzero(hub) if plain.any() else ():
             table[i, plain] = read(int(start[i]), True)[end[plain]]
-        for some, others in ((plain, ~hub), (~plain, np.ones_like(hub))):
-            if some.any() and others.any():
-                there, to = start[others], np.flatnonzero(some)
-                for column, goal in zip(to.tolist(), end[some].tolist(), strict=True):
-                    table[others, column] = read(goal, False)[there]
+        for some, others in ((plain, np.flatnonzero(~hub)), (~plain, slice(None))):
+            there, to = start[others], np.flatnonzero(some)
+            for column, goal in zip(to.tolist(), end[some].tolist(), strict=True) if len(there) else ():
+                table[others, column] = read(goal, False)[there]
         return table if table.shape == (len(rows), len(columns)) else table[np.ix_(rows, columns)]
 
     def _forward(self, origin: str, goal: str) -> bool:
@@ -309,7 +310,9 @@ class RouteOracle:
         """
         import numpy as np
 
-        hops, (source, target, length, time) = np.array(self._hops_to(root)), self._columns
+        large = len(self.names) > LARGE
+        hops = self._cheapest(root, forward=False)[0] if large else np.array(self._hops_to(root))
+        source, target, length, time = self._columns
         nearer = (hops[source] == hops[target] + 1) & np.isfinite(hops[source])
         if self._closed:
             nearer &= (target == root) | ~np.isin(target, list(self._closed))
@@ -352,35 +355,42 @@ class RouteOracle:
         edges = [(source, *edge) for source, edges in enumerate(self._next) for edge in edges]
         return tuple(np.array(column) for column in zip(*edges, strict=True))
 
+    def _cheapest(self, root: int, *, forward: bool) -> tuple[Any, Any]:
+        """The cost of every node from or to one, and the next node towards that; negative where there is none."""
+        from scipy.sparse.csgraph import dijkstra
+
+        if self._edges is None:
+            self._edges = self._matrices()
+        search: Any = dijkstra
+        towards = self._edges[forward][0]
+        if self._closed:
+            towards = self._without_passing(self._edges[True][0], root, forward=forward)
+        found: tuple[Any, Any] = search(towards, indices=root, return_predecessors=True)
+        return found
+
     def _dijkstra(self, root: int, *, forward: bool) -> Row:
         import numpy as np
-        from scipy.sparse.csgraph import dijkstra
 
         if self._is_over_edges:
             assert self._turns is not None
             found = self._turns.fastest(root, forward=forward)
             made = [array(kind, row.astype(kind).tobytes()) for kind, row in zip("ddid", found, strict=True)]
             return made[0], made[1], made[2], made[3]
-        if self._edges is None:
-            self._edges = self._matrices()
-        graphs, keys, columns = self._edges
-        search: Any = dijkstra
-        towards = graphs[forward]
-        if self._closed:
-            towards = self._without_passing(graphs[True], root, forward=forward)
-        costs, steps = search(towards, indices=root, return_predecessors=True)
+        costs, steps = self._cheapest(root, forward=forward)
+        _, begins, beside, columns = self._edges[forward]
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
-        moved = steps != here
-        source, target = (steps, here) if forward else (here, steps)
-        edges = keys[1][np.searchsorted(keys[0], source[moved] * len(costs) + target[moved])]
+        edges, moved = begins.copy(), np.flatnonzero(steps != here)
+        left = moved  # of each node's edges, which are few, the one that its route takes
+        while len(left := left[beside[edges[left]] != steps[left]]):
+            edges[left] += 1
 
         def along(what: Cost) -> Any:
             """Length or time of the routes found."""
             if what == self.cost and not self._counted:
                 return costs
             first = np.where(np.isinf(costs), np.inf, 0.0)
-            first[moved] = columns[what][edges]
+            first[moved] = columns[what][edges[moved]]
             if what == "time" and self._turns is not None:
                 first += self._turns.between(steps)
             return sums_along(steps, first)
@@ -406,24 +416,26 @@ class RouteOracle:
             self._open[key] = csr_array((edges.data[kept], (begin[kept], end[kept])), shape=graph.shape)
         return self._open[key]
 
-    def _matrices(self) -> tuple[dict[bool, Any], Any, dict[str, Any]]:
-        """The Highways with their costs, forward or not; edges by (from, to) in order; their lengths and times."""
+    def _matrices(self) -> dict[bool, tuple[Any, Any, Any, dict[str, Any]]]:
+        """For routes from a node (True) and to one: the Highways with their costs, and their edges node by node.
+
+        Of each node the first edge by which a route comes (or goes on), of each edge its other node, length and time.
+        """
         import numpy as np
         from scipy.sparse import csr_array
 
         size = len(self.names)
         source, target, length, time = self._columns
-        columns = {"length": length, "time": time}
-        cost = columns[self.cost]
+        cost = {"length": length, "time": time, "hops": np.ones(len(source))}[self.cost]
         if self._counted:
             cost = cost * np.concatenate([np.array(row) for row in self._counts])
-        keys = source * size + target
-        order = np.argsort(keys)
-        graphs = {
-            forward: csr_array((cost, ends), shape=(size, size))
-            for forward, ends in ((True, (source, target)), (False, (target, source)))
-        }
-        return graphs, (keys[order], order), columns
+        found = {}
+        for forward, (far, near) in ((True, (source, target)), (False, (target, source))):
+            order = np.argsort(near, kind="stable")
+            columns = {"length": length[order], "time": time[order]}
+            graph = csr_array((cost, (far, near)), shape=(size, size))
+            found[forward] = graph, np.searchsorted(near[order], np.arange(size)), far[order], columns
+        return found
 
 
 def _drawn(tie: int, node: int, root: int) -> int:

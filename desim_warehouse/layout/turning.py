@@ -140,8 +140,8 @@ def sums_along(steps: Any, first: Any) -> Any:
     """Sum of `first` along the chains of `steps`, each of which ends where it leads to itself, with 0 there."""
     total = first
     while True:
-        further = steps[steps]
-        total = total + total[steps]
+        further = steps.take(steps)
+        total = total + total.take(steps)
         if (further == steps).all():
             return total
         steps = further

@@ -96,6 +96,22 @@ def test_a_run_imports_only_what_it_needs():
     assert modules & {"matplotlib", "scipy", "pandas", "pyarrow"} == set()
 
 
+@pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc of Linux")
+def test_a_small_run_looks_for_no_garbage_and_starts_no_threads():
+    """Either takes several times as long as the run itself."""
+    program = (
+        "import atexit, gc, os, sys\nfrom desim_warehouse.cli import main\n"
+        "begin = sum(one['collections'] for one in gc.get_stats())\n"
+        "atexit.register(lambda: print(sum(one['collections'] for one in gc.get_stats()) - begin,"
+        " len(os.listdir('/proc/self/task')), file=sys.stderr))\n"
+        "main()"
+    )
+    done = desim("run", MODEL, "--json", program=[sys.executable, "-c", program])
+    collections, threads = map(int, done.stderr.split())
+    assert threads == 1
+    assert collections <= 1
+
+
 def test_importing_the_package_imports_nothing_heavy():
     program = "import sys, desim_warehouse; print(*{m.split('.')[0] for m in sys.modules})"
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=True)

@@ -2,11 +2,15 @@
 
 import dataclasses
 import math
+import tracemalloc
 
+import numpy as np
 import pytest
 
 import desim_warehouse as dw
+from benchmarks.growth import warehouse
 from desim_warehouse.feasibility import estimate
+from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.layout import build
 from desim_warehouse.model import load
 
@@ -164,3 +168,31 @@ def test_large_floors_leave_out_the_intersections_and_say_nothing_of_them():
     assert found.crossing is None
     assert found.crossing_capacity is None
     assert math.isfinite(found.knee)
+
+
+def test_the_nearest_of_many_stations_takes_one_table_of_goods_and_stations(monkeypatch):
+    nodes = [f"r{row}c{column}" for row in range(16) for column in range(16)]
+    model = warehouse(15, 4, {"layout.stations.packing": {"at": nodes}, "tasks.station_choice": "nearest"})
+    flow = free_flow(model, model.floor, model.fleet.fastest, at_once=True)
+    assert flow is free_flow(model, model.floor, model.fleet.fastest)  # robots that need no time to start and stop
+    assert len(flow.stations) == 256
+    least, whole = flow.to_stations.min(axis=1), flow.cycle()
+    monkeypatch.setattr("desim_warehouse.feasibility.free_flow.ROWS", 20)
+    tracemalloc.start()
+    parts, demand = flow.cycle(), flow.station_demand()
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert parts == whole
+    assert parts.loaded == pytest.approx(flow.share @ least + flow.weights @ flow.after)
+    np.testing.assert_allclose(demand, flow.share @ flow.station_shares())
+    assert peak < flow.to_stations.nbytes / 2
+
+
+def test_goods_along_their_edges_are_worked_out_together_as_one_by_one():
+    edges = [{"from": "A", "to": "B", "speed": 0.5}, ["B", "C"], ["C", "D"], ["D", "A"]]
+    model = load(RING, {"layout.edges": edges, "traffic.node_time": 1.5})
+    travel = free_flow(model, model.floor, 0.7).travel
+    edges, at, offsets = [("A", "B"), ("B", "C"), ("D", "D")], np.array([1, 0, 2, 1]), np.array([5, 3, 0, 15.3])
+    before, after = travel.all_along(edges, at, offsets)
+    expected = [travel.along(edges[i], offset) for i, offset in zip(at.tolist(), offsets.tolist(), strict=True)]
+    assert list(zip(before.tolist(), after.tolist(), strict=True)) == expected

@@ -48,8 +48,9 @@ def test_ways_are_the_cheapest_and_lengths_and_times_are_those_of_the_way(seed, 
 
 
 @pytest.mark.parametrize("seed", range(8))
-@pytest.mark.parametrize("estimate", [False, True])
-def test_fewest_nodes_are_found_as_algorithm_1_finds_them(seed, estimate):
+@pytest.mark.parametrize(("estimate", "large"), [(False, 0), (True, 0), (True, oracles.LARGE)])
+def test_fewest_nodes_are_found_as_algorithm_1_finds_them(monkeypatch, seed, estimate, large):
+    monkeypatch.setattr(oracles, "LARGE", large)
     made = graph(seed)
     oracle = RouteOracle(made, "hops", SPEED, NODE_TIME, estimate=estimate)
     for origin in made:
@@ -65,7 +66,9 @@ def test_fewest_nodes_are_found_as_algorithm_1_finds_them(seed, estimate):
 
 
 @pytest.mark.parametrize("seed", range(8))
-def test_an_estimate_takes_the_same_ways_past_bays_in_lanes_and_where_nothing_leads(seed):
+@pytest.mark.parametrize("large", [0, oracles.LARGE])
+def test_an_estimate_takes_the_same_ways_past_bays_in_lanes_and_where_nothing_leads(monkeypatch, seed, large):
+    monkeypatch.setattr(oracles, "LARGE", large)
     made = graph(seed, 30)
     rng = random.Random(seed)
     made.remove_edges_from(rng.sample(sorted(made.edges), 30))

@@ -8,12 +8,14 @@ import matplotlib as mpl
 import numpy as np
 import pandas as pd
 import pytest
+from matplotlib.figure import Figure
 from PIL import Image
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import palette
+from desim_warehouse.report.plot import paths
 from desim_warehouse.report.plot.heat import edge_values
 from desim_warehouse.study.statistics import compare, mser, welch
 from desim_warehouse.study.table import cells
@@ -293,40 +295,62 @@ def test_congestion_colours_edges_and_nodes_by_the_tallies(lifelong):
 def test_the_layout_shows_nodes_arrows_goods_and_bays(model):
     ax = plot.layout(model)
     assert [text.get_text() for text in ax.texts] == ["charging", *"ABCDEFGHIJKLNOPQR", "M"]
-    arrows = next(c for c in ax.collections if isinstance(c, mpl.quiver.Quiver))
-    a_to_b = next(i for i, (x, y) in enumerate(arrows.get_offsets()) if y == 25 and 25 < x < 175)
-    assert (arrows.U[a_to_b], arrows.V[a_to_b]) == (1, 0)
-    assert len(arrows.U) == 27
-    patches = [c for c in ax.collections if isinstance(c, mpl.collections.PatchCollection)]
-    assert [len(c.get_paths()) for c in patches] == [1] * 6  # bays
-    goods = [c.get_paths()[0] for c in ax.collections if type(c) is mpl.collections.PathCollection][:2]
-    assert [len(squares.vertices) / 5 for squares in goods] == [70, 10]  # those fetched by themselves
+    (arrows,) = heads_of(ax)
+    a_to_b = next(i for i, at in enumerate(arrows.middles) if at.imag == 25 and 25 < at.real < 175)
+    assert arrows.ways[a_to_b] == 150
+    assert len(arrows.ways) == 27
+    goods, fetched, lanes, bays = (len(path.vertices) for path in paths_of(ax)[:4])
+    assert (goods / 5, fetched / 5, lanes / 2, bays / 5) == (70, 10, 27, 6)
     low, high = ax.get_ylim()
     assert low > high  # y grows downwards, as in the model file
 
 
-def lines_of(ax):
-    return next(c for c in ax.collections if isinstance(c, mpl.collections.LineCollection))
+def paths_of(ax):
+    """The path of each kind of shape; dots of nodes are no such shapes."""
+    return [path for c in ax.collections if len(c.get_offsets()) == 1 for path in c.get_paths()]
+
+
+def heads_of(ax):
+    return [c for c in ax.collections if isinstance(c, paths.Heads)]
+
+
+def test_arrow_heads_have_one_size_on_paper_and_point_along_their_lanes():
+    ax = Figure(figsize=(4, 2), dpi=100).add_subplot()
+    ax.set(xlim=(0, 100), ylim=(10, 0))
+    paths.heads(ax, np.array([50 + 5j, 20 + 5j]), np.array([30 + 0j, 0 + 1j]), 0.2, "black", 1)
+    ax.figure.draw_without_rendering()
+    (path,) = heads_of(ax)[0].get_paths()
+    x, y = ax.transData.transform([(50, 5), (20, 5)]).T
+    right, down = path.vertices.reshape(2, 4, 2)
+    np.testing.assert_allclose(right[:3], [(x[0] - 10, y[0] - 10), (x[0] - 10, y[0] + 10), (x[0] + 10, y[0])])
+    np.testing.assert_allclose(down[2], (x[1], y[1] - 10))
+
+
+def test_many_shapes_are_a_few_paths():
+    ax = Figure().add_subplot()
+    paths.lines(ax, [((i, 0), (i, 1)) for i in range(12_000)], "black", 1, 1)
+    assert [len(path.vertices) for path in paths_of(ax)] == [10_000, 10_000, 4_000]
 
 
 def test_a_two_way_lane_is_drawn_and_coloured_as_one():
     run = spurs_run()
     # four two-way lanes, and two lanes side by side; an arrow for each direction
     drawn = plot.layout(run)
-    ends = {tuple(map(tuple, line)) for line in lines_of(drawn).get_segments()}
+    lanes = next(c for c in drawn.collections if c.get_zorder() == 2).get_paths()[0]
+    ends = {tuple(map(tuple, line)) for line in lanes.vertices.reshape(-1, 2, 2)}
     assert len(ends) == 6
     assert ((0, 0), (12, 0)) in ends  # in the middle of the aisle
     assert ((24, 0), (36, 0)) not in ends  # beside the lane back
-    arrows = [c for c in drawn.collections if isinstance(c, mpl.quiver.Quiver)]
-    assert sum(len(some.U) for some in arrows) == 10
-    places = [tuple(place) for some in arrows for place in some.XY]
-    assert {(8.4, 0.0), (3.6, 0.0)} <= {(round(x, 6), round(y, 6)) for x, y in places}  # apart, not one lozenge
+    places = np.concatenate([some.middles for some in heads_of(drawn)])
+    assert len(places) == 10
+    assert {8.4, 3.6} <= set(np.round(places, 6))  # apart, not one lozenge
     driven, values = run.edges["passages"], edge_values(run, "passages")
     assert len(values) == 6
     assert values["a", "b"] == driven["a>b"] + driven["b>a"] > 0
     assert values["c", "d"] == driven["c>d"]
     assert sum(values.values()) == driven.sum()
-    assert len(lines_of(plot.congestion(run)).get_segments()) == 6
+    coloured = next(c for c in plot.congestion(run).collections if isinstance(c, mpl.collections.LineCollection))
+    assert len(coloured.get_segments()) == 6
 
 
 def test_the_warm_up_is_cut_where_mser_says(lifelong):

@@ -4,13 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-import pandas as pd
-
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, OF_WORK, Share
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.plot.fleet import numbered
 
 if TYPE_CHECKING:
+    import pandas as pd
     from matplotlib.axes import Axes
 
     from desim_warehouse.outcome.account import By
@@ -88,5 +87,7 @@ def _stack(axes: Axes, table: pd.DataFrame, parts: list[Share], style: look.Styl
 
 
 def _worst(table: pd.DataFrame) -> pd.DataFrame:
+    import pandas as pd
+
     order = pd.DataFrame({"waited": table["behind_robot"] + table["before_intersection"], "all": table.sum(axis=1)})
     return table.loc[order.sort_values(["waited", "all"], ascending=False, kind="stable").index[:_PLACES]]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
@@ -176,42 +177,22 @@ def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float
 
 
 def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> None:
-    """A square for each storage place; those in `fetched` filled.
-
-    All squares of a colour are one path: tens of thousands by themselves take most of the time of a drawing.
-    """
-    import numpy as np
-    from matplotlib.collections import PathCollection
-    from matplotlib.path import Path as Outline
+    """A square for each storage place; those in `fetched` filled."""
+    from desim_warehouse.report.plot import paths
 
     side = 0.8 * (floor.goods_size or 0.09 * step)
-    corners = side / 2 * np.array([[-1, -1], [1, -1], [1, 1], [-1, 1], [-1, -1]])
-    around = [Outline.MOVETO, Outline.LINETO, Outline.LINETO, Outline.LINETO, Outline.CLOSEPOLY]
-    for wanted in (False, True):
+    for wanted, inside, around in ((False, "white", GOOD), (True, FETCHED, FETCHED)):
         places = [(place.x, place.y) for place in floor.storage if (place.number in fetched) == wanted]
-        if not places:
-            continue
-        squares = Outline((np.array(places)[:, None] + corners).reshape(-1, 2), around * len(places))
-        axes.add_collection(
-            PathCollection(
-                [squares],
-                facecolor=FETCHED if wanted else "white",
-                edgecolor=FETCHED if wanted else GOOD,
-                linewidth=0.8,
-                zorder=1,
-            )
-        )
+        paths.squares(axes, places, side, 1, facecolor=inside, edgecolor=around, linewidth=0.8)
 
 
 def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
     """A line for each lane, with an arrow in its middle; a two-way lane has one each way."""
-    from matplotlib.collections import LineCollection
+    from desim_warehouse.report.plot import paths
 
-    lines = [ends(floor, edge, step) for edge in floor.lanes]
-    axes.add_collection(LineCollection(lines, colors=colour, linewidths=1.0, zorder=2))
-    graph = floor.graph
+    paths.lines(axes, (ends(floor, edge, step) for edge in floor.lanes), colour, 1.0, 2)
     for both, part in ((False, 0.56), (True, 0.7)):
-        some = [edge for edge in graph.edges if bool(graph.edges[edge].get("two_way")) == both]
+        some = [edge for edge, _, _, two_way in floor.edges if two_way == both]
         arrows(axes, [ends(floor, edge, step) for edge in some], colour, part)
 
 
@@ -219,31 +200,16 @@ def arrows(
     axes: Axes, lines: list[tuple[tuple[float, float], tuple[float, float]]], colour: str, part: float = 0.56
 ) -> None:
     """An arrow head for each line, a little beyond its middle, of one size on all figures."""
+    import numpy as np
+
+    from desim_warehouse.report.plot import paths
+
     if not lines:
         return
-    x = [(1 - part) * x0 + part * x1 for (x0, _), (x1, _) in lines]
-    y = [(1 - part) * y0 + part * y1 for (_, y0), (_, y1) in lines]
-    lengths = [math.dist(*line) or 1.0 for line in lines]
-    u = [(x1 - x0) / n for ((x0, _), (x1, _)), n in zip(lines, lengths, strict=True)]
-    v = [(y1 - y0) / n for ((_, y0), (_, y1)), n in zip(lines, lengths, strict=True)]
+    (x0, y0), (x1, y1) = np.array(lines, dtype=float).transpose(1, 2, 0)
+    begin, end = x0 + 1j * y0, x1 + 1j * y1
     size = _ARROW if len(lines) <= 2 * NAMED else _ARROW / 2
-    axes.quiver(
-        x,
-        y,
-        u,
-        v,
-        color=colour,
-        angles="xy",
-        pivot="mid",
-        units="inches",
-        scale=1 / size,
-        width=size / 6,
-        headwidth=6,
-        headlength=6,
-        headaxislength=6,
-        minlength=0,
-        zorder=2.5,
-    )
+    paths.heads(axes, (1 - part) * begin + part * end, end - begin, size, colour, 2.5)
 
 
 def _under_zones(model: Model, floor: Layout) -> set[str]:
@@ -287,25 +253,28 @@ def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool, unde
 
 def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]:
     """The slots of bays and stations beside their nodes, with the name of each; returns where they are."""
-    from matplotlib.collections import LineCollection, PatchCollection
-    from matplotlib.patches import Rectangle
+    from desim_warehouse.report.plot import paths
 
     largest = max(robot_radii(model))
     found: list[tuple[float, float]] = []
     chargers = chargers_at(model, floor) if model.battery is not None else {}
     named: set[str] = set()
+    slots: defaultdict[tuple[str, float], list[tuple[float, float]]] = defaultdict(list)
+    joints: defaultdict[str, list[tuple[tuple[float, float], tuple[float, float]]]] = defaultdict(list)
     for zone in zones(model, floor):
         colour, side = BAY if zone.kind == "bay" else STATION, 2 * min(largest, zone.room)
         charging = chargers.get(zone.node, 0) if zone.kind == "bay" else 0
-        squares = [Rectangle((x - side / 2, y - side / 2), side, side) for x, y in zone.places]
-        colours = [CHARGER if rank < charging else colour for rank in range(len(squares))]
-        axes.add_collection(PatchCollection(squares, facecolor=colours, edgecolor="white", linewidth=0.5, zorder=3))
-        joint = [(_at(floor, zone.node), zone.places[0])]
-        axes.add_collection(LineCollection(joint, colors=colour, linewidths=1.0, zorder=1.5))
+        slots[CHARGER, side] += zone.places[:charging]
+        slots[colour, side] += zone.places[charging:]
+        joints[colour].append((_at(floor, zone.node), zone.places[0]))
         if zone.name not in named:  # once: the colour says which others belong to it
             named.add(zone.name)
-            found.append(_name_of(axes, floor, zone, side, CHARGER if charging == len(squares) else colour))
+            found.append(_name_of(axes, floor, zone, side, CHARGER if charging == len(zone.places) else colour))
         found += zone.places
+    for (colour, side), places in slots.items():
+        paths.squares(axes, places, side, 3, facecolor=colour, edgecolor="white", linewidth=0.5)
+    for colour, lines in joints.items():
+        paths.lines(axes, lines, colour, 1.0, 1.5)
     return found
 
 

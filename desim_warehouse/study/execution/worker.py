@@ -12,6 +12,8 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from desim_warehouse import threads
+
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
@@ -83,8 +85,7 @@ def _prepare() -> None:
     imported, and numerical libraries start no threads of their own: there is a worker for every processor.
     """
     gc.disable()
-    for library in ("OPENBLAS", "OMP", "MKL"):
-        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+    threads.alone()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setpgid"):
         os.setpgid(0, 0)
