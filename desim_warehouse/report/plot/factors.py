@@ -26,6 +26,8 @@ _MANY = 24
 """More numeric levels than this are a sample of a range, not a list: points, not a line."""
 _CROWDED = 6
 """From this many named levels on, names are slanted."""
+_ABOVE = 18
+"""Points below a title in which a target stands."""
 _REACH = 12
 """How far beyond the means an axis with a target goes for their intervals, in quarters of what is between them."""
 
@@ -166,7 +168,7 @@ def _vertical(axes: Axes, indicator: str, found: list[Cell], target: float | Non
 
 
 def _target(axes: Axes, indicator: str, value: float, found: list[Cell]) -> None:
-    """A line at the target, with its value; the axis is for means, their intervals and the line.
+    """A line at the target, its value above the axes; the axis is for means, their intervals and the line.
 
     Intervals that are many times as wide as the means lie apart are cut off.
     """
@@ -177,10 +179,9 @@ def _target(axes: Axes, indicator: str, value: float, found: list[Cell]) -> None
     ends = [end for cell in found for end in cell.estimate.interval or ()]
     reach = _REACH * room
     axes.set_ylim(max(min([low, *ends]), low - reach) - room / 4, min(max([high, *ends]), high + reach) + room / 4)
-    label = f"target {words.amount(indicator, value)}"
-    axes.annotate(
-        label, (1, value), (0, -3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", va="top"
-    )
+    label = f"– – target {words.amount(indicator, value)}"
+    axes.annotate(label, (1, 1), (0, 3), xycoords="axes fraction", textcoords="offset points", ha="right")
+    axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ABOVE)
 
 
 def _parts(table: pd.DataFrame, by: Sequence[str], indicator: str) -> list[tuple[str, pd.DataFrame]]:

@@ -261,8 +261,12 @@ def amount(indicator: str, value: float, unit: str = "") -> str:
 
 def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
     """How values of an indicator are written: shares in per cent, times in a unit that fits these values."""
-    kind = indicator_kind(indicator)
-    if is_share(indicator):
+    return PERCENT if is_share(indicator) else scale_of_kind(indicator_kind(indicator), model, values)
+
+
+def scale_of_kind(kind: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
+    """The same by the kind of a quantity."""
+    if kind == "share":
         return PERCENT
     if kind == "time" and model is not None:
         return times(model.units.time, values)
@@ -272,7 +276,7 @@ def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> 
         return Scale("tasks/h")
     if kind.startswith("money"):
         return Scale(money(model))
-    return Scale(unit(kind, model.units if model else None))
+    return Scale("" if kind == "energy" else unit(kind, model.units if model else None))
 
 
 def value(indicator: str, value: float, model: Model) -> str:
