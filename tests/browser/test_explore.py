@@ -230,7 +230,7 @@ def test_the_target_is_a_line_a_column_and_an_answer(browser: Any, tmp_path: Pat
         f"--target 'T <= 2000' --indicator S --quiet --page {tmp_path}/page.html --out {tmp_path}/out"
     )
     page = Opened(browser, tmp_path / "page.html")
-    assert "target: task time at most 2,000 steps" in page.browser.find_element("id", "curve").text
+    assert "target: task time at most 2,000 steps" in page.text("legend")
     assert page.text("answers").startswith("Task time at most 2,000 steps is reached ")
     assert [page.attribute(f"{side}-0", "value") for side in "ab"] == ["0", "2"]  # one robot beside three
     heads = [cell.text for cell in page.browser.find_elements("css selector", "#designs th[scope=col]")]

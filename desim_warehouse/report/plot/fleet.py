@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
 
-_LABELLED = 24
+_LABELLED = 14
 """The most robots or designs that have a name each on the axis."""
 
 

@@ -25,7 +25,7 @@ _LONG = 80
 
 def question(study: Results) -> str:
     """What was varied, and what for."""
-    if _of_why(study) is not None:
+    if of_why(study) is not None:
         return "What holds it up?"
     varied = [_factor(study, key) for key in study.varied or study.factors]
     if study.target is not None:
@@ -53,14 +53,14 @@ def _factor(study: Results, key: str) -> str:
 
 def answer(study: Results) -> tuple[list[str], str | None]:
     """The answer in sentences, and the design that it names; None where no run has a value to judge by."""
-    found = _of_why(study)
+    found = of_why(study)
     if found is not None:
         return [found["answer"]], _relief(study, found)
     lines, named = _best(study) if study.target is None else _on_target(study)
     return lines + ([] if named is None else cost(study, named)), named
 
 
-def _of_why(study: Results) -> dict[str, Any] | None:
+def of_why(study: Results) -> dict[str, Any] | None:
     """What `desim why` found; None for other studies."""
     path = None if study.folder is None else study.folder / WHY
     return json.loads(path.read_text(encoding="utf-8")) if path is not None and path.is_file() else None

@@ -171,7 +171,9 @@ def level(value: Any) -> str:
 
 
 def design_spoken(design: Mapping[str, Any]) -> str:
-    """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
+    """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`; of a lone case its name."""
+    if len(design) == 1 and about(next(iter(design))) is None:
+        return level(*design.values())
     counts = [number_of(n, what) for key, n in design.items() if (what := _counted(key, n))]
     others = [setting(key, value) for key, value in design.items() if not _counted(key, value)]
     return ", ".join([*([spoken(counts)] if counts else []), *others]) or "the model as it is"
@@ -233,8 +235,8 @@ def warm_up(study: Results) -> str:
     """What is not counted: one time for all designs, or found for each."""
     found, unit = study.warm_ups.values(), study.base.units.time
     if not found:
-        return f"{in_unit(study.base.run.warm_up, unit)}, not counted"
-    return f"{number(min(found))} to {in_unit(max(found), unit)}, found for each design, not counted"
+        return f"{duration(study.base.run.warm_up, unit)}, not counted"
+    return f"{duration(min(found), unit)} to {duration(max(found), unit)}, found for each design, not counted"
 
 
 def target(goal: Target) -> str:
