@@ -26,8 +26,6 @@ _MANY = 24
 """More numeric levels than this are a sample of a range, not a list: points, not a line."""
 _CROWDED = 6
 """From this many named levels on, names are slanted."""
-_ABOVE = 18
-"""Points below a title in which a target stands."""
 _REACH = 12
 """How far beyond the means an axis with a target goes for their intervals, in quarters of what is between them."""
 
@@ -80,7 +78,8 @@ def by_factor(
         kind = "bars" if not is_numeric(levels) else "points" if len(levels) > _MANY else "line"
     alt = f"{words.indicator_name(indicator)} by {words.in_words(factor)}"
     alt += f" and {words.in_words(group)}" if group else ""
-    with look.drawing(ax, style, title, (6.4, 3.8), alt) as axes:
+    above = f"{title}\n" if title and target is not None else title  # a line for the target
+    with look.drawing(ax, style, above, (6.4, 3.8), alt) as axes:
         for index, name in enumerate(names):
             chosen = [cell for cell in found if group is None or cell.levels[0] == name]
             label = "" if group is None else look.text(words.level(name))
@@ -181,7 +180,6 @@ def _target(axes: Axes, indicator: str, value: float, found: list[Cell]) -> None
     axes.set_ylim(max(min([low, *ends]), low - reach) - room / 4, min(max([high, *ends]), high + reach) + room / 4)
     label = f"– – target {words.amount(indicator, value)}"
     axes.annotate(label, (1, 1), (0, 3), xycoords="axes fraction", textcoords="offset points", ha="right")
-    axes.set_title(axes.get_title(loc="left"), loc="left", pad=_ABOVE)
 
 
 def _parts(table: pd.DataFrame, by: Sequence[str], indicator: str) -> list[tuple[str, pd.DataFrame]]:

@@ -207,7 +207,8 @@ def replications(plan: StudyPlan) -> str:
     if isinstance(rule, int):
         return str(rule)
     if isinstance(rule, tuple):
-        return f"{min(rule)} to {max(rule)} of each design, as the procedure asked for"
+        many = f"{min(rule)} to {max(rule)}" if min(rule) < max(rule) else f"{max(rule)}"
+        return f"{many} of each design, as the procedure asked for"
     return (
         f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
         f"{number(100 * rule.half_width)} % of its mean"
