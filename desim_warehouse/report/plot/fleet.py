@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
 
-_LABELLED = 14
-"""The most robots or designs that have a name each on the axis."""
+_LABELLED, _BESIDE_LEGEND = 24, 14
+"""The most robots or designs that have a name each on the axis; beside a legend there is room for fewer."""
 
 
 def utilisation(
@@ -62,7 +62,7 @@ def utilisation(
                 linewidth=0.5,
             )
             bottom = [low + height for low, height in zip(bottom, heights, strict=True)]
-        numbered(axes, labels)
+        numbered(axes, labels, _BESIDE_LEGEND)
         axes.set_ylim(0, 1)
         axes.grid(visible=False, axis="x")
         axes.set_xlabel(look.text(across + over))
@@ -92,9 +92,9 @@ def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, li
     return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
 
 
-def numbered(axes: Axes, labels: Sequence[str]) -> None:
+def numbered(axes: Axes, labels: Sequence[str], most: int = _LABELLED) -> None:
     """Labels along an axis of bars, only every n-th where there are many."""
-    step = -(-len(labels) // _LABELLED)
+    step = -(-len(labels) // most)
     axes.set_xticks(range(0, len(labels), step), [look.text(label) for label in labels[::step]])
     axes.set_xlim(-0.6, max(len(labels), 1) - 0.4)
     if max((len(label) for label in labels), default=0) > 12:  # noqa: PLR2004 - letters that fit side by side

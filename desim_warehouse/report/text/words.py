@@ -73,6 +73,8 @@ _POLICIES = {
     },
 }
 """Policies that are compared with one another, by what they choose."""
+_SAID_ALONE = "relief"
+"""The factor of `desim why`: its cases say what they are, such as `one robot more`."""
 _LONGEST = 44
 """A label longer than this is cut."""
 
@@ -171,9 +173,7 @@ def level(value: Any) -> str:
 
 
 def design_spoken(design: Mapping[str, Any]) -> str:
-    """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`; of a lone case its name."""
-    if len(design) == 1 and about(next(iter(design))) is None:
-        return level(*design.values())
+    """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
     counts = [number_of(n, what) for key, n in design.items() if (what := _counted(key, n))]
     others = [setting(key, value) for key, value in design.items() if not _counted(key, value)]
     return ", ".join([*([spoken(counts)] if counts else []), *others]) or "the model as it is"
@@ -183,7 +183,7 @@ def setting(key: str, value: Any) -> str:
     """A key of the model with a value, in words: `allocation: the nearest robot (nearest)`, `goods 20 random`."""
     known = about(key)
     if known is None:
-        return f"{key}: {level(value)}"
+        return level(value) if key == _SAID_ALONE else f"{key}: {level(value)}"
     said = policy(key, value) if key.startswith("policies.") and isinstance(value, str) else level(value)
     return f"{known.label}{':' * isinstance(value, str)} {said}"
 
