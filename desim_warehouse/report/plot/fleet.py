@@ -19,8 +19,12 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
 
-_LABELLED, _BESIDE_LEGEND = 24, 14
-"""The most robots or designs that have a name each on the axis; beside a legend there is room for fewer."""
+_LABELLED = 24
+"""The most robots or designs that have a name each on the axis."""
+_BESIDE_LEGEND = 30
+"""Letters of all these names for which there is room beside a legend."""
+_APART = 60
+"""The most bars with white between them; of more nothing else would be seen."""
 
 
 def utilisation(
@@ -48,21 +52,21 @@ def utilisation(
         across = words.factor_label(factor, model.units if model else None)
         over = words.averaged(averaged_over(source, [factor]))
     with look.drawing(ax, style, title, (6.4, 3.8), f"Share of time in each state by {across}") as axes:
-        bottom = [0.0] * len(labels)
+        bottom, apart = [0.0] * len(labels), len(labels) <= _APART
         for place, (state, heights) in enumerate(shares.items()):
             axes.bar(
                 range(len(labels)),
                 heights,
-                0.8,
+                0.8 if apart else 1.0,
                 bottom=bottom,
                 label=words.STATE_WORDS[state],
                 color=palette.STATE_COLOURS[state],
                 hatch=look.HATCHES[place % len(look.HATCHES)] if style == "print" else "",
                 edgecolor="white",
-                linewidth=0.5,
+                linewidth=0.5 if apart else 0.0,
             )
             bottom = [low + height for low, height in zip(bottom, heights, strict=True)]
-        numbered(axes, labels, _BESIDE_LEGEND)
+        numbered(axes, labels, max(_BESIDE_LEGEND // max(map(len, labels), default=1), 7))
         axes.set_ylim(0, 1)
         axes.grid(visible=False, axis="x")
         axes.set_xlabel(look.text(across + over))
