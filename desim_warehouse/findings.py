@@ -138,4 +138,4 @@ class Finding:
 
 def amount(value: float) -> str:
     """A number as in messages: with three or four digits."""
-    return f"{value:,.0f}" if 1e4 <= abs(value) < 1e12 else f"{value:.4g}"  # noqa: PLR2004 - whole from 10,000 on
+    return f"{value:,.0f}" if 1e3 <= abs(value) < 1e12 else f"{value:.4g}"  # noqa: PLR2004 - whole from 1,000 on

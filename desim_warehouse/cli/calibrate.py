@@ -23,17 +23,18 @@ def command(logs: tuple[str, ...], model: str, orders: str | None, out: str, for
     A LOG is a file of VDA 5050 state messages (JSON lines), of trips (CSV), or the folder of a run.
     """
     from desim_warehouse.cli.tables import sheet, show
-    from desim_warehouse.errors import got
     from desim_warehouse.fleet_log.calibrate import calibrate
+    from desim_warehouse.report.text import numbers, words
 
     found = calibrate(model, logs, orders=orders)
     write_files(found.files(Path(out)), force=force)
     for line in found.notes:
         click.echo(line)
-    table = sheet(None, "key", "value", "interval of 95 %, and evidence")
+    table = sheet(None, "figure", "mean, and 95 % interval", "from")
+    units = found.base.units
     for one in found.estimates:
-        value = got(one.value) if one.identified else "not identified"
-        table.add_row(one.key, value, one.words())
-    show(table)
+        value = numbers.within(one.mean, one.low, one.high) if one.identified else "not identified"
+        table.add_row(words.factor_head(one.key, units), value, one.evidence)
+    show(table, fits=True)
     click.echo("not in a log: who is sent where (policies.allocation), the distance that robots keep")
     click.echo(f"{out} is written; next: desim validate {out} --against LOG")

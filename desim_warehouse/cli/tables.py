@@ -25,8 +25,8 @@ NONE_MEETS = 3
 _HEAD = 14
 """Letters in a line of the head of a column; longer heads take several."""
 _FITS = 100
-"""The most columns of a terminal that a table takes up where nobody asked for its indicators."""
-_NAMED = 12
+"""The most columns that a table takes up where nobody asked for its indicators."""
+_NAMED = 6
 """Names in a row of remarks."""
 
 
@@ -180,13 +180,16 @@ def sheet(title: str | None, *columns: str, pad_edge: bool = True) -> Table:
     return made
 
 
-def show(table: Table, *, err: bool = False, markup: bool = True) -> None:
-    """Print a table, at its full width where the output is not a terminal; without `markup` brackets are text."""
+def show(table: Table, *, err: bool = False, markup: bool = True, fits: bool = False) -> None:
+    """Print a table; where the output is not a terminal at its full width, or, if it has sentences, so that it `fits`.
+
+    Without `markup` brackets are text.
+    """
     from rich.console import Console
 
     console = Console(stderr=err, highlight=False, markup=markup)
     if not console.is_terminal:
-        console = Console(stderr=err, highlight=False, markup=markup, width=200)
+        console = Console(stderr=err, highlight=False, markup=markup, width=_FITS if fits else 200)
     if table.title:  # not within the table: a title that is wider would be broken
         console.print(table.title, style="table.title", soft_wrap=True)
         table.title = None
@@ -197,8 +200,9 @@ def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
     """What became of a layout on its way from one program to another: a row for each remark."""
     from desim_warehouse.model.messages import printable
 
-    table = sheet(None, "", "what", "why", "which", pad_edge=False)
+    table = sheet(None, "", "what", "why, and which", pad_edge=False)
     for remark in remarks:
         kind = remark.kind if remark.what == "assumed" else number_of(len(remark.names), remark.kind)
-        table.add_row(*map(printable, (remark.what, kind, remark.why, remark.which(_NAMED))))
-    show(table, err=err, markup=False)
+        why = ": ".join(filter(None, (remark.why, remark.which(_NAMED))))
+        table.add_row(*map(printable, (remark.what, kind, why)))
+    show(table, err=err, markup=False, fits=True)

@@ -36,12 +36,12 @@ def command(
 
     from desim_warehouse.cli.tables import sheet, show
     from desim_warehouse.fleet_log.validate import validate
+    from desim_warehouse.report import validation_page
 
     found = validate(load_model(model, assignments), logs, orders=orders, runs=runs)
     if page is not None:
         from desim_warehouse.cli.options import write_files
         from desim_warehouse.cli.study_options import as_typed
-        from desim_warehouse.report import validation_page
 
         write_files({Path(page): validation_page.page(found, as_typed()).html()}, force=True)
     if as_json:
@@ -52,10 +52,10 @@ def command(
         click.echo(json.dumps({**verdict, "measures": measures}))
         return
     click.echo("\n".join(found.lines()))
-    table = sheet(None, "measure", ">real", ">simulated", ">band", "verdict")
-    for row in found.rows():
-        band = f"{row.low:.4g} to {row.high:.4g}"
-        table.add_row(row.name, f"{row.real:.4g}", f"{row.simulated:.4g}", band, row.verdict)
+    measure, *values, last = validation_page.HEAD
+    table = sheet(None, measure, *(f">{head}" for head in values), last)
+    for row in validation_page.cells(found):
+        table.add_row(*row)
     show(table)
     if page is not None:
         click.echo(f"{page}: open it in a browser")

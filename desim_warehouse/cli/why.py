@@ -20,6 +20,7 @@ from desim_warehouse.cli.study_options import (
     with_question,
 )
 from desim_warehouse.errors import number_of
+from desim_warehouse.run.folder import STUDY, WHY, write_whole
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -71,8 +72,11 @@ def command(
         )
     said = why_words.sentence(found, looked_at.units)
     lines = _commands(found, model, question)
+    content = _content(found, said, lines)
+    if execution.out is not None and Path(execution.out, STUDY).is_file():
+        write_whole(Path(execution.out, WHY), json.dumps(content, indent=1) + "\n")
     if as_json:
-        click.echo(json.dumps({**_content(found, said, lines), "warnings": warnings}))
+        click.echo(json.dumps({**content, "warnings": warnings}))
         return
     for line in (why_words.lost(found, looked_at), *(verdict.text for verdict in found.verdicts), said):
         if line:

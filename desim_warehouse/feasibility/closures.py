@@ -59,7 +59,7 @@ def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
             yield Finding(
                 "AISLES_OCCUPIED",
                 f"people.{name}",
-                f"an aisle has somebody in it for {amount(100 * there)} % of the time on average",
+                f"an aisle has somebody in it for {100 * there:.3g} % of the time on average",
                 "fewer visits, shorter stays, or more aisles",
             )
 

@@ -67,10 +67,8 @@ class Power:
                 lines.append(f"chargers: {self.chargers} in all; need at least {self.needed}")
             return lines
         lasts = "never runs out" if math.isinf(self.lasts) else f"lasts {amount(self.lasts)} {time} of work"
-        lines = [
-            f"energy: a task draws {amount(self.task)}, {amount(100 * self.share)} % of a battery; a full one {lasts}"
-        ]
-        balance = f"chargers: {self.chargers}, which give {amount(self.gives)} per {time}"
+        lines = [f"energy: a task draws {amount(100 * self.share)} % of a battery; a full one {lasts}"]
+        balance = f"chargers: {self.chargers:,}, which give {amount(self.gives)} per {time}"
         if self.draws is not None and self.needed is not None:
             balance += (
                 f"; the fleet draws {amount(self.draws)}, at most {amount(self.most)}: need at least {self.needed}"

@@ -50,11 +50,17 @@ class KeyEstimate:
         return self.value is not None
 
     def words(self) -> str:
-        """Interval and evidence: `1.29 to 1.33, from 812 stretches`."""
+        """Interval and evidence: `1.31 (1.29 to 1.33), from 812 stretches`."""
         if math.isnan(self.low):
             return self.why
-        about = f"{self.mean:.4g} ({self.low:.4g} to {self.high:.4g}), from {self.n:,} {self.what}"
-        return f"{about}; {self.why}" if self.why else about
+        return f"{self.mean:.4g} ({self.low:.4g} to {self.high:.4g}), from {self.evidence}"
+
+    @property
+    def evidence(self) -> str:
+        """What it rests on: `812 stretches`; of what was not identified, why."""
+        if math.isnan(self.low):
+            return self.why
+        return f"{self.n:,} {self.what}{f'; {self.why}' if self.why else ''}"
 
 
 def unknown(key: str, why: str, n: int = 0, what: str = "") -> KeyEstimate:

@@ -121,7 +121,7 @@ def _of(key: str, fitted: Distribution, times: Floats, n: int, what: str) -> Key
     ranged = f"{key}.{kind}" + ({"weibull": ".scale", "exponential": ""}.get(kind, ".mean"))
     scale = fitted.content()[kind]["scale"] / fitted.mean if kind == "weibull" else 1.0
     low, high = max(low + shift, 0.0), high + shift
-    why = f"cv {fitted.cv:.2g}"
+    why = f"{kind}, cv {fitted.cv:.2g}"
     if scale != 1.0:
         why += f"; the interval of the scale is {low * scale:.4g} to {high * scale:.4g}"
     return KeyEstimate(key, fitted.content(), fitted.mean, low, high, n, what, why, ranged)

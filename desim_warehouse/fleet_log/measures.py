@@ -35,15 +35,11 @@ class Measure(NamedTuple):
 
 MEASURES = {
     "drops_per_hour": Measure("load units put down an hour", "demand, and whether the fleet keeps up"),
-    "trip_mean": Measure(
-        "mean time from a pick to the drop", "speed with a load, waits in aisles and at stations", "time"
-    ),
+    "trip_mean": Measure("mean time from pick to drop", "speed with a load, waits in aisles and at stations", "time"),
     "trip_p95": Measure(
-        "95 % quantile of the time from a pick to the drop", "queues at stations, breakdowns, blocked aisles", "time"
+        "95 % quantile of the time from pick to drop", "queues at stations, breakdowns, blocked aisles", "time"
     ),
-    "approach_mean": Measure(
-        "mean time from a drop to the next pick", "who is sent where: policies.allocation", "time"
-    ),
+    "approach_mean": Measure("mean time from drop to next pick", "who is sent where: policies.allocation", "time"),
     "distance_per_hour": Measure("way of a robot in an hour", "who is sent where, and by which way", "length"),
     "share_empty": Measure("time driving empty", "who is sent where: policies.allocation, policies.parking", "share"),
     "share_loaded": Measure("time driving with a load", "speed with a load, routes, popularity of places", "share"),

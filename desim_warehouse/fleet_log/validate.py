@@ -56,7 +56,7 @@ class MeasureRow(NamedTuple):
     @property
     def verdict(self) -> str:
         """Inside its band or not, and how far out."""
-        return f"{'OUTSIDE' if self.outside else 'inside'} ({self.off:+.1f})"
+        return f"{'OUTSIDE' if self.outside else 'inside'} ({self.off:+.1f})".replace("-", "−")
 
 
 @dataclass(frozen=True)
@@ -118,15 +118,14 @@ class Validation:
         days = math.ceil(((self.measures.bound + _POWER) * spread / (error * mean)) ** 2) if mean else _MOST + 1
         return max(days, 1) if days <= _MOST else None
 
-    def lines(self, *, spoken: bool = False) -> list[str]:
-        """The verdict, with its power, and what to look at; `spoken`: in words, without those that matter least."""
-        called = {name: MEASURES[name].meaning if spoken else name for name in self.names}
+    def lines(self) -> list[str]:
+        """The verdict, with its power, and what to look at."""
+        called = {name: MEASURES[name].meaning for name in self.names}
         days, runs, _ = self.measures.simulated.shape
         what = f"{number_of(days, 'day')}, {runs} simulated for each, p = {self.measures.p_value:.2g}"
         found = [f"not refuted ({what})"]
         if self.refuted:
-            out = [called[name] for name in self.outside]
-            by = first_of(out, _LOOKED_AT if spoken else len(out)) or "all measures together"
+            by = first_of([called[name] for name in self.outside], _LOOKED_AT) or "all measures together"
             found = [f"refuted by {by} ({what})"]
             found += [f"look at {called[name]}: {MEASURES[name].look_at}" for name in self.outside[:_LOOKED_AT]]
             edges = self.stood_longer()

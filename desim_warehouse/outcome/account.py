@@ -50,7 +50,7 @@ OF_ROBOTS = {
     )
 }
 """The parts of a robot's time, in the order of columns. Edges, nodes and hours have the same."""
-_UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#B8A9C9")
+_UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#AB9ABF")
 _AT_WORK = {
     part.name: part
     for part in (

@@ -13,6 +13,7 @@ from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.report import html
 from desim_warehouse.report.text import numbers, words
+from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -46,8 +47,9 @@ def model_facts(model: Model) -> Html:
         ("Policies", _policies(model)),
         *_hours(model),
         *[("What goes wrong", text) for text in disturbances(model, floor)],
-        ("Time unit", f"1 {units.time} = {numbers.number(units.seconds)} s"),
     ]
+    if units.time not in SECONDS:
+        rows.append(("Time unit", f"1 {units.time} = {numbers.number(units.seconds)} s"))
     if model.run.length is not None:
         start = f", begun at {model.run.start}" if model.calendars else ""
         length = f"{numbers.duration(model.run.length, units.time)}{start}"

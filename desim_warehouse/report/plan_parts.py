@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import tempfile
 from dataclasses import dataclass
 from pathlib import Path
@@ -18,6 +19,7 @@ from desim_warehouse.report.text.fleet_words import more_orders
 from desim_warehouse.run.folder import PLAN
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.results import Results
+from desim_warehouse.study.statistics import Estimate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
@@ -141,11 +143,17 @@ def numbers_of(plan: PlanFolder) -> list[tuple[str, str, str]]:
     found += [(str(best["chargers"]), f"charger{'s' * (best['chargers'] != 1)}", "")] if best["chargers"] else []
     if best["mean"] is not None:
         scale = words.scale(goal["indicator"], plan.model, (best["mean"],))
-        ends = " to ".join(scale.bare(end) for end in best["interval"] or ())
-        found.append((scale.value(best["mean"]), words.in_sentence(goal["indicator"]), ends))
+        found.append(scale.tile(_estimate(best, plan.content["confidence"]), words.in_sentence(goal["indicator"])))
     if best["cost"] is not None:
         found.append((numbers.Scale(words.money(plan.model)).value(best["cost"]), "a year", ""))
     return found
+
+
+def _estimate(design: Mapping[str, Any], confidence: float) -> Estimate:
+    """What plan.json says of a design's runs."""
+    exact, unknown = design["interval"] is None, math.nan
+    interval = None if exact else tuple(design["interval"])
+    return Estimate(design["runs"], design["mean"], interval, unknown, unknown, {}, exact, confidence)
 
 
 def first_figure(plan: PlanFolder) -> Axes:

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 _ROOTS = 10
 """Roots of waiting in a table."""
+_PLACES = 24
+"""Stations and chargers in a table, and in a figure."""
 _GANTT = 24
 """Robots in the Gantt chart."""
 _SPANS = 400
@@ -129,6 +131,9 @@ def resources(run: Run) -> Html | None:
     if run.record.level != "all":
         return html.paragraph("How busy stations and chargers are needs a run with log: all.", "note")
     begin, end = run.history.begin, run.history.end
+    every = list(of_stations_and_chargers(run.history))
+    few = len(every) <= _PLACES
+    shown = every if few else sorted(every, key=lambda one: -one.utilisation(begin, end))[:_PLACES]
     rows = [
         [
             f"{one.zone} ({one.node})",
@@ -136,11 +141,12 @@ def resources(run: Run) -> Html | None:
             numbers.PERCENT.value(one.utilisation(begin, end)),
             numbers.least(one.mean_queue(begin, end), 2),
         ]
-        for one in of_stations_and_chargers(run.history)
+        for one in shown
     ]
     if not rows or not run.history.counted:
         return None
-    return html.table(["where", "servers or chargers", "in use", "robots in the queue"], rows, name="resources")
+    table = html.table(["where", "servers or chargers", "in use", "robots in the queue"], rows, name="resources")
+    return table if few else table + html.paragraph(f"Of {len(every)} the {_PLACES} that are most in use.", "note")
 
 
 def robot_figures(run: Run) -> list[Axes]:
@@ -197,7 +203,7 @@ def account_figures(run: Run | None) -> list[Axes]:
     if by == "robot":
         return [plot.account(run, by)]
     served = {task.station for task in counted_tasks(run.history).values()} & run.layout.stations.keys()
-    return [plot.account(run, "flow"), *([plot.account(run, "station")] if len(served) > 1 else [])]
+    return [plot.account(run, "flow"), *([plot.account(run, "station")] if 1 < len(served) <= _PLACES else [])]
 
 
 def account(run: Run) -> Html:

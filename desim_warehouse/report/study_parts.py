@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -51,7 +52,8 @@ def read(folder: str | Path | None) -> Results:
     errors = [row.outcome.error for row in results.rows]
     if None not in errors:
         raise ReportError(f"{Path(folder) / RESULTS}: every run failed, the first with: {errors[0]}")
-    return results
+    why = answers.of_why(results)
+    return results if why is None else replace(results, plan=replace(results.plan, indicators=(why["indicator"],)))
 
 
 def page(folder: str | Path, replay: str | None = None) -> ReportPage:
@@ -162,7 +164,8 @@ def design(study: Results) -> Html:
 
 def results(study: Results) -> Html:
     """Mean and half-width of the main indicators at each design."""
-    shown = list(study.designs)[:_ROWS]
+    tried = [design for design in study.designs if study.runs(design)]
+    shown = tried[:_ROWS]
     found = {name: [study.estimate(study.runs(design), name) for design in shown] for name in study.main}
     scales = {name: words.scale_of(name, study.base, of_name) for name, of_name in found.items()}
     head = [*_heads(study), "runs", *(words.head(name, scale) for name, scale in scales.items())]
@@ -188,8 +191,8 @@ def results(study: Results) -> Html:
         else f"Means with half-width, or the ends in brackets, of their {100 * study.plan.confidence:g} % intervals; "
         "without where chance plays no part, or there is only one replication."
     )
-    if len(study.designs) > _ROWS:
-        note += f" The first {_ROWS} of {len(study.designs)} designs; all are in results.parquet."
+    if len(tried) > _ROWS:
+        note += f" The first {_ROWS} of {len(tried)} designs; all are in results.parquet."
     return made + html.paragraph(f"{note} The baseline is shaded.", "note")
 
 

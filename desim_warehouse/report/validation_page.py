@@ -19,7 +19,7 @@ _METHOD = (
     "All measures count at once: a right model is refuted on at most one day in twenty. Not refuted is no proof.",
     "Measures alone decide. Figures show where to look: the band of each holds all of a right day on 95 of 100 days.",
 )
-_HEAD = ("Measure", "Real", "Simulated", "Band", "Verdict")
+HEAD = ("Measure", "Real", "Simulated", "Band", "Verdict")
 
 
 def page(found: Validation, command: str = "") -> pages.ReportPage:
@@ -32,7 +32,7 @@ def page(found: Validation, command: str = "") -> pages.ReportPage:
         (verdict, "Verdict", f"p = {found.measures.p_value:.2g}"),
         (outside, "Measures outside", "a right model has one on 1 of 20 days"),
     ]
-    answer = [capital(f"{line}.") for line in found.lines(spoken=True)]
+    answer = [capital(f"{line}.") for line in found.lines()]
     worst = farthest(found)
     others = [number for number in range(days) if number != worst]
     return pages.ReportPage(
@@ -43,7 +43,7 @@ def page(found: Validation, command: str = "") -> pages.ReportPage:
             plot.day(found, worst),
         ],
         sections={
-            "All measures": [html.table(_HEAD, _cells(found), name="measures")],
+            "All measures": [html.table(HEAD, cells(found), name="measures")],
             "Where robots drove": [] if found.passed is None else [plot.passages(found), plot.residuals(found)],
             "Where robots stood": [] if found.stood is None else [plot.residuals(found, by="stood")],
             "Other days": [plot.day(found, number, title=found.days[number]) for number in others],
@@ -66,15 +66,13 @@ def _said_of(found: Validation, number: int) -> str:
     return f"Drops over {found.days[number]}{besides}: {held}."
 
 
-def _cells(found: Validation) -> list[list[str]]:
-    """The rows of the table, shares in per cent."""
+def cells(found: Validation) -> list[list[str]]:
+    """The rows of the table below `HEAD`."""
     rows = []
     for row in found.rows():
-        measure = MEASURES[row.name]
-        is_share = measure.kind == "share"
-        unit = "%" if is_share else words.unit(measure.kind, found.model.units)
-        real, simulated, low, high = (
-            f"{(100 if is_share else 1) * value:.3g}" for value in (row.real, row.simulated, row.low, row.high)
-        )
-        rows.append([capital(words.with_unit(measure.meaning, unit)), real, simulated, f"{low} to {high}", row.verdict])
+        meaning, _, kind = MEASURES[row.name]
+        scale = words.scale_of_kind(kind, found.model, (row.real, row.simulated))
+        name = words.with_unit(capital(meaning), "" if scale.is_share else scale.unit)
+        band = f"{scale.bare(row.low)} to {scale.single(row.high)}"
+        rows.append([name, scale.single(row.real), scale.single(row.simulated), band, row.verdict])
     return rows

@@ -296,12 +296,12 @@ def check(model: Model) -> Check:
     layout = model.floor
     graph = layout.graph
     contact = model.fleet.contact
-    length, speed = model.units.length, model.fleet.fastest
+    length, speed, fleet = model.units.length, model.fleet.fastest, model.fleet.size
     parts = (len(graph), "node"), (graph.number_of_edges(), "edge"), (len(layout.storage), "storage place")
     facts = [
         f"{model.name}: {', '.join(number_of(*part) for part in parts)}",
         f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
-        f"the lanes hold {number_of(checks.room(layout, contact), 'robot')} at once, the fleet has {model.fleet.size}",
+        f"the lanes hold {number_of(checks.room(layout, contact), 'robot')} at once, the fleet has {fleet:,}",
     ]
     if model.fleet.slowness:
         stop = model.fleet.slowness * speed

@@ -230,7 +230,7 @@ def test_the_target_is_a_line_a_column_and_an_answer(browser: Any, tmp_path: Pat
         f"--target 'T <= 2000' --indicator S --quiet --page {tmp_path}/page.html --out {tmp_path}/out"
     )
     page = Opened(browser, tmp_path / "page.html")
-    assert "target: task time at most 2,000 steps" in page.browser.find_element("id", "curve").text
+    assert "target: task time at most 2,000 steps" in page.text("legend")
     assert page.text("answers").startswith("Task time at most 2,000 steps is reached ")
     assert [page.attribute(f"{side}-0", "value") for side in "ab"] == ["0", "2"]  # one robot beside three
     heads = [cell.text for cell in page.browser.find_elements("css selector", "#designs th[scope=col]")]
@@ -261,8 +261,20 @@ def uneven(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Path]:
 @pytest.mark.parametrize("which", [0, 1])
 def test_unequal_runs_fit_screens_of_any_width(browser: Any, uneven: tuple[Path, Path], which: int) -> None:
     page = Opened(browser, uneven[which])
-    for width in (390, 1024, 1280, 1400, 1920):
+    for width in (390, 800, 1024, 1280, 1400, 1920):
         page.enlarge(width, 900, mobile=width == 390)
         assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
         assert page.browser.execute_script(OUTSIDE) == [], width
     assert page.complaints() == []
+
+
+def test_paper_has_all_of_the_page_and_nothing_to_press(browser: Any, uneven: tuple[Path, Path]) -> None:
+    page = Opened(browser, uneven[0])
+    page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "print"})
+    page.enlarge(718, 1000)  # A4
+    pressed = page.browser.find_elements("css selector", "button, input")
+    assert [item.get_attribute("id") for item in pressed if item.is_displayed()] == []
+    assert page.browser.execute_script("return document.documentElement.scrollWidth") <= 718
+    figure = page.browser.find_element("id", "curve").rect
+    assert figure["width"] > figure["height"] > 200
+    page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": ""})

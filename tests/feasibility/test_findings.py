@@ -57,7 +57,7 @@ def test_robots_that_park_without_chargers_run_low_together():
     # (100 - 6.25) / 0.02 = 4,687.5 for a second: the third would wait 8,437.5 s, and 25 last 5,000.
     found = codes(DEFAULTS)["HOME_WITHOUT_CHARGER"]
     assert "at 25 they come to 4 chargers together" in found.text
-    assert "wait 8438 s or more on a battery that then lasts 5000" in found.text
+    assert "wait 8,438 s or more on a battery that then lasts 5,000" in found.text
     with pytest.raises(CheckError, match="HOME_WITHOUT_CHARGER"):
         dw.simulate(planner(DEFAULTS))
     with pytest.raises(BatteryError, match="ran flat at time 20000"):

@@ -31,11 +31,11 @@ def test_delays_closures_slow_zones_and_people_are_left_out_of_estimates():
         "traffic.slow.ramp is slow for 25 % of the time"
     ]
     assert said({"people": {"pickers": {"per_hour": 60, "stay": 30}, "boss": {"times": [9, 99], "stay": 60}}}) == [
-        "people.pickers: an aisle has somebody in it for 39.35 % of the time on average",  # 1 - exp(-0.5)
+        "people.pickers: an aisle has somebody in it for 39.3 % of the time on average",  # 1 - exp(-0.5)
         "people.boss: visits at 2 times",
     ]
     hours = {"people": {"pickers": {"per_hour": 60, "stay": 30, "hours": "cleaning"}}}
-    assert said(hours) == ["people.pickers: an aisle has somebody in it for 9.837 % of the time on average"]
+    assert said(hours) == ["people.pickers: an aisle has somebody in it for 9.84 % of the time on average"]
 
 
 def test_a_closure_that_never_comes_is_a_slip():

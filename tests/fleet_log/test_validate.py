@@ -46,7 +46,7 @@ def test_the_right_model_is_not_refuted(days):
     right = validate(model, [day], runs=39)
     assert not right.refuted
     assert right.lines()[0].startswith("not refuted (1 day, 39 simulated")
-    assert "power: a 10 % error would be seen in trip_mean with" in right.lines()[-1]
+    assert "power: a 10 % error would be seen in mean time from pick to drop with" in right.lines()[-1]
 
 
 def test_measures_of_a_run_are_its_indicators(days):
@@ -75,8 +75,8 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
     assert result.exit_code == 0, result.output
     first, *then = result.output.splitlines()
     assert first.startswith("refuted by")
-    assert "share_loaded" in first
-    assert any(line.startswith("look at share_loaded: speed with a load") for line in then)
+    assert "time driving with a load" in first
+    assert any(line.startswith("look at time driving with a load: speed with a load") for line in then)
     assert "OUTSIDE" in result.output
     assert then[-1].endswith("page.html: open it in a browser")
     assert "Look at time driving with a load: speed with a load" in (tmp_path / "page.html").read_text(encoding="utf-8")

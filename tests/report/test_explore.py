@@ -176,7 +176,7 @@ def test_a_warm_up_found_for_each_design_stands_beside_it():
         numbers.number(at) for at in study.plan.warm_up
     ]
     low, high = sorted(study.plan.warm_up)
-    found = f"{low:,.0f} to {high:,.0f} steps, found for each design"
+    found = f"{low:,.0f} steps to {high:,.0f} steps, found for each design"
     assert dict(content["facts"])["Warm-up"].startswith(found)
     assert found in study_parts.design(study.results)
     table = study_parts.results(study.results)

@@ -8,8 +8,9 @@ import desim_warehouse as dw
 from desim_warehouse.cli.study_options import ModelOptions
 from desim_warehouse.cli.why import _commands, _show
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report.text import why_words
+from desim_warehouse.report.text import answers, why_words
 from desim_warehouse.study.reliefs.suspects import Suspect, suspects
+from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import Gain, Gains
 from desim_warehouse.study.why import Why, usual_indicator, why
 from tests.docs import pages
@@ -121,12 +122,13 @@ def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
     assert pages.run_desim("desim run w.yaml --out run")[0] == 0
-    status, out, _ = pages.run_desim("desim why w.yaml --quiet")
+    status, out, _ = pages.run_desim("desim why w.yaml --quiet --out study")
     assert status == 0
     said = next(line for line in out.splitlines() if "holds it up" in line)
     assert said.startswith("Station packing holds it up: one server more at each node of packing gains ")
     of_run = pages.run_desim("desim why run --quiet")[1]
     assert of_run.split("each relief")[0] == out.split("each relief")[0]
+    assert answers.answer(Results.load("study")) == ([said], "relief=one server more at each node of packing")
     answer = json.loads(pages.run_desim("desim why run --quiet --json")[1])
     assert answer["answer"] == said
     assert answer["reliefs"][0]["set"] == {"layout.stations.packing.servers": 2}

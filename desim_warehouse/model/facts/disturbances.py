@@ -52,7 +52,7 @@ def _delays(model: Model) -> Iterator[str]:
     for kind, robot in _kinds(model):
         if robot.delays is not None and robot.delays.share:
             time, share = mean_of(robot.delays.time), robot.delays.share
-            yield f"{_robots(kind)} lose {amount(time)} {model.units.time} at {amount(100 * share)} % of the nodes"
+            yield f"{_robots(kind)} lose {amount(time)} {model.units.time} at {100 * share:.3g} % of the nodes"
 
 
 def _kinds(model: Model) -> Iterable[tuple[str, RobotSpec]]:
@@ -69,7 +69,7 @@ def _people(model: Model, layout: Layout) -> Iterator[str]:
         there = occupied(model, layout, people)
         if there is not None:
             share = there * model.hours(people.hours).share(0.0, model.run.end)
-            yield f"people.{name}: an aisle has somebody in it for {amount(100 * share)} % of the time on average"
+            yield f"people.{name}: an aisle has somebody in it for {100 * share:.3g} % of the time on average"
         else:
             yield f"people.{name}: visits at {len(people.times)} times"
 
@@ -82,7 +82,7 @@ def _closures(model: Model) -> Iterator[str]:
         if math.isinf(end) and math.isinf(hours.period):  # for some time of a run that has no end
             yield f"{place} is {what} at times"
         elif not never_in_run(model, calendar):
-            yield f"{place} is {what} for {amount(100 * hours.share(0.0, end))} % of the time"
+            yield f"{place} is {what} for {100 * hours.share(0.0, end):.3g} % of the time"
 
 
 def at_times(model: Model) -> dict[str, tuple[str, str]]:

@@ -74,7 +74,7 @@ def facts(study: Results) -> list[tuple[str, str]]:
         ("Designs", f"{len(study.designs)}, all combinations"),
         ("Replications", words.replications(plan)),
         ("Runs", f"{len(study.rows):,}" + (f", {failed:,} of them failed and are left out" if failed else "")),
-        ("Run length", "until all work is done" if length is None else words.in_unit(length, units.time)),
+        ("Run length", "until all work is done" if length is None else numbers.duration(length, units.time)),
         ("Warm-up", words.warm_up(study)),
         ("Seed of the study", str(plan.seed)),
         ("Seeds of the runs", ", ".join(str(seed) for _, seed in seeds) + "; the same for every design"),

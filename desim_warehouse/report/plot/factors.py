@@ -78,7 +78,8 @@ def by_factor(
         kind = "bars" if not is_numeric(levels) else "points" if len(levels) > _MANY else "line"
     alt = f"{words.indicator_name(indicator)} by {words.in_words(factor)}"
     alt += f" and {words.in_words(group)}" if group else ""
-    with look.drawing(ax, style, title, (6.4, 3.8), alt) as axes:
+    above = f"{title}\n" if title and target is not None else title  # a line for the target
+    with look.drawing(ax, style, above, (6.4, 3.8), alt) as axes:
         for index, name in enumerate(names):
             chosen = [cell for cell in found if group is None or cell.levels[0] == name]
             label = "" if group is None else look.text(words.level(name))
@@ -166,7 +167,7 @@ def _vertical(axes: Axes, indicator: str, found: list[Cell], target: float | Non
 
 
 def _target(axes: Axes, indicator: str, value: float, found: list[Cell]) -> None:
-    """A line at the target, with its value; the axis is for means, their intervals and the line.
+    """A line at the target, its value above the axes; the axis is for means, their intervals and the line.
 
     Intervals that are many times as wide as the means lie apart are cut off.
     """
@@ -177,10 +178,8 @@ def _target(axes: Axes, indicator: str, value: float, found: list[Cell]) -> None
     ends = [end for cell in found for end in cell.estimate.interval or ()]
     reach = _REACH * room
     axes.set_ylim(max(min([low, *ends]), low - reach) - room / 4, min(max([high, *ends]), high + reach) + room / 4)
-    label = f"target {words.amount(indicator, value)}"
-    axes.annotate(
-        label, (1, value), (0, -3), xycoords=("axes fraction", "data"), textcoords="offset points", ha="right", va="top"
-    )
+    label = f"– – target {words.amount(indicator, value)}"
+    axes.annotate(label, (1, 1), (0, 3), xycoords="axes fraction", textcoords="offset points", ha="right")
 
 
 def _parts(table: pd.DataFrame, by: Sequence[str], indicator: str) -> list[tuple[str, pd.DataFrame]]:

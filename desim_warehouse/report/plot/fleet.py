@@ -21,6 +21,10 @@ if TYPE_CHECKING:
 
 _LABELLED = 24
 """The most robots or designs that have a name each on the axis."""
+_BESIDE_LEGEND = 30
+"""Letters of all these names for which there is room beside a legend."""
+_APART = 60
+"""The most bars with white between them; of more nothing else would be seen."""
 
 
 def utilisation(
@@ -48,21 +52,21 @@ def utilisation(
         across = words.factor_label(factor, model.units if model else None)
         over = words.averaged(averaged_over(source, [factor]))
     with look.drawing(ax, style, title, (6.4, 3.8), f"Share of time in each state by {across}") as axes:
-        bottom = [0.0] * len(labels)
+        bottom, apart = [0.0] * len(labels), len(labels) <= _APART
         for place, (state, heights) in enumerate(shares.items()):
             axes.bar(
                 range(len(labels)),
                 heights,
-                0.8,
+                0.8 if apart else 1.0,
                 bottom=bottom,
                 label=words.STATE_WORDS[state],
                 color=palette.STATE_COLOURS[state],
                 hatch=look.HATCHES[place % len(look.HATCHES)] if style == "print" else "",
                 edgecolor="white",
-                linewidth=0.5,
+                linewidth=0.5 if apart else 0.0,
             )
             bottom = [low + height for low, height in zip(bottom, heights, strict=True)]
-        numbered(axes, labels)
+        numbered(axes, labels, max(_BESIDE_LEGEND // max(map(len, labels), default=1), 7))
         axes.set_ylim(0, 1)
         axes.grid(visible=False, axis="x")
         axes.set_xlabel(look.text(across + over))
@@ -92,9 +96,9 @@ def _of_table(table: pd.DataFrame, factor: str) -> tuple[list[str], dict[str, li
     return labels, {state: [cell.estimate.mean for cell in found] for state, found in by_state.items()}
 
 
-def numbered(axes: Axes, labels: Sequence[str]) -> None:
+def numbered(axes: Axes, labels: Sequence[str], most: int = _LABELLED) -> None:
     """Labels along an axis of bars, only every n-th where there are many."""
-    step = -(-len(labels) // _LABELLED)
+    step = -(-len(labels) // most)
     axes.set_xticks(range(0, len(labels), step), [look.text(label) for label in labels[::step]])
     axes.set_xlim(-0.6, max(len(labels), 1) - 0.4)
     if max((len(label) for label in labels), default=0) > 12:  # noqa: PLR2004 - letters that fit side by side

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import json
 from collections import Counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.outcome.money import is_fixed
 from desim_warehouse.report.text import numbers, sentences, words
+from desim_warehouse.run.folder import WHY
 from desim_warehouse.study.statistics import MOST_TO_TELL
 from desim_warehouse.study.table import is_numeric
 
@@ -23,6 +25,8 @@ _LONG = 80
 
 def question(study: Results) -> str:
     """What was varied, and what for."""
+    if of_why(study) is not None:
+        return "What holds it up?"
     varied = [_factor(study, key) for key in study.varied or study.factors]
     if study.target is not None:
         aim = words.target(study.target)
@@ -49,8 +53,23 @@ def _factor(study: Results, key: str) -> str:
 
 def answer(study: Results) -> tuple[list[str], str | None]:
     """The answer in sentences, and the design that it names; None where no run has a value to judge by."""
+    found = of_why(study)
+    if found is not None:
+        return [found["answer"]], _relief(study, found)
     lines, named = _best(study) if study.target is None else _on_target(study)
     return lines + ([] if named is None else cost(study, named)), named
+
+
+def of_why(study: Results) -> dict[str, Any] | None:
+    """What `desim why` found; None for other studies."""
+    path = None if study.folder is None else study.folder / WHY
+    return json.loads(path.read_text(encoding="utf-8")) if path is not None and path.is_file() else None
+
+
+def _relief(study: Results, found: dict[str, Any]) -> str:
+    """The design of the relief that gains most, of those that compete; without one the model as it is."""
+    first = next((one["relief"] for one in found["reliefs"] if one["competes"]), None)
+    return next((design for design, levels in study.designs.items() if first in levels), study.baseline)
 
 
 def cost(study: Results, design: str) -> list[str]:
@@ -79,7 +98,8 @@ def _on_target(study: Results) -> tuple[list[str], str | None]:
         parts.setdefault(_name(study, design, demand=True), []).append(design)
     found = [_met_first(study, demand, designs) for demand, designs in parts.items()]
     met = Counter(one.verdict for one in study.judged.values())
-    count = f"Of {number_of(len(study.judged), 'design')} {met['meets']} meet{'s' * (met['meets'] == 1)} the target"
+    meet = f"{met['meets'] or 'none'} meet{'s' * (met['meets'] < 2)}"  # noqa: PLR2004 - the singular
+    count = f"Of {number_of(len(study.judged), 'design')} {meet} the target"
     count += f", {met['fails']} do{'es' * (met['fails'] == 1)} not"
     if met["undecided"]:
         count += f", {met['undecided']} {'is' if met['undecided'] == 1 else 'are'} too close to tell"

@@ -8,7 +8,7 @@ import shlex
 from dataclasses import asdict, dataclass
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import options_of
 from desim_warehouse.report.text import cap_words, numbers, words
 from desim_warehouse.report.text.sentences import capital
@@ -214,7 +214,7 @@ def _ended(plan: FleetPlan, sized: Sized, when: str) -> str:
     left, few = sorted(sized.open), [(one.robots, one.chargers) for one in sized.below]
     parts = [] if sized.best is None else [f"{_fleets([(sized.best.robots, sized.best.chargers)])} {aim}"]
     parts += [f"{_fleets(few)} do not{'' if parts else f' {aim}'}"] if few else []
-    parts += [f"{_fleets(left[:_LISTED])}{f' and {len(left) - _LISTED} more' if len(left) > _LISTED else ''} are open"]
+    parts += [f"{_fleets(left) if len(left) <= _LISTED else _many(left)} are open"]
     return f"{when} the runs allowed ended before an answer: {', '.join(parts)}."
 
 
@@ -223,6 +223,17 @@ def _fleets(counts: Sequence[tuple[int, int]]) -> str:
     if any(chargers for _, chargers in counts):
         return ", or ".join(words.fleet(*one) for one in counts)
     return f"{spoken([f'{robots}' for robots, _ in counts])} robot{'s' * (counts[-1][0] != 1)}"
+
+
+def _many(counts: Sequence[tuple[int, int]]) -> str:
+    """Fleets that are too many to be named: `36 fleets of 6 to 14 robots and 1 to 4 chargers`."""
+    spans = zip(map(min, zip(*counts, strict=True)), map(max, zip(*counts, strict=True)), strict=True)
+    parts = [
+        f"{low} to {high} {what}s" if low < high else number_of(high, what)
+        for (low, high), what in zip(spans, ("robot", "charger"), strict=True)
+        if high
+    ]
+    return f"{len(counts)} fleets of {spoken(parts)}"
 
 
 def _sized(plan: FleetPlan, sized: Sized, when: str, model: Model) -> str:

@@ -20,6 +20,8 @@ VERDICTS = {True: "differs", False: "not shown to differ", None: "cannot be test
 _SMALLEST_P = 0.001
 _NEAR = 0.01
 """Shares nearer to none or all than this have more than one decimal."""
+_EXACT = 1e-4
+"""An interval narrower than this part of the mean is none."""
 _FEW = 5
 """Runs below which it is said beside an interval that there are so few, where they all agree."""
 _MORE = 3
@@ -113,6 +115,16 @@ def decimals(half_width: float) -> int:
     if not half_width or not math.isfinite(half_width):
         return 0
     return 1 - math.floor(math.log10(abs(half_width)))
+
+
+def within(mean: float, low: float, high: float) -> str:
+    """A mean with the ends of its interval, by the digits that this deserves: `1.299 (1.298 to 1.301)`."""
+    if math.isnan(low):
+        return measured(mean)
+    half = (high - low) / 2
+    digits = decimals(half) if _EXACT * abs(mean) < half < math.inf else None
+    said = [measured(value) if digits is None else number(value, digits) for value in (mean, low, high)]
+    return f"{said[0]} ({said[1]} to {said[2]})"
 
 
 def p_value(p: float | None) -> str:

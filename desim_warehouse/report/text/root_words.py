@@ -27,7 +27,8 @@ def root(of: Root, model: Model) -> str:
     if of.cause in _PLACES:
         return _PLACES[of.cause].format(_with_names(of.at, model))
     if of.cause in APART:
-        return f"{APART[of.cause].doing.removeprefix('waiting ')}: {_with_names(of.at, model)}"
+        what, at = APART[of.cause].doing.removeprefix("waiting "), _with_names(of.at, model)
+        return what.replace("an edge", at) if "an edge" in what else f"{what} on {at}"
     floor = model.floor
     kinds = (floor.stations,) if SHOWN[of.cause].phase in _HANDLING else (floor.bays, floor.stations)
     zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}

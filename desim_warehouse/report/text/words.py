@@ -73,6 +73,8 @@ _POLICIES = {
     },
 }
 """Policies that are compared with one another, by what they choose."""
+_SAID_ALONE = "relief"
+"""The factor of `desim why`: its cases say what they are, such as `one robot more`."""
 _LONGEST = 44
 """A label longer than this is cut."""
 
@@ -181,7 +183,7 @@ def setting(key: str, value: Any) -> str:
     """A key of the model with a value, in words: `allocation: the nearest robot (nearest)`, `goods 20 random`."""
     known = about(key)
     if known is None:
-        return f"{key}: {level(value)}"
+        return level(value) if key == _SAID_ALONE else f"{key}: {level(value)}"
     said = policy(key, value) if key.startswith("policies.") and isinstance(value, str) else level(value)
     return f"{known.label}{':' * isinstance(value, str)} {said}"
 
@@ -205,7 +207,8 @@ def replications(plan: StudyPlan) -> str:
     if isinstance(rule, int):
         return str(rule)
     if isinstance(rule, tuple):
-        return f"{min(rule)} to {max(rule)} of each design, as the procedure asked for"
+        many = f"{min(rule)} to {max(rule)}" if min(rule) < max(rule) else f"{max(rule)}"
+        return f"{many} of each design, as the procedure asked for"
     return (
         f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
         f"{number(100 * rule.half_width)} % of its mean"
@@ -233,8 +236,8 @@ def warm_up(study: Results) -> str:
     """What is not counted: one time for all designs, or found for each."""
     found, unit = study.warm_ups.values(), study.base.units.time
     if not found:
-        return f"{in_unit(study.base.run.warm_up, unit)}, not counted"
-    return f"{number(min(found))} to {in_unit(max(found), unit)}, found for each design, not counted"
+        return f"{duration(study.base.run.warm_up, unit)}, not counted"
+    return f"{duration(min(found), unit)} to {duration(max(found), unit)}, found for each design, not counted"
 
 
 def target(goal: Target) -> str:
@@ -261,8 +264,12 @@ def amount(indicator: str, value: float, unit: str = "") -> str:
 
 def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
     """How values of an indicator are written: shares in per cent, times in a unit that fits these values."""
-    kind = indicator_kind(indicator)
-    if is_share(indicator):
+    return PERCENT if is_share(indicator) else scale_of_kind(indicator_kind(indicator), model, values)
+
+
+def scale_of_kind(kind: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
+    """The same by the kind of a quantity."""
+    if kind == "share":
         return PERCENT
     if kind == "time" and model is not None:
         return times(model.units.time, values)
@@ -272,7 +279,7 @@ def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> 
         return Scale("tasks/h")
     if kind.startswith("money"):
         return Scale(money(model))
-    return Scale(unit(kind, model.units if model else None))
+    return Scale("" if kind == "energy" else unit(kind, model.units if model else None))
 
 
 def value(indicator: str, value: float, model: Model) -> str:

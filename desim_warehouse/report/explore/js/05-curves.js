@@ -29,10 +29,9 @@ class Curves {
     this.legend(held, one);
   }
 
-  // A line at the target, with its words.
+  // A line at the target; its words stand below the curve, where they hide no point.
   aim({ left, right, y }, value) {
     this.svg.append(shape("path", { class: "target", d: `M${left} ${y(value)}H${right}` }));
-    this.svg.append(shape("text", { class: "soft", x: right, y: y(value) - 5, "text-anchor": "end" }, `target: ${this.study.target.words}`));
   }
 
   curve(points, kind, y, name) {
@@ -60,6 +59,8 @@ class Curves {
     const rest = this.study.factors.length > 1, { better } = this.study.indicators[this.state.indicator];
     const lines = one ? (rest ? [element("span", {}, letter("a"), letter("b"), ` ${held[0]}`)] : [])
       : SIDES.map((side, rank) => element("span", {}, letter(side), ` ${held[rank]}`));
+    const { target } = this.study;
+    if (target?.name === this.study.indicators[this.state.indicator].name) lines.push(element("span", {}, `╌╌ target: ${target.words}`));
     if (this.study.designs.some(({ marks }) => marks)) lines.push(element("span", {}, "△ something is wrong with the design"));
     if (better) lines.push(element("span", {}, `${better === "less" ? "Less" : "More"} is better`));
     byId("legend").replaceChildren(...lines);

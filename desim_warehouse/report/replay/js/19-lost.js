@@ -9,9 +9,9 @@ class LostTime {
     root.hidden = found.length === 0;
     if (root.hidden) return;
     const table = element("table"), body = table.createTBody();
-    table.createCaption().textContent = "What robots waited for";
     this.rows = found.map((one, number) => this.row(body, one, number));
     const list = element("div", { class: "list", tabindex: 0, role: "region", "aria-label": "What robots waited for" }, table);
+    root.append(element("h2", {}, "What robots waited for"));
     if (found.length >= FILTERED) root.append(this.filter());
     root.append(list);
   }

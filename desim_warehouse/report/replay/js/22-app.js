@@ -23,7 +23,10 @@ class App {
     byId("name").textContent = [...new Set(page.runs.map((header) => header.name))].join(" and ");
     const same = page.runs.every(({ work }) => work);
     byId("label").textContent = this.sides.length === 1 ? page.runs[0].label : same ? "" : "not the same work: differences may come from that";
-    const watch = new ResizeObserver(() => this.resized());
+    const watch = new ResizeObserver(() => {
+      this.resized();
+      this.show(); // at once: a canvas of a new size is black
+    });
     for (const root of roots) watch.observe(root.querySelector(".stage"));
     this.resized();
     this.controls.recolour();
