@@ -235,12 +235,11 @@ class World:
             self.robots.append(robot)
 
     def _stand_on_lanes(self) -> None:
-        """Robots that start there, each bound for its home until there is a task for it."""
+        """Robots that start there, each bound for its home until there is a task for it: on a lane those ahead first."""
         starts = [item for item in enumerate(self.model.fleet.starts(self.layout.bays)) if item[1].on_lanes]
         for number, start in sorted(starts, key=lambda item: -item[1].offset):
-            self.robots[number].stand(start)
-        for number, start in starts:
             robot = self.robots[number]
+            robot.stand(start)
             robot.itinerary.start(self.travel.way(start.node, robot.home))
 
     # The run

@@ -137,3 +137,27 @@ def test_robots_in_each_others_way_home_may_start_where_one_can_make_way():
     run = dw.simulate(dw.load(RING, TWO_HOMES))
     assert run.kpis["tasks"] == 1
     assert audit(run) == []
+
+
+STREET_TO_RING = {
+    **RING,
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [10, 0], "C": [20, 0], "D": [20, 10]},
+        "edges": [{"from": "A", "to": "B", "two_way": True}, ["B", "C"], ["C", "D"], ["D", "B"]],
+        "storage": [{"node": "D"}],
+        "bays": {"home": {"at": ["C", "A"], "places": 1}},
+    },
+    "tasks": {**RING["tasks"], "unload_at": ["A"]},
+}
+
+
+@pytest.mark.parametrize("ahead", [0, 1])
+def test_on_a_lane_the_one_ahead_is_first_whatever_its_number(ahead):
+    """The one behind turns at B and drives back; the one ahead drives on."""
+    offsets, homes = [4, 2], ["C", "A"]
+    if ahead == 1:
+        offsets, homes = offsets[::-1], homes[::-1]
+    starts = [on_edge("AB", offset) for offset in offsets]
+    run = simulated(*starts, model=STREET_TO_RING, fleet__start=homes, tasks__goods=[{"good": 0, "release": 100}])
+    assert run.kpis["tasks"] == 1
+    assert audit(run) == []
