@@ -20,6 +20,10 @@ from tests.laws.two_way import KINDS
 from tests.laws.wider import wider
 
 DAILY, LONG = 40, 3000
+WENT_WRONG = (1213, 2234)
+"""Runs that ended while a ring gathered speed: how far its robots had come was wrong."""
+ON_ONE_LANE = (("bridges", 19), ("bridges", 286), ("ring", 316))
+"""Of robots that started on one lane the one behind had the smaller number."""
 
 
 def make(number):
@@ -32,7 +36,7 @@ def make(number):
     return moving(plain, number)
 
 
-@pytest.mark.parametrize("numbers", [range(DAILY), *chunks(0, LONG, pytest.mark.long)])
+@pytest.mark.parametrize("numbers", [range(DAILY), WENT_WRONG, *chunks(0, LONG, pytest.mark.long)])
 def test_work_ends_and_all_is_counted(numbers):
     assert Found.of(numbers, make) == Found()
 
@@ -40,6 +44,15 @@ def test_work_ends_and_all_is_counted(numbers):
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("seed", [*range(6), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(6, 400))])
 def test_every_task_ends_on_two_way_lanes(kind, seed):
+    every_task_ends(kind, seed)
+
+
+@pytest.mark.parametrize(("kind", "seed"), ON_ONE_LANE)
+def test_every_task_ends_where_robots_start_on_one_lane_in_any_order(kind, seed):
+    every_task_ends(kind, seed)
+
+
+def every_task_ends(kind, seed):
     mapping = moving(test_two_way.model(kind, seed), seed)
     if seed % 3 == 1:
         mapping = wider(mapping, f"{kind} {seed}")

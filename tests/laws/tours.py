@@ -63,7 +63,8 @@ def _flows(mapping, draw):
     for rank in range(draw.randint(1, 3)):
         source = draw.choice(ends)
         of = {name: station["at"][0] for name, station in stations.items()}
-        others = [end for end in ends if end == "storage" or of.get(end, end) != of.get(source, source)]
+        here = {source, of.get(source, source)}  # a node may have the name of a station elsewhere
+        others = [end for end in ends if end == "storage" or here.isdisjoint({end, of.get(end, end)})]
         target = draw.choice([*others, "storage"])
         via = [draw.choice([*stations, *nodes[:3]]) for _ in range(draw.choice((0, 0, 1, 2)))]
         arrivals = {"schedule": sorted([{"at": draw.uniform(0, 50), "tasks": draw.randint(1, 4)}] * 2, key=str)}

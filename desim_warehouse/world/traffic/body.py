@@ -294,6 +294,7 @@ class Body:
 
     def start_with_ring(self, time: float, stretch: Stretch) -> None:
         """The ring has braked and gathered speed, and starts at that time."""
+        self.line_at = self.until
         self.until = time
         self.stretch = stretch
 
@@ -385,7 +386,8 @@ class Body:
     def commit_stretch(self, stretch: Stretch) -> None:
         """It leaves its lane by a stretch that was worked out before."""
         self.stretch = stretch
-        self.line_at = self.until
+        if self.train_pace == math.inf:  # else the ring starts at `until`
+            self.line_at = self.until
 
     def commit_length(self, length: float, now: float) -> float:
         """It drives a further length on its lane, and sets off at the time returned."""
