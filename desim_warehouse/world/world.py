@@ -235,7 +235,7 @@ class World:
             self.robots.append(robot)
 
     def _stand_on_lanes(self) -> None:
-        """Robots that start there, on a lane those ahead first, bound for their homes until there is a task for them."""
+        """Robots that start there, on a lane those ahead first; each is bound for home until there is a task for it."""
         starts = [item for item in enumerate(self.model.fleet.starts(self.layout.bays)) if item[1].on_lanes]
         for number, start in sorted(starts, key=lambda item: -item[1].offset):
             robot = self.robots[number]
