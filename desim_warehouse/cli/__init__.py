@@ -13,7 +13,6 @@ from typing import Any
 
 import click
 
-from desim_warehouse import threads
 from desim_warehouse._version import __version__
 
 COMMANDS = {
@@ -115,6 +114,7 @@ class _Harmless:
 def main() -> None:
     """Run the command; an error of the package is one clear message and exit status 2, never a traceback."""
     from desim_warehouse.errors import WarehouseError, got, reason
+    from desim_warehouse.study.execution import threads
 
     gc.set_threshold(_GARBAGE)
     threads.alone()

@@ -1,9 +1,9 @@
 """Executors for the runs of a study: in this process, in worker processes of this machine, or on a Dask cluster.
 
 The results are the same. A run is submitted, which gives a `handle`, and `work` simulates it in any process. `pool` has
-the worker processes, whose own code is `worker`. `auto` says when they are worth it, `batches` which runs are handed
-out next, in a thread of its own (`shared`). `signals` makes Ctrl-C safe. `store` keeps finished runs in a folder, or in
-the user's `cache`.
+the worker processes, whose own code is `worker`; `threads` keeps numerical libraries to one in each. `auto` says when
+they are worth it, `batches` which runs are handed out next, in a thread of its own (`shared`). `signals` makes Ctrl-C
+safe. `store` keeps finished runs in a folder, or in the user's `cache`.
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse import threads
+from desim_warehouse.study.execution import threads
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
