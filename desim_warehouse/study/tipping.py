@@ -133,7 +133,7 @@ def tipping_points(
     """Find where inputs that are not known exactly tip the number of robots that meets a target.
 
     Args:
-        model: the warehouse, with the chargers that it is to have.
+        model: the warehouse, with the chargers that it is to have, and about as many robots: they are looked at first.
         target: such as "on_time >= 95 %".
         uncertain: key of the model -> the lowest and the highest value that it may have.
         runs: the most that may be done.
