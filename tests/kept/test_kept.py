@@ -166,3 +166,26 @@ def test_the_environment_keeps_its_former_path_for_now(monkeypatch):
     ):
         from desim_warehouse import rl
     assert rl.AllocationEnv is AllocationEnv
+
+
+@pytest.fixture
+def of_030(tmp_path):
+    """What 0.3.0 wrote: a run of the tutorial's model with the whole log, a plan and a why of a small draft."""
+    return Path(shutil.copytree(HERE / "0.3.0", tmp_path / "0.3.0"))
+
+
+@pytest.mark.parametrize("name", ["run", "plan", "why"])
+def test_a_folder_of_030_is_reported(of_030, name):
+    assert called("report", of_030 / name).exit_code == 0
+    assert "0.3.0" in (of_030 / name / "report.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.parametrize("name", ["n", "q", "w"])
+def test_drafts_of_030_load_and_pass_check(name):
+    assert not dw.check(dw.load(HERE / "0.3.0" / f"{name}.yaml")).errors
+
+
+def test_a_run_of_030_has_the_indicators_that_were_saved_with_it():
+    saved = json.loads((HERE / "0.3.0" / "run" / "kpis.json").read_text())
+    run = dw.load_run(HERE / "0.3.0" / "run")
+    assert {name: run.kpis[name] for name in saved} == saved
