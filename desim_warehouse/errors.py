@@ -11,6 +11,7 @@
     │   └── BatteryError      a robot ran flat
     ├── StudyError        a study that cannot be run, stored or read
     └── ReportError       a report, replay or export that cannot be made
+        └── NoIndicatorError  an indicator that a run does not have; also a KeyError
 
 Catch `WarehouseError` to catch them all. Below the tree: how messages word values, lists and near misses.
 """
@@ -83,6 +84,12 @@ class StudyError(WarehouseError):
 
 class ReportError(WarehouseError):
     """A report, replay, figure or export that cannot be made."""
+
+
+class NoIndicatorError(ReportError, KeyError):
+    """An indicator that a run does not have."""
+
+    __str__ = Exception.__str__  # a KeyError would put its message into quotes
 
 
 class Interruption(BaseException):

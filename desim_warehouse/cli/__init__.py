@@ -118,7 +118,8 @@ def main() -> None:
 
     gc.set_threshold(_GARBAGE)
     threads.alone()
-    sys.stdout = _Harmless(sys.stdout)
+    if sys.stdout is not None:  # it is None where the shell has closed it
+        sys.stdout = _Harmless(sys.stdout)
     try:
         desim(standalone_mode=True)
     except WarehouseError as error:

@@ -160,10 +160,17 @@ def load_source(source: str, assignments: tuple[str, ...], **besides: Any) -> Mo
     return load_run(source)
 
 
-def run_of(source: str, assignments: tuple[str, ...], seed: int, **besides: Any) -> Run:
-    """The run of a folder, or of a model file simulated now; raises as `load_source`."""
+def run_of(
+    source: str,
+    assignments: tuple[str, ...],
+    seed: int,
+    *,
+    until: Callable[[Model], float | None] = lambda _: None,
+    **besides: Any,
+) -> Run:
+    """The run of a folder, or of a model file simulated now, up to a moment; raises as `load_source`."""
     from desim_warehouse.run import Run as Done
     from desim_warehouse.run import simulate
 
     start = load_source(source, assignments, **besides)
-    return start if isinstance(start, Done) else simulate(start, seed)
+    return start if isinstance(start, Done) else simulate(start, seed, until=until(start))

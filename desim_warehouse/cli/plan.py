@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import json
-import math
 import sys
 from pathlib import Path
 from time import monotonic
@@ -17,7 +16,6 @@ from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
     interruptible,
-    read_values,
     read_vary,
     with_execution,
     with_first_and_cap,
@@ -37,8 +35,6 @@ if TYPE_CHECKING:
 
 ALL_YEAR = 8760.0
 """Hours."""
-MOST_TIMES = 10.0
-"""Times today's demand; a larger number without % was probably meant in per cent."""
 NOT_ENOUGH = "no fleet within --robots and --chargers was shown to be enough: relieve the bottleneck"
 
 
@@ -99,6 +95,7 @@ def command(
     from desim_warehouse.report.text import fleet_words, tipping_words
     from desim_warehouse.report.text.numbers import duration
     from desim_warehouse.study.fleet import plan_fleet
+    from desim_warehouse.study.fleet.given import counts_of, growth_of
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, question.assignments, as_json=as_json)
@@ -108,10 +105,10 @@ def command(
         found = plan_fleet(
             loaded,
             target,
-            growth=None if growth is None else _growth(growth),
+            growth=growth_of(growth, "--growth"),
             strategies=read_vary(vary) if vary else None,
-            robots=_counts(robots, "--robots"),
-            chargers=_counts(chargers, "--chargers"),
+            robots=counts_of(robots, "--robots"),
+            chargers=counts_of(chargers, "--chargers"),
             zone=None if zone is None else _zone(zone, target, loaded),
             runs=runs,
             first=first,
@@ -143,49 +140,12 @@ def _priced(model: Model, **prices: float | None) -> Model:
     return model.replace({"prices": {**before, **given}}) if given else model
 
 
-def _growth(text: str) -> float:
-    """The factor of demand that a growth such as `30%`, or a factor from 1 to 10 such as `1.3`, is."""
-    from desim_warehouse.values.units import UnitNames, quantity
-
-    is_share = text.strip().endswith("%")
-    try:
-        number = quantity(text, "share", UnitNames())
-    except ValueError:
-        number = math.nan
-    grown = round(1 + number, 12) if is_share else number
-    if not 0 < grown < math.inf:
-        raise click.BadParameter(f"{text!r} is no growth such as 30%, or 1.3 times.", param_hint="--growth")
-    if not is_share and not 1 < grown <= MOST_TIMES:
-        meant = f"{number:g}%" if number > MOST_TIMES else f"{100 * number:g}% or {1 + number:g}"
-        raise click.BadParameter(f"{text} times as much: did you mean {meant}?", param_hint="--growth")
-    return grown
-
-
 def _zone(text: str, target: str, loaded: Model) -> float:
     """An indifference zone such as `1 %`, `5 s` or `5`, in the unit of the target's indicator."""
     from desim_warehouse.study.target import amount_of, read_target
 
     units = loaded.units.names
     return amount_of(read_target(target, units).indicator, text, units, "--zone")
-
-
-def _counts(text: str | None, option: str) -> list[int] | None:
-    """Whole numbers from 1 upwards, such as `1..8` or `4,6,8`."""
-    from desim_warehouse.errors import ModelError
-    from desim_warehouse.study.factors import listed
-
-    if text is None:
-        return None
-    problems: list[str] = []
-    given = read_values(text, option, problems)
-    try:
-        found = [] if problems else listed(given)
-    except ValueError:
-        found = []
-    numbers = [value for value in found if isinstance(value, int) and not isinstance(value, bool) and value > 0]
-    if problems or not numbers or len(numbers) < len(found) or numbers != sorted(set(numbers)):
-        raise ModelError(problems or [f"{option} {text}: expected whole numbers upwards from 1, such as 1..8"])
-    return numbers
 
 
 def _ranges(given: tuple[str, ...], model: Model) -> dict[str, tuple[float, float]]:

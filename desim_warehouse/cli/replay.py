@@ -9,6 +9,7 @@ import click
 from desim_warehouse.cli.options import run_of, with_overrides, with_seed
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
 
 
@@ -27,7 +28,7 @@ if TYPE_CHECKING:
 @click.option(
     "--from", "start", metavar="TIME", help="First moment shown, such as 20min; a plain number is in the model's unit."
 )
-@click.option("--to", "end", metavar="TIME", help="Last moment shown.")
+@click.option("--to", "end", metavar="TIME", help="Last moment shown, and simulated of a MODEL.")
 @click.option(
     "--palette",
     type=click.Choice(["safe", "paper"]),
@@ -46,8 +47,15 @@ def command(
     palette: str,
 ) -> None:
     """Write a page that plays a run in any browser, without a network: simulated from MODEL, or read from RUN_DIR."""
-    run = run_of(source, assignments, seed, log="all")
-    other = None if beside is None else run_of(beside, (), seed, log="all")
+
+    def until(model: Model) -> float | None:
+        first, last = (_time(text, option, model.units) for text, option in ((start, "--from"), (end, "--to")))
+        if last is not None and not last > max(first or 0.0, 0.0):
+            raise click.BadParameter(f"{end} is not after {start or 'the start of the run'}.", param_hint="--to")
+        return last
+
+    run = run_of(source, assignments, seed, until=until, log="all")
+    other = None if beside is None else run_of(beside, (), seed, until=until, log="all")
     first, last = (_time(text, option, run.model.units) for text, option in ((start, "--from"), (end, "--to")))
     page = run.replay(output, start=first, end=last, palette=palette, beside=other)
     click.echo(f"{output}: {len(page.html) / 1e6:.1f} MB; open it in a browser")

@@ -15,7 +15,7 @@ from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, measured, parts_of
 from desim_warehouse.fleet_log.ranks import LEVEL, ranked
 from desim_warehouse.fleet_log.runs import from_run
-from desim_warehouse.model import load
+from desim_warehouse.model import as_model
 from desim_warehouse.run import simulate
 
 if TYPE_CHECKING:
@@ -26,7 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.fleet_log.measures import MeasuredDay
     from desim_warehouse.fleet_log.ranks import Ranked
     from desim_warehouse.fleet_log.table import FleetLog
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Model, Source
 
     Floats = NDArray[np.float64]
 
@@ -141,7 +141,7 @@ class Validation:
 
 
 def validate(
-    model: str | Path | Model,
+    model: Source,
     logs: Sequence[str | Path | FleetLog],
     *,
     orders: Sequence[str | Path] = (),
@@ -163,7 +163,7 @@ def validate(
         raise ReportError(f"{runs} runs can refute nothing, expected at least {math.ceil(2 / LEVEL) - 1}")
     if orders and len(orders) != len(logs):
         raise ReportError(f"{len(orders)} files of orders for {len(logs)} logs, expected one for each")
-    base = load(model) if isinstance(model, str | Path) else model
+    base = as_model(model)
     read = read_logs(logs)
     parts, real, simulated = [], [], []
     for day, log in enumerate(read):

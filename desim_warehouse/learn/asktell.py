@@ -5,11 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Self
 
 from desim_warehouse.errors import PolicyError
+from desim_warehouse.model import as_model
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
 
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Source
     from desim_warehouse.policies import RobotView, Situation, Task
     from desim_warehouse.run import Run
 
@@ -50,12 +51,12 @@ class Steps:
     Raises PolicyError for answers that cannot be carried out, StallError where work is open and nothing is scheduled.
     """
 
-    def __init__(self, model: Model, seed: int = 0) -> None:
+    def __init__(self, model: Source, seed: int = 0) -> None:
         from desim_warehouse.world import World
 
-        self._model = model
+        self._model = as_model(model)
         self._seed = seed
-        self._world = World(model, seed, ask=True)
+        self._world = World(self._model, seed, ask=True)
         self._world.begin()
         self._pending: Decision | None = None
         self._run: Run | None = None
@@ -103,6 +104,6 @@ class Steps:
         return Run(self._model, self._seed, self._world.log, self._world.layout)
 
 
-def steps(model: Model, seed: int = 0) -> Steps:
+def steps(model: Source, seed: int = 0) -> Steps:
     """A run whose allocation decisions are made outside; the same answers give the same log."""
     return Steps(model, seed)

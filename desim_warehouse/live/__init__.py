@@ -21,7 +21,7 @@ from desim_warehouse.live.answers import CONFIDENCE
 from desim_warehouse.live.desk import RUNS, Desk
 from desim_warehouse.live.messages import About, Aim, Knob
 from desim_warehouse.live.offers import offers
-from desim_warehouse.model import Model, load
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.report.replay.page import colours
 from desim_warehouse.report.text import words
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
@@ -51,6 +51,7 @@ class Live:
             import uvicorn
 
             from desim_warehouse.live.app import application
+            from desim_warehouse.live.connections import TimedRequests
         except ImportError as error:
             raise StudyError(f"a live page needs {error.name}; pip install 'desim-warehouse[serve]'") from None
         self.desk = desk
@@ -61,7 +62,7 @@ class Live:
         app = application(desk, about, self.token, hosts, embed)
         config = uvicorn.Config(
             app,
-            http="h11",
+            http=TimedRequests,
             ws="none",
             lifespan="off",
             log_level="critical",
@@ -108,7 +109,7 @@ class Live:
 
 
 def serve(
-    model: str | Path | Mapping[str, Any] | Model,
+    model: Source,
     *,
     vary: Mapping[str, Any] | Iterable[str] = (),
     target: str | None = None,
@@ -138,9 +139,7 @@ def serve(
         ModelError: with every problem of the model, or of the values to vary.
         StudyError: a target, key, folder or port that cannot be used, or the extra `serve` is missing.
     """
-    base = (
-        model.replace(changes or {}, run_code=True) if isinstance(model, Model) else load(model, changes, run_code=True)
-    )
+    base = as_model(model, changes)
     goal = _target(base, target)
     offered = offers(base, vary)
     main = goal.indicator if goal is not None else _main(base)

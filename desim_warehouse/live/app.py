@@ -11,6 +11,7 @@ import json
 import math
 import secrets
 from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
 from pydantic import ValidationError
@@ -27,7 +28,7 @@ from desim_warehouse.report.text.words import scale
 from desim_warehouse.report.web import joined
 
 if TYPE_CHECKING:
-    from collections.abc import AsyncIterator, Mapping
+    from collections.abc import AsyncIterator, Callable, Mapping
 
     from starlette.requests import Request
     from starlette.types import ASGIApp, Receive, Scope, Send
@@ -165,26 +166,24 @@ class Calls:
                 loop.call_soon_threadsafe(changed.set)
 
         listener = Listener(design, pinned, target, int(runs), told, floor=query.get("floor") == "1")
-        self.desk.make_room()
-        return StreamingResponse(self._stream(listener, changed), media_type="text/event-stream", headers=HEADERS)
+        self.desk.listen(listener)  # here, where it can be refused still
+        stream = self._stream(listener, changed)
+        leave = partial(self.desk.leave, listener)
+        return _Stream(stream, leave, media_type="text/event-stream", headers=HEADERS)
 
     async def _stream(self, listener: Listener, changed: asyncio.Event) -> AsyncIterator[str]:
         number = 0
-        self.desk.listen(listener)
-        try:
-            while not self.desk.closing:
-                changed.clear()
-                answer = await run_in_threadpool(self.desk.answer, listener)
-                number += 1
-                yield f"id: {number}\nevent: answer\ndata: {answer.model_dump_json()}\n\n"
-                await asyncio.sleep(_OFTEN)
-                while not changed.is_set() and not self.desk.closing:
-                    try:
-                        await asyncio.wait_for(changed.wait(), ALIVE)
-                    except TimeoutError:
-                        yield "event: alive\ndata: {}\n\n"
-        finally:
-            self.desk.leave(listener)
+        while not self.desk.closing:
+            changed.clear()
+            answer = await run_in_threadpool(self.desk.answer, listener)
+            number += 1
+            yield f"id: {number}\nevent: answer\ndata: {answer.model_dump_json()}\n\n"
+            await asyncio.sleep(_OFTEN)
+            while not changed.is_set() and not self.desk.closing:
+                try:
+                    await asyncio.wait_for(changed.wait(), ALIVE)
+                except TimeoutError:
+                    yield "event: alive\ndata: {}\n\n"
 
     async def floor(self, request: Request) -> Response:
         """What a page plays of one run."""
@@ -206,6 +205,20 @@ class Calls:
         if design is None:
             raise HTTPException(404, f"{name!r:.40}: no such design, expected an id that POST /api/design gave")
         return design
+
+
+class _Stream(StreamingResponse):
+    """An answer that goes on until the listener leaves, also one who is gone before its first line."""
+
+    def __init__(self, content: AsyncIterator[str], leave: Callable[[], None], **how: Any) -> None:
+        super().__init__(content, **how)
+        self._leave = leave
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        try:
+            await super().__call__(scope, receive, send)
+        finally:
+            self._leave()
 
 
 def application(desk: Desk, about: About, token: str, hosts: frozenset[str], frames: tuple[str, ...] = ()) -> ASGIApp:

@@ -13,6 +13,7 @@ import math
 import threading
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from itertools import count
 from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -125,6 +126,7 @@ class Desk:
         self.notes: list[str] = []
         self.lock = threading.RLock()
         self.designs: dict[str, Design] = {}
+        self._number = count()
         self.listeners: list[Listener] = []
         self.ended: SimpleQueue[Handle] = SimpleQueue()
         self.of: dict[Handle, tuple[Design, int]] = {}
@@ -188,12 +190,23 @@ class Desk:
         hand = by_hand(model, said)
         with self.lock:
             if name not in self.designs:
-                if len(self.designs) >= MOST_DESIGNS:
-                    raise StudyError(f"{MOST_DESIGNS} designs were asked for: start `desim serve` again for more")
+                self._forget_designs()
                 named = Named(said, changes, model)
-                self.designs[name] = Design(name, len(self.designs), named, whole, model.digest(), hand)
-                self._recall(self.designs[name])
+                made = Design(name, next(self._number), named, whole, model.digest(), hand, asked=monotonic())
+                self.designs[name] = made
+                self._recall(made)
             return self.designs[name]
+
+    def _forget_designs(self) -> None:
+        """Make room for another design: of those that nobody listens to, the ones asked for longest ago go.
+
+        Those with runs go last, and today's stays. Runs stay in the folder, from where they are recalled.
+        """
+        listened = {one for listener in self.listeners for one in (listener.design, listener.pinned)}
+        left = [one for one in self.designs.values() if one.number and one not in listened and not one.handles]
+        left.sort(key=lambda one: (one.n > 0, one.asked))
+        for one in left[: max(len(self.designs) + 1 - MOST_DESIGNS, 0)]:
+            del self.designs[one.id]
 
     def _recall(self, design: Design) -> None:
         """Take the runs that the folder has."""
@@ -217,14 +230,11 @@ class Desk:
 
     # Listening
 
-    def make_room(self) -> None:
-        """Refuse another listener where there are too many; raises StudyError."""
-        if len(self.listeners) >= MOST_LISTENERS:
-            raise StudyError(f"{MOST_LISTENERS} listen already: close a page")
-
     def listen(self, listener: Listener) -> None:
-        """Begin to simulate what a listener wants."""
+        """Begin to simulate what a listener wants; raises StudyError where too many listen."""
         with self.lock:
+            if len(self.listeners) >= MOST_LISTENERS:
+                raise StudyError(f"{MOST_LISTENERS} listen already: close a page")
             listener.design.asked = monotonic()
             self.listeners.append(listener)
             self._schedule()

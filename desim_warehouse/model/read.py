@@ -7,9 +7,24 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, get_args
 
-from desim_warehouse.errors import ModelError, spoken
+from desim_warehouse.errors import ModelError, shown, spoken
 from desim_warehouse.model.parse import Files, from_file, from_mapping
 from desim_warehouse.model.schema import OUTLINE, Model, model_of
+
+Source = Model | str | Path | Mapping[str, Any]
+"""What public functions take for a model: it, its file, or its content."""
+
+
+def as_model(source: Source, changes: Mapping[str, Any] | None = None) -> Model:
+    """The model that a public function is given; one that is read may run the user's own policies, as it is simulated.
+
+    Raises ModelError, also for what is none of these.
+    """
+    if isinstance(source, Model):
+        return source.replace(changes, run_code=True) if changes else source
+    if not isinstance(source, str | Path | Mapping):
+        raise ModelError([f"{shown(source):.60}: expected a model, its file, or its content"])
+    return load(source, changes, run_code=True)
 
 
 def load(

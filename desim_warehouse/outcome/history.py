@@ -93,6 +93,12 @@ class History:
         """Itself, as a flow's history has that of the whole run."""
         return self
 
+    def since(self, begin: float) -> History:
+        """The history of the same run, counted from another moment on."""
+        other = History(self.log, self.model, self.layout, self.seed)
+        other.begin = begin
+        return other
+
     @property
     def counted(self) -> float:
         """The length of time in which indicators count."""

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
-from desim_warehouse.errors import StudyError, nearest
+from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
 from desim_warehouse.outcome import measures, money
 from desim_warehouse.states import APART, TIMES
 
@@ -486,9 +486,20 @@ INDICATORS = {
 """By name, in the order of tables."""
 
 
-def kpis(history: History) -> dict[str, float]:
+class Values(dict[str, float]):
+    """The indicators of a run by name; one that it does not have is refused with the reason or the nearest name."""
+
+    def __missing__(self, name: str) -> float:
+        known = look_up(name)
+        near = nearest(name, self)
+        hint = known.meaning if known else f"did you mean {near!r}?" if near else f"expected one of {', '.join(self)}"
+        raise NoIndicatorError(f"indicator {name!r}: this run does not have it; {hint}")
+
+
+def kpis(history: History) -> Values:
     """All indicators that a run has, in the units of its model file."""
-    found = {name: indicator.compute(history) for name, indicator in INDICATORS.items() if indicator.applies(history)}
+    has = ((name, indicator) for name, indicator in INDICATORS.items() if indicator.applies(history))
+    found = Values({name: indicator.compute(history) for name, indicator in has})
     for flow in history.model.tasks.flows:
         tasks = history.of_flow(flow)
         for name, indicator in INDICATORS.items():

@@ -7,18 +7,19 @@ from typing import TYPE_CHECKING, Literal, get_args
 
 from desim_warehouse.errors import ReportError, got, nearest, reason
 from desim_warehouse.folders import make_folder
+from desim_warehouse.model import as_model
 from desim_warehouse.plants.drawn import drawn
 from desim_warehouse.plants.names import plain_names
 
 if TYPE_CHECKING:
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Source
     from desim_warehouse.plants.plant import Plant, Remark
 
 LayoutFormat = Literal["lif", "opentcs", "graphml", "csv"]
 LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
 
 
-def write_layout(model: Model, path: str | Path, format: str) -> tuple[Remark, ...]:  # noqa: A002 - as pandas and others
+def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, ...]:  # noqa: A002 - as pandas and others
     """Write the layout of a model for other programs, in metres and seconds.
 
     Args:
@@ -37,7 +38,7 @@ def write_layout(model: Model, path: str | Path, format: str) -> tuple[Remark, .
         near = nearest(format, LAYOUT_FORMATS)
         hint = f"; did you mean {got(near)}?" if near else ""
         raise ReportError(f"format {got(format)}: expected one of {', '.join(LAYOUT_FORMATS)}{hint}")
-    path, plant = Path(path), drawn(model)
+    path, plant = Path(path), drawn(as_model(model))
     plain_names(plant)
     texts = _texts(plant, format)
     try:

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.model import as_model
 from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
 from desim_warehouse.values.distributions import Distribution
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility import HandCalculation
     from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Model, Source
     from desim_warehouse.outcome.account import By
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.outcome.verdicts import Verdict
@@ -50,7 +51,7 @@ class Run:
         return self.record.version
 
     @cached_property
-    def kpis(self) -> dict[str, float]:
+    def kpis(self) -> indicators.Values:
         """All indicators that the run has, in the units of its model file."""
         return indicators.kpis(self.history)
 
@@ -287,12 +288,13 @@ class Check:
         return said + (": this model would be refused" if errors else "")
 
 
-def check(model: Model) -> Check:
-    """Check a model before it runs: what would be refused, what holds robots up, and the hand calculation."""
+def check(model: Source) -> Check:
+    """Check a model or its file before it runs: what would be refused or holds robots up, and the hand calculation."""
     from desim_warehouse.feasibility import examine
     from desim_warehouse.feasibility.left_out import left_out
     from desim_warehouse.layout import checks
 
+    model = as_model(model)
     layout = model.floor
     graph = layout.graph
     contact = model.fleet.contact
@@ -341,18 +343,21 @@ def _no_collector() -> Iterator[None]:
             gc.enable()
 
 
-def simulate(model: Model, seed: int = 0, stop: StopSignal | None = None) -> Run:
-    """Simulate a model once; the same model and seed give the same log. `stop` ends it from another thread.
+def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, until: float | None = None) -> Run:
+    """Simulate a model, or its file, once; the same model and seed give the same log.
+
+    `stop` ends it from another thread. The clock stops at `until`, in the model's time unit, if the run lasts so long.
 
     Raises LayoutError for layouts on which work could stop for good, CheckError for what else `check` calls an error
     and the model does not accept, SimulationError and PolicyError for what goes wrong during the run.
     """
     from desim_warehouse.world import World
 
+    model = as_model(model)
     world = World(model, seed)
     if stop is not None:
         stop.obey(world.env)
     with _no_collector():
-        world.run()
+        world.run(until)
     deterministic = not world.streams.used and not model.policies.own()
     return Run(model, seed, world.log, world.layout, deterministic=deterministic)

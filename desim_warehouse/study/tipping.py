@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 import numpy as np
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.model import as_model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.study.fleet.designs import Designs, refused
 from desim_warehouse.study.limits import UNCERTAIN_RUNS
@@ -22,11 +23,12 @@ from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.statistics.thresholds import Crossing, LinearNeed, Worth, crossing, linear_need, worth
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.target import read_target
+from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
 
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Source
     from desim_warehouse.study.statistics import Procedure, RunNumber, Target
 
 Inputs: TypeAlias = tuple[float, ...]
@@ -120,7 +122,7 @@ class TippingPoints:
 
 
 def tipping_points(
-    model: Model,
+    model: Source,
     target: str,
     uncertain: Mapping[str, tuple[float, float]],
     *,
@@ -147,6 +149,7 @@ def tipping_points(
 
     Source: Sobol points, least squares, `statistics.thresholds`.
     """
+    model, seed = as_model(model), whole_seed(seed)
     goal = read_target(target, model.units.names)
     if runs < FEWEST_RUNS:
         raise StudyError(f"{runs} runs: too few to find where the answer tips, expected at least {FEWEST_RUNS}")

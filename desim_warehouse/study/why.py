@@ -13,10 +13,11 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import SimulationError, StudyError
+from desim_warehouse.model import as_model
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.verdicts import LASTING
-from desim_warehouse.run import simulate
+from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study import statistics
 from desim_warehouse.study.reliefs.suspects import Suspect, left_out, suspects
@@ -27,10 +28,9 @@ from desim_warehouse.study.study import Study
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Source
     from desim_warehouse.outcome.chains import Root
     from desim_warehouse.outcome.verdicts import Verdict
-    from desim_warehouse.run import Run
     from desim_warehouse.study.statistics import Gain
 
 LEAST = 0.01
@@ -114,7 +114,7 @@ def usual_indicator(run: Run) -> str:
 
 
 def why(
-    source: Run | Model,
+    source: Run | Source,
     *,
     indicator: str | None = None,
     confidence: float = 0.95,
@@ -127,7 +127,7 @@ def why(
     """What holds a warehouse up, and what it costs: each suspect is relieved and simulated, the same days for all.
 
     Args:
-        source: a run with `log: all`, or a model, of which one is made.
+        source: a run with `log: all`, or a model or its file, of which one is made.
         indicator: what costs are counted in (default: `usual_indicator`).
         confidence: that all intervals hold.
         seed: of the runs.
@@ -142,10 +142,8 @@ def why(
     Source: `statistics.gains_steps`. Relieving one thing at a time is the definition of a bottleneck by its effect
     (sensitivity of throughput to each resource); see docs/how-to/find-the-bottleneck.md.
     """
-    from desim_warehouse.model import Model as Described
-
     try:
-        run = simulate(source.replace({"log": "all"}), seed) if isinstance(source, Described) else source
+        run = source if isinstance(source, Run) else simulate(as_model(source, {"log": "all"}), seed)
     except SimulationError as error:
         nothing = Gains((), math.nan, math.nan, confidence, 1, failed=1)
         return Why(indicator or "", (), nothing, failures={0: Failure(1, 1, f"{type(error).__name__}: {error}")})

@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
+import operator
 import zlib
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import ModelError, shown
+
 if TYPE_CHECKING:
     from numpy.random import Generator
+
+
+def whole_seed(seed: int) -> int:
+    """A seed, refused where no run could be repeated with it; raises ModelError."""
+    try:
+        number = -1 if isinstance(seed, bool) else operator.index(seed)
+    except TypeError:
+        number = -1
+    if number < 0:
+        raise ModelError([f"seed {shown(seed):.60}: expected a whole number from 0 on, such as 1"])
+    return number
 
 
 class Streams:
@@ -16,7 +30,7 @@ class Streams:
     """
 
     def __init__(self, seed: int) -> None:
-        self.seed = seed
+        self.seed = whole_seed(seed)
         self.used = False
 
     def stream(self, purpose: str, entity: int = 0) -> Generator:

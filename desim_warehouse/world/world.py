@@ -244,15 +244,18 @@ class World:
 
     # The run
 
-    def run(self) -> World:
-        """Simulate until all goods are delivered and all robots back in a bay, or for the length of the run."""
-        self.begin()
+    def run(self, until: float | None = None) -> World:
+        """Simulate until all goods are delivered and all robots back in a bay, or for the length of the run.
+
+        Not beyond `until`.
+        """
+        self.begin(until)
         self.go_on()
         return self
 
-    def begin(self) -> None:
-        """Set everything going at time 0."""
-        env, length = self.env, self.model.run.length
+    def begin(self, until: float | None = None) -> None:
+        """Set everything going at time 0; the run ends at `until` if it would last longer."""
+        env, length = self.env, min((end for end in (self.model.run.length, until) if end is not None), default=None)
         self.demand.start(self.dispatcher.release if self.batcher is None else self.batcher.release)
         for robot in self.robots:
             env.process(robot.life())

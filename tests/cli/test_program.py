@@ -2,6 +2,7 @@
 
 import json
 import os
+import shlex
 import subprocess
 import sys
 from pathlib import Path
@@ -138,3 +139,16 @@ def test_a_model_from_another_folder_finds_its_own_files(tmp_path):
         check=True,
     )
     assert json.loads(done.stdout)["tasks"] == 2
+
+
+@pytest.mark.parametrize(
+    "arguments", ["check models/tutorial.yaml", "run models/tutorial.yaml", "check models/none.yaml"]
+)
+@pytest.mark.parametrize("closed", [">&-", ">&- 2>&-", ">&- <&-"])
+def test_a_closed_output_is_no_fault(arguments, closed):
+    done = subprocess.run(
+        ["sh", "-c", f"{shlex.join(DESIM)} {arguments} {closed}"], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == (2 if "none" in arguments else 0)
+    assert "Traceback" not in done.stderr
+    assert bool(done.stderr) == ("none" in arguments and "2>&-" not in closed)

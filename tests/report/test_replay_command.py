@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
+import json
+import re
 from typing import TYPE_CHECKING
 
+import pandas as pd
 import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
+from desim_warehouse.report.replay.tiles import tiles
 from tests.report.replay.floors import paper_run
 
 if TYPE_CHECKING:
@@ -34,8 +38,32 @@ def test_settings_seed_window_and_palette_are_taken(tmp_path: Path) -> None:
     out = tmp_path / "two.html"
     settings = ["--set", "fleet.size=2", "--set", "tasks.goods={random: 4}", "--seed", 5]
     call(MODEL, "-o", out, *settings, "--from", 100, "--to", 400, "--palette", "paper")
-    run = dw.simulate(dw.load(MODEL, {"fleet.size": 2, "tasks.goods": {"random": 4}}), seed=5)
+    run = dw.simulate(dw.load(MODEL, {"fleet.size": 2, "tasks.goods": {"random": 4}}), seed=5, until=400)
     assert out.read_text(encoding="utf-8") == run.replay(start=100, end=400, palette="paper").html
+
+
+def test_the_clock_stops_at_the_end_of_the_window_and_robots_are_where_they_are_in_the_whole_run() -> None:
+    model = dw.load("models/medium.yaml", {"log": "all"})
+    part, whole = dw.simulate(model, until=240), dw.simulate(model.replace({"run.length": 600, "run.warm_up": 0}))
+    assert part.record.end == 240
+    pd.testing.assert_frame_equal(part.positions(range(0, 240, 7)), whole.positions(range(0, 240, 7)))
+
+
+def test_what_is_counted_is_counted_from_the_start_of_the_window(tmp_path: Path) -> None:
+    out = tmp_path / "page.html"
+    call("models/medium.yaml", "-o", out, "--from", "25min", "--to", "30min")
+    header = json.loads(re.search(r'id="header">(.*?)</script>', out.read_text(encoding="utf-8"))[1])["runs"][0]
+    run = dw.simulate(dw.load("models/medium.yaml", {"log": "all"}), until=1800)
+    done = [task.delivered for task in run.history.tasks.values() if 1500 <= task.delivered <= 1800]
+    assert (header["begin"], header["start"], header["end"]) == (1500, 1500, 1800)
+    (tile,) = [one for one in tiles(run.history.since(1500)) if one.key == "tasks"]
+    assert (tile.title, tile.curve[1][-1]) == ("Delivered", len(done))
+
+
+@pytest.mark.parametrize(("window", "said"), [(("--to", 0), "0 is not after"), (("--from", 9, "--to", 5), "5 is not")])
+def test_a_window_that_ends_before_it_begins_is_refused_before_anything_is_simulated(window, said) -> None:
+    result = CliRunner().invoke(desim, ["replay", "models/large.yaml", *map(str, window)])
+    assert (result.exit_code, said in result.output) == (2, True)
 
 
 def test_a_run_folder_is_shown_as_it_was(tmp_path: Path) -> None:
@@ -54,7 +82,7 @@ def test_another_run_stands_beside_it(tmp_path: Path) -> None:
     paper_run().save(tmp_path / "run")
     out = tmp_path / "two.html"
     call(MODEL, "--set", "fleet.size=2", "--beside", tmp_path / "run", "-o", out, "--to", 500)
-    run = dw.simulate(dw.load(MODEL, {"fleet.size": 2}))
+    run = dw.simulate(dw.load(MODEL, {"fleet.size": 2}), until=500)
     assert out.read_text(encoding="utf-8") == run.replay(end=500, beside=paper_run()).html
     call(tmp_path / "run", "--beside", MODEL, "-o", out)
     assert out.read_text(encoding="utf-8") == paper_run().replay(beside=paper_run()).html

@@ -32,6 +32,8 @@ def replay(
 ) -> Replay:
     """Make the replay page of a run, or of a window of it; of two runs side by side on one clock with `beside`.
 
+    Of a whole run it counts from the end of the warm-up on, as indicators do; of a window from its start.
+
     Args:
         history: of a run with `log: all`.
         path: where to write the page; None: nowhere yet.
@@ -55,6 +57,8 @@ def replay(
     if beside is not None:
         part = history.model.units.seconds / beside.model.units.seconds
         windows.append(window(beside, *(None if time is None else time * part for time in (start, end))))
+    if start is not None or end is not None:
+        runs = [run.since(first) for run, (first, _) in zip(runs, windows, strict=True)]
     result = Replay(f"{history.model.name}: replay", page(runs, windows, palette))
     if path is not None:
         result.save(path)

@@ -54,7 +54,7 @@ def tiles(history: History) -> list[Tile]:
     has, tasks = kpis(history), history.model.tasks
     ends = not tasks.never_end
     saturated = isinstance(tasks.goods, SaturatedGoods)
-    since = " since the warm-up" if history.begin else ""
+    since = " since the warm-up" if history.begin == history.log.begin > 0 else ""
     found = []
     if not saturated:
         found.append(Tile("backlog", "Open tasks", "open", _backlog(history)))

@@ -8,6 +8,7 @@ from random import Random
 from typing import TYPE_CHECKING, Any, overload
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.model import as_model
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
@@ -22,7 +23,7 @@ from desim_warehouse.study.target import read_target
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Model, Source
     from desim_warehouse.study.designs.design_space import Combined, DesignPart
     from desim_warehouse.study.factors import Factor, Label
     from desim_warehouse.study.results import Results
@@ -93,10 +94,10 @@ class BestOfMany:
 @overload
 def best(what: Study, indicator: str, delta: float | None = None, **how: Any) -> Best: ...
 @overload
-def best(what: Model, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany: ...
+def best(what: Source, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany: ...
 
 
-def best(what: Study | Model, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany:
+def best(what: Study | Source, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany:
     """Choose the best design of a study, or of a model with what is to be varied, placed or turned.
 
     The designs of a study all race: see `procedures.best`, whose arguments `how` may have. For a model see `best_of`.
@@ -104,7 +105,7 @@ def best(what: Study | Model, indicator: str, delta: float | None = None, **how:
     """
     if isinstance(what, Study):
         return race(what, indicator, delta, **how)
-    return best_of(what, indicator, delta, **how)
+    return best_of(as_model(what), indicator, delta, **how)
 
 
 def best_of(

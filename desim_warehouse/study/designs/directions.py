@@ -10,19 +10,21 @@ from typing import TYPE_CHECKING, Any, TypeAlias, overload
 
 from desim_warehouse.errors import LayoutError, ModelError, StudyError
 from desim_warehouse.layout.turnable import turnable, turnable_blocks
+from desim_warehouse.model import as_model
 from desim_warehouse.model.oriented import changes, orientation, oriented
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.study.designs.search import LocalSearch
 from desim_warehouse.study.procedures import more_is_better
 from desim_warehouse.study.statistics import paired
 from desim_warehouse.study.study import Study, under
+from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from desim_warehouse.layout import Edge
     from desim_warehouse.layout.turnable import Turnable, Way
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Model, Source
     from desim_warehouse.study.statistics import Procedure
 
 Design: TypeAlias = "tuple[Way, ...]"
@@ -153,12 +155,12 @@ class Floor:
 
 
 @overload
-def orient(model: Model, indicator: None = None) -> Model: ...
+def orient(model: Source, indicator: None = None) -> Model: ...
 @overload
-def orient(model: Model, indicator: str, **search: Any) -> BetterDirections: ...
+def orient(model: Source, indicator: str, **search: Any) -> BetterDirections: ...
 
 
-def orient(model: Model, indicator: str | None = None, **search: Any) -> Model | BetterDirections:
+def orient(model: Source, indicator: str | None = None, **search: Any) -> Model | BetterDirections:
     """A copy of a model with its two-way lanes made one-way, or the directions with which an indicator is best.
 
     Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
@@ -168,6 +170,7 @@ def orient(model: Model, indicator: str | None = None, **search: Any) -> Model |
         ModelError: no two-way lane, or goods and stations that cannot reach each other.
         StudyError: as of `directions`.
     """
+    model = as_model(model)
     if indicator is None:
         return oriented(model, orientation(model))
     return directions(model, indicator, **search)
@@ -210,6 +213,7 @@ def directions(
     floor = Floor(model)
     judged = runs // _JUDGED
     plan = {"confidence": confidence, "timeout": timeout}
+    seed = whole_seed(seed)
     scout = _study(model, {_DRAWN: {}}, "search", seed + 1, plan)
     ranked = _searched(floor, scout, indicator, runs - judged, seed, maximise=maximise, **under(where, "search"))
     best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))

@@ -11,7 +11,7 @@ import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.model import as_model
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.study import statistics
@@ -19,16 +19,18 @@ from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
+from desim_warehouse.study.fleet.given import counts_of, growth_of
 from desim_warehouse.study.fleet.utilisation import indicators_of, utilisation
 from desim_warehouse.study.limits import SCOUTS
 from desim_warehouse.study.procedures import cannot_last
 from desim_warehouse.study.study import Study, under
-from desim_warehouse.study.target import read_target
+from desim_warehouse.study.target import amount_of, read_target
+from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
-    from desim_warehouse.model import Model
+    from desim_warehouse.model import Model, Source
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Procedure, Target
@@ -244,14 +246,14 @@ def _alike(one: Row, other: Row) -> bool:
 
 
 def plan_fleet(
-    model: Model,
+    model: Source,
     target: str,
     *,
-    growth: float | None = None,
+    growth: float | str | None = None,
     strategies: Mapping[str, Any] | None = None,
-    robots: Sequence[int] | None = None,
-    chargers: Sequence[int] | None = None,
-    zone: float | None = None,
+    robots: Sequence[int] | str | None = None,
+    chargers: Sequence[int] | str | None = None,
+    zone: float | str | None = None,
     confidence: float = 0.95,
     seed: int = 0,
     runs: int = 5000,
@@ -263,12 +265,13 @@ def plan_fleet(
     """Find how many robots and chargers meet a target, today and with more demand, and with which strategy.
 
     Args:
-        model: the warehouse. Its bays with most chargers are those whose chargers are sized. Where its section
-            `prices` has prices of robots or chargers, the cheapest are sought, else fewest robots, then chargers.
+        model: the warehouse, or its file. Its bays with most chargers are those whose chargers are sized. Where its
+            section `prices` has prices of robots or chargers, the cheapest are sought, else fewest robots, then
+            chargers.
         target: such as "on_time >= 95 %".
-        growth: demand in times today's, such as 1.3; None: today's only.
+        growth: demand in times today's, such as 1.3 or "30%"; None: today's only.
         strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
-        robots: fleet sizes that could be bought (default: around what the hand calculation needs).
+        robots: fleet sizes that could be bought, such as "6..20" (default: around what the hand calculation needs).
         chargers: likewise.
         zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target. At most half
             of what is possible beyond the target: for 99.5 % it is 0.25 %.
@@ -285,17 +288,17 @@ def plan_fleet(
 
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
     """
+    model, seed = as_model(model), whole_seed(seed)
     goal = read_target(target, model.units.names)
-    zone = _indifference(goal, zone)
-    if growth is not None and not 0 < growth < math.inf:
-        raise StudyError(f"growth {growth:g}: expected a factor above 0, such as 1.3 for 30 % more")
-    more_demand(model, growth or 1.0)
+    zone = _indifference(goal, zone, model)
+    times = growth_of(growth, "growth")
+    more_demand(model, times or 1.0)
     budget = statistics.Budget(runs)
-    designs = Designs(model, robots, chargers)
+    designs = Designs(model, counts_of(robots, "robots"), counts_of(chargers, "chargers"))
     planner = _Planner(model, goal, zone, confidence, designs, seed, first, cap, timeout, budget, where)
     if strategies is None:
         strategies = {"policies.allocation": list(dict.fromkeys((model.policies.allocation.content(), *STRATEGIES)))}
-    today, grown = _sizes(planner, growth, {}, "")
+    today, grown = _sizes(planner, times, {}, "")
     tried = planner.strategies(grown or today, strategies)
     better = max(
         (strategy for strategy in tried if strategy.saves),
@@ -303,17 +306,19 @@ def plan_fleet(
         default=None,
     )
     if better is not None:
-        today, grown = _sizes(planner, growth, better.overrides, f" with {better.label}")
+        today, grown = _sizes(planner, times, better.overrides, f" with {better.label}")
     own = ", ".join(str(level_of(model, key)) for key in strategies)
     return FleetPlan(
         goal, zone, confidence, own, today, grown, tried, better, designs.zone, budget.spent, planner.untried
     )
 
 
-def _indifference(goal: Target, zone: float | None) -> float:
+def _indifference(goal: Target, zone: float | str | None, model: Model) -> float:
     """The indifference zone of a target, at most half of what is possible beyond it."""
     if zone is None:
         zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
+    if isinstance(zone, str):
+        zone = amount_of(goal.indicator, zone, model.units.names, "zone")
     least, largest = within(goal.indicator)
     return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
 

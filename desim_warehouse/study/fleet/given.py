@@ -1,0 +1,61 @@
+"""What people ask of a fleet, as they write it: `30%` more demand, `6..20` robots, a zone of `1 %`."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError, got
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.study.factors import listed
+from desim_warehouse.values.units import UnitNames, quantity
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+MOST_TIMES = 10.0
+"""Times today's demand; a larger number without % was probably meant in per cent."""
+
+
+def growth_of(given: float | str | None, named: str) -> float | None:
+    """The factor of demand that a growth such as `30%`, or a factor from 1 to 10 such as `1.3`, is; None: not given.
+
+    Raises StudyError, which calls it `named`.
+    """
+    if given is None:
+        return None
+    text = f"{given}".strip()
+    is_share = text.endswith("%")
+    try:
+        number = quantity(text, "share", UnitNames())
+    except ValueError:
+        number = math.nan
+    grown = round(1 + number, 12) if is_share else number
+    if not 0 < grown < math.inf:
+        raise StudyError(f"{named}: {text!r} is no growth such as 30%, or 1.3 times.")
+    if not is_share and not 1 < grown <= MOST_TIMES:
+        meant = f"{number:g}%" if number > MOST_TIMES else f"{100 * number:g}% or {1 + number:g}"
+        raise StudyError(f"{named}: {text} times as much: did you mean {meant}?")
+    return grown
+
+
+def counts_of(given: Sequence[int] | str | None, named: str) -> list[int] | None:
+    """Whole numbers from 1 upwards, such as `1..8` or `4,6,8`, or a sequence of them; None: not given.
+
+    Raises as `growth_of`.
+    """
+    if given is None:
+        return None
+    values: Any = given
+    if isinstance(given, str):
+        written = read_yaml(f"[{given}]", named)
+        values = [] if written.problems else written.data
+    try:
+        found = listed(values)
+    except (TypeError, ValueError):
+        found = []
+    numbers = [value for value in found if isinstance(value, int) and not isinstance(value, bool) and value > 0]
+    if not numbers or len(numbers) < len(found) or numbers != sorted(set(numbers)):
+        text = given if isinstance(given, str) else got(given)
+        raise StudyError(f"{named} {text}: expected whole numbers upwards from 1, such as 1..8")
+    return numbers
