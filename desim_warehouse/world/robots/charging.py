@@ -51,11 +51,10 @@ class ChargingStop:
         levels = self.reach.levels.of(self.robot.view)
         return min(max(levels.good, levels.critical), levels.full - LEAST_CHARGE * self.robot.battery.capacity)
 
-    def charge(self, *, as_at_work: bool = False, again: bool = False) -> Generator[Event, object, Event | None]:
+    def charge(self, *, again: bool = False) -> Generator[Event, object, Event | None]:
         """At one of the bay's chargers, if its battery wants it, and free for a task once there is enough for one.
 
-        `as_at_work`: at the start of a run, as if it had come there from its work, so free for a task at any level.
-        `again`: it has rested there until its battery was low.
+        `again`: whether above `good`, too: it was charging when the run began, or has rested until it was low.
 
         Returns the event of a robot that is free now, as `wait` of the dispatcher gives it.
         """
@@ -67,7 +66,7 @@ class ChargingStop:
         robot.enter(robot.at_rest)
         levels, level = self.reach.levels.of(robot.view), battery.level(self.env.now)
         if level < levels.full and (again or levels.top_up or self.must_charge or level <= levels.good):
-            ready = (as_at_work or level >= levels.sufficient) and not self.must_charge
+            ready = level >= levels.sufficient and not self.must_charge
             return (yield from self._charge_at(bay.chargers, self.dispatcher.wait(robot) if ready else None))
         return None
 

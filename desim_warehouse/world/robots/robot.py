@@ -67,7 +67,14 @@ class Robot:
     """
 
     def __init__(
-        self, around: Surroundings, number: int, home: str, shape: RobotSpec, kind: str, motion: Motion | None
+        self,
+        around: Surroundings,
+        number: int,
+        home: str,
+        shape: RobotSpec,
+        kind: str,
+        motion: Motion | None,
+        node: str,
     ) -> None:
         self.env = env = around.env
         self.log = around.log
@@ -86,9 +93,10 @@ class Robot:
         self.speed, self.loaded_speed = shape.speed, shape.loaded_speed
         self.loads = shape.capacity
         self.carries = shape.carries
-        self.home = self.parked_at = self.last_bay = home
+        self.home = home
+        self.parked_at = self.last_bay = node
         delays = None if shape.delays is None else NodeDelays(shape.delays, number, around.streams)
-        self.body = Body(number, shape.speed, around.traffic.nodes[home], self, motion, delays)
+        self.body = Body(number, shape.speed, around.traffic.nodes[node], self, motion, delays)
         if shape.keeps == "braking":
             self.body.keep_braking_distance(self.env)
         self.itinerary = Itinerary(
@@ -122,6 +130,7 @@ class Robot:
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
         self.offer: Event | None = None
+        self.charges_first = False
         self.recharged = self.delivered = 0
         self.state = self.doing = AT_START
         self.since_state = 0.0
@@ -144,9 +153,8 @@ class Robot:
         if self.body.is_on_lanes:
             yield from self.begin_on_lanes()
             exit_time = self.fleet.exit_time
-        elif not self.battery.is_full(self.env.now):
-            # Settled fleets are in the midst of their work: not all of them charge at the same time.
-            self.offer = yield from self.charging.charge(as_at_work=self.fleet.start_energy == "settled")
+        elif self.charges_first:
+            self.offer = yield from self.charging.charge(again=self.fleet.start_energy == "settled")
         while True:
             end = yield from self.rest()
             if end is Rest.REST_ON:
