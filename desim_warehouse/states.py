@@ -369,5 +369,7 @@ OPERATING = names(lambda state: state.draws in ("empty", "loaded", "handling"))
 """In which a robot is in operation, unless it waits in traffic: it drives, or loads and unloads."""
 BROKEN = names(lambda state: state.phase is Phase.BREAKDOWN)
 """In which it is out of order."""
-UNPOWERED = names(lambda state: state.is_parked)
-"""In which nothing is drawn from the battery in a bay with chargers."""
+CHARGED = names(lambda state: state.draws is None)
+"""In which a robot is charged."""
+RESTING = names(lambda state: state.phase is Phase.REST)
+"""In which nothing is drawn from the battery in a slot with a charger."""

@@ -233,10 +233,9 @@ class Recount:
         hours = (self.end - self.begin) / self.model.units.hour
         if self.model.battery is None:
             return {}
-        places = Counter(self.model.fleet.homes(self.layout.bays))
         chargers = 0
         for node, bay in self.layout.bays.items():
-            room = places[node] if bay.places is None else bay.places
+            room = self.slots(node)
             chargers += room if bay.chargers is None else min(bay.chargers, room)
         found = {
             "energy_lowest": self.lowest,
@@ -252,20 +251,19 @@ class Recount:
         return found
 
     def rate(self, robot, state, where):
-        """Energy drawn in a time unit; nothing while a robot charges, or rests beside a charger of its kind."""
+        """Energy drawn in a time unit; nothing while a robot charges, or rests in a slot with a charger of its kind."""
         battery = self.batteries[robot]
-        if (
-            battery is None
-            or state == "charging"
-            or (state in {"idle", "on_break", "queueing"} and self.has_charger(robot, where))
-        ):
+        if battery is None or state == "charging" or (state in {"idle", "on_break"} and self.has_charger(robot, where)):
             return 0.0
         spent = battery.consumption
         return spent if isinstance(spent, (int, float)) else getattr(spent, DRAWS[state])
 
+    def slots(self, node):
+        return self.layout.bays[node].slots(self.model.fleet.homes(self.layout.bays).count(node))
+
     def has_charger(self, robot, node):
         bay = self.layout.bays.get(node)
-        if bay is None or bay.chargers == 0:
+        if bay is None or (bay.chargers is not None and bay.chargers < self.slots(node)):
             return False
         return not bay.kinds or self.model.fleet.kinds_of_robots()[robot] in bay.kinds
 

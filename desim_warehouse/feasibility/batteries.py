@@ -14,7 +14,7 @@ from desim_warehouse.feasibility.needs import Needs, least_needs
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model.facts import energy, kinds
-from desim_warehouse.model.facts.charging import chargers_at, levels, settled_levels, start_energy
+from desim_warehouse.model.facts.charging import chargers_at, levels, refills_overnight, start_energy
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
 from desim_warehouse.model.facts.destinations import own_destinations
 from desim_warehouse.model.sections.battery import Consumption
@@ -203,10 +203,11 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
 def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
     """Work without end that is counted before batteries have come to the levels where they stay."""
     given, units = start_energy(model), model.units
+    if model.fleet.start_energy == "settled" or refills_overnight(model):
+        return
     if balance is None or not balance.chargers or not model.tasks.never_end or not 0 < balance.lasts < math.inf:
         return
-    settled = tuple(level / _battery(model).capacity for level in settled_levels(model))
-    if model.run.warm_up >= balance.lasts or max(abs(a - b) for a, b in zip(given, settled, strict=True)) <= EPS:
+    if model.run.warm_up >= balance.lasts:
         return
     shown = " to ".join(dict.fromkeys(f"{100 * share:.3g}" for share in given))
     yield Finding(

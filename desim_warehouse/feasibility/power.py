@@ -148,9 +148,10 @@ def _alike(
 
 
 def idle_away(model: Model, layout: Layout) -> float:
-    """The share of idle robots that stand without a charger, and so draw on."""
-    with_charger = chargers_at(model, layout)
+    """The share of idle robots that stand in slots without a charger, and so draw on."""
+    home = model.fleet.homes(layout.bays)
+    slots = {node: bay.slots(home.count(node)) for node, bay in layout.bays.items()}
+    with_charger = {node for node, chargers in chargers_at(model, layout).items() if chargers >= slots[node]}
     if model.policies.parking.name in {"home", "stay"}:
-        home = model.fleet.homes(layout.bays)
         return sum(node not in with_charger for node in home) / len(home)
     return float(any(node not in with_charger for node in layout.bays))

@@ -51,7 +51,7 @@ def energy(tracks: Tracks) -> list[KeyEstimate]:
 
 
 def _kinds(tracks: Tracks) -> NDArray[np.int64]:
-    """Each message's state by its number in `_STATES`; -1: charging, or in a bay with chargers, which draws nothing."""
+    """Each message's state by its number in `_STATES`; -1: charging, or in a bay with chargers: connected, perhaps."""
     moving = tracks.driving & ~tracks.fault
     kind = np.where(moving, np.where(tracks.load, 2, 1), 0)
     kind[np.isin(tracks.action, (PICK, DROP)) & ~tracks.fault] = 3

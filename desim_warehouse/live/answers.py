@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import number_of
 from desim_warehouse.live.messages import Measured
 from desim_warehouse.outcome.indicators import judged_by, within
-from desim_warehouse.outcome.verdicts import LASTING, judge_design
+from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.report.text import numbers, sentences, words
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
@@ -128,7 +128,7 @@ class RunsSoFar:
         """What makes the time to come unlike the runs; it is looked for where a verdict may fall, and stands."""
         for n in [n for n, _ in looks(self.n)] or ([1] if self.exact else []):
             for wrong in judge_design([row.indicators for row in self.rows[:n]], self.model):
-                if wrong.code in LASTING:
+                if wrong.is_lasting:
                     return wrong
         return None
 

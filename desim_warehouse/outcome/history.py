@@ -430,13 +430,6 @@ class History:
     def _rates(self) -> list[dict[str, float]]:
         return [energy.rates(battery) for battery in self.batteries]
 
-    def _rate(self, span: StateSpan) -> float:
-        """What a robot draws in a state. Beside a charger it draws nothing while it rests or waits to be charged."""
-        state, kind = span.seen, self._kinds[span.robot]
-        if state.is_parked and (state.phase is not Phase.REST or self.layout.bays[span.node].charges(kind)):
-            return 0.0
-        return self._rates[span.robot][span.state]
-
     @cached_property
     def _kinds(self) -> list[str]:
         return self.model.fleet.kinds_of_robots()
@@ -457,7 +450,7 @@ class History:
                     (span.start + n * step, level + self._charged(robot, level, n * step)) for n in range(1, _CURVE)
                 ]
             return points
-        driving, standing = self._rate(span), self._rates[robot][WAITING.name]
+        driving, standing = self._rates[robot][span.state], self._rates[robot][WAITING.name]
         now = span.start
         for wait in islice(waits, bisect_right(waits, span.start, key=_end_of), None):
             if wait.start >= span.end:

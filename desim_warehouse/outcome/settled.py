@@ -1,4 +1,6 @@
-"""Whether batteries have settled while a run counts: their mean level must not fall, or what charging costs is to come.
+"""Whether batteries have settled while a run counts: does their mean level fall, what charging costs is to come.
+
+Does it rise, more is charged than will be, and the fleet looks worse than it is.
 
 Settled, each robot charges for the part f of its time in which it takes up what it draws in the rest: with e drawn and
 g given for each time unit, (1 - f) e = f g.
@@ -12,7 +14,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
-from desim_warehouse.model.facts.charging import chargers_at, charging_rate
+from desim_warehouse.model.facts.charging import chargers_at, charging_rate, refills_overnight
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -21,9 +23,9 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.history import History
 
 LEAST_DRIFT = 0.01
-"""Share of the capacity per hour by which the mean level must fall."""
+"""Share of the capacity per hour by which the mean level must move."""
 CONFIDENCE = 0.99
-"""Of the interval that the fall must exceed."""
+"""Of the interval that the move must exceed."""
 
 
 def drifts_of_robots(history: History) -> list[float]:
@@ -39,7 +41,7 @@ def drifts_of_robots(history: History) -> list[float]:
 
 
 def fall(values: Sequence[float], model: Model) -> float | None:
-    """By how much levels fall, from the moves of a run's robots or a design's runs; None: by no more than chance.
+    """By how much levels fall, or rise (below 0), from the moves of a run's robots or a design's runs; None: by chance.
 
     Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
     from 0 (a t interval).
@@ -47,12 +49,12 @@ def fall(values: Sequence[float], model: Model) -> float | None:
     if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
         return None
     mean = -fmean(values)
-    if not mean >= LEAST_DRIFT:
+    if not abs(mean) >= LEAST_DRIFT or refills_overnight(model):
         return None
     from scipy.special import stdtrit
 
     half = float(stdtrit(len(values) - 1, 0.5 + CONFIDENCE / 2)) * stdev(values) / math.sqrt(len(values))
-    return mean if mean > half else None
+    return mean if abs(mean) > half else None
 
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:

@@ -11,7 +11,7 @@ from collections import defaultdict
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.facts.charging import chargers_at, charging_rate
+from desim_warehouse.model.facts.charging import chargers_at, charging_rate, refills_overnight
 from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome import settled
 from desim_warehouse.outcome.past_knee import (
@@ -40,7 +40,7 @@ MOST_WAITING = 0.5
 """Share of the fleet's time spent waiting in traffic from which it is jammed."""
 
 LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL", "NOT_SETTLED")
-"""Verdicts on designs whose time simulated is not like the time to come, whatever their indicators say of it."""
+"""Verdicts on designs whose time to come is worse than the time simulated, if their size is above 0."""
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,11 @@ class Verdict:
     def content(self) -> dict[str, str]:
         """As JSON has it."""
         return {"code": self.code, "text": self.text}
+
+    @property
+    def is_lasting(self) -> bool:
+        """Whether the time to come is worse than the time simulated, whatever the indicators say of that."""
+        return self.code in LASTING and self.size > 0
 
     @property
     def mark(self) -> str:
@@ -116,7 +121,7 @@ def _tasks_pile_up(kpis: Mapping[str, float], model: Model) -> float | None:
 def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
     """Fall of the mean level per hour, as a share of the capacity."""
     fall = -kpis.get("energy_drift_per_hour", math.nan)
-    if model.battery is None or not model.tasks.never_end or not fall >= LEAST_FALL:
+    if model.battery is None or not model.tasks.never_end or not fall >= LEAST_FALL or refills_overnight(model):
         return None
     if kpis.get("charger_utilisation", 0.0) >= CHARGERS_BUSY:
         return fall
@@ -164,12 +169,12 @@ RULES = {
     ),
     "NOT_SETTLED": VerdictRule(
         "not settled",
-        "not settled: batteries fall by {} % an hour while counted; {}",
-        "work never ends, and in the counted time the fleet's mean level falls by at least "
+        "not settled: batteries {} % an hour while counted; {}",
+        "work never ends, and in the counted time the fleet's mean level falls, or rises, by at least "
         f"{100 * settled.LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * settled.CONFIDENCE:g} % "
         "interval: of a run from the moves of its robots, of a design from those of its runs; one robot alone, or one "
-        "run of a design, has no interval. Where it rises a fleet looks worse than it will be, so that is no verdict. "
-        "Not said beside the one above",
+        "run of a design, has no interval. Where it rises a fleet looks worse than it will be. Not said beside the one "
+        "above. Neither is said of a day by the clock that begins full, if chargers fill the batteries before the next",
         None,
     ),
     "JAMMED": VerdictRule(
@@ -231,7 +236,7 @@ def judge_design(runs: Sequence[Mapping[str, float]], model: Model) -> list[Verd
 
 
 def _may_move(kpis: Mapping[str, float]) -> bool:
-    return kpis.get("energy_drift_per_hour", 0.0) <= -settled.LEAST_DRIFT
+    return abs(kpis.get("energy_drift_per_hour", 0.0)) >= settled.LEAST_DRIFT
 
 
 def _with_drift(found: list[Verdict], moves: Sequence[float], kpis: Mapping[str, float], model: Model) -> list[Verdict]:
@@ -239,7 +244,8 @@ def _with_drift(found: list[Verdict], moves: Sequence[float], kpis: Mapping[str,
     size = settled.fall(moves, model)
     if size is None or any(verdict.code == "BATTERIES_FALL" for verdict in found):
         return found
-    text = RULES["NOT_SETTLED"].text.format(_shown(100 * size), settled.expected(kpis, model))
+    moves_by = f"{'fall' if size > 0 else 'rise'} by {_shown(100 * abs(size))}"
+    text = RULES["NOT_SETTLED"].text.format(moves_by, settled.expected(kpis, model))
     order, new = list(RULES), Verdict("NOT_SETTLED", text, size)
     return sorted([*found, new], key=lambda verdict: order.index(verdict.code))
 

@@ -354,10 +354,8 @@ def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, un
     from desim_warehouse.world import World
 
     model = as_model(model)
-    world = World(model, seed)
-    if stop is not None:
-        stop.obey(world.env)
     with _no_collector():
+        world = World(model, seed, heed=None if stop is None else stop.obey)
         world.run(until)
     deterministic = not world.streams.used and not model.policies.own()
     return Run(model, seed, world.log, world.layout, deterministic=deterministic)

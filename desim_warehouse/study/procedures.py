@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import find, within
-from desim_warehouse.outcome.verdicts import LASTING, judge_design
+from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
 from desim_warehouse.study.runner import ran_flat
@@ -203,7 +203,7 @@ def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bo
 
     `glance`: these are the first few, so it may last if it did with half of what grows or falls in them.
     """
-    why = next((verdict.text for verdict in judge_design(runs, model) if verdict.code in LASTING), None)
+    why = next((verdict.text for verdict in judge_design(runs, model) if verdict.is_lasting), None)
     if not glance or why is None:
         return why
     halved = [{name: value / 2 if name in _DRIFTS else value for name, value in run.items()} for run in runs]

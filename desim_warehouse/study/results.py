@@ -14,7 +14,7 @@ import numpy as np
 from desim_warehouse.errors import StudyError, WarehouseError, reason
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
 from desim_warehouse.outcome.money import is_fixed
-from desim_warehouse.outcome.verdicts import LASTING, judge_design
+from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study import rare, statistics
 from desim_warehouse.study.design import baseline_point, saltelli
 from desim_warehouse.study.execution.work import Outcome
@@ -361,7 +361,7 @@ class Results:
             if given:
                 exact = _deterministic(self.runs(design))
                 one = statistics.judged(design, given, goal, level, exact, within(goal.indicator))
-                lasts = not any(said.code in LASTING for said in self.verdicts.get(design, ()))
+                lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
 

@@ -16,7 +16,6 @@ from desim_warehouse.errors import SimulationError, StudyError
 from desim_warehouse.model import as_model
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.outcome.verdicts import LASTING
 from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study import statistics
@@ -150,7 +149,7 @@ def why(
     name = indicator or usual_indicator(run)
     looked_at = suspects(run)
     gains, study = _contest(run, name, looked_at, confidence, seed, first, timeout, where)
-    lasts = run.model.tasks.arrive and not any(said.code in LASTING for said in run.verdicts)
+    lasts = run.model.tasks.arrive and not any(said.is_lasting for said in run.verdicts)
     untaken = _untaken(run)
     well = lasts and not _state([run.kpis], untaken).is_held_up
     found = gains(first if well else cap)

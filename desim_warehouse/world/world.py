@@ -38,6 +38,7 @@ from desim_warehouse.world.robots.levels import ChargingLevels
 from desim_warehouse.world.robots.mixed_reach import MixedReach
 from desim_warehouse.world.robots.reach import Reach, may_do
 from desim_warehouse.world.robots.robot import Robot
+from desim_warehouse.world.robots.settled import SEED, Settling, Standing, any_of, has_long_run, nodes_at_start
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import less, tallies
 from desim_warehouse.world.traffic.closures import Restrictions
@@ -49,13 +50,14 @@ from desim_warehouse.world.traffic.routes import Routes
 from desim_warehouse.world.traffic.traffic import Traffic
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.policy import PolicySpec
     from desim_warehouse.policies import Task
+    from desim_warehouse.world.robots.settled import Fleet
     from desim_warehouse.world.robots.tallies import Rows
     from desim_warehouse.world.traffic.deadlock.gridlock import Rule
     from desim_warehouse.world.traffic.people import PeopleSource
@@ -72,15 +74,29 @@ class World:
     With `ask` the run stops at every allocation decision: `begin()`, then `go_on()` until it returns False, and
     `dispatcher.decide(pairs)` in between.
 
+    `heed` is given the clock of every run that this takes, before it begins. `settles`: this is the run that nobody
+    counts, in which batteries settle.
+
     Each part is given what it needs, and none knows the world.
     """
 
-    def __init__(self, model: Model, seed: int = 0, *, ask: bool = False) -> None:
+    def __init__(
+        self,
+        model: Model,
+        seed: int = 0,
+        *,
+        ask: bool = False,
+        heed: Callable[[Clock], object] | None = None,
+        settles: bool = False,
+    ) -> None:
         self.model = model
         self.layout = model.floor
         refuse(model, self.layout)
-        self.env = Clock()
         self.streams = Streams(seed)
+        start = None if settles else _settled(model, self.streams, heed)
+        self.env = Clock()
+        if heed is not None:
+            heed(self.env)
         self._before: tuple[Rows, Rows, Rows] | None = None
         zones = zones_on(self.layout, model.traffic.zones)
         # People before the log and the lanes: their aisles close, and the log must say who is in one when they come.
@@ -98,7 +114,7 @@ class World:
         # So is the list of robots: the dispatcher has it before there are any, as robots are given the dispatcher.
         self.robots: list[Robot] = []
         self._take_orders(open_tasks, ask=ask)
-        self._put_into_bays(homes)
+        self._put_into_bays(homes, start)
         # Last, when every robot has a slot in its bay, which one that starts on the lanes may leave to another.
         self._stand_on_lanes()
 
@@ -205,8 +221,8 @@ class World:
             batching, to_come = _policy("batching", policies.batching), self.demand.to_come
             self.batcher = Batcher(env, batching, model.fleet, self.travel, to_come=to_come, dispatcher=self.dispatcher)
 
-    def _put_into_bays(self, homes: list[str]) -> None:
-        """The robots, each in the bay beside its home."""
+    def _put_into_bays(self, homes: list[str], start: Fleet | None) -> None:
+        """The robots, each in the bay beside its home, but those that charge at the start."""
         model = self.model
         no = absent(model)
         around = Surroundings(
@@ -225,13 +241,19 @@ class World:
             self.departures,
             self.dispatcher,
         )
-        fleet, levels = model.fleet, start_levels(model, self.streams)
+        fleet = model.fleet
+        start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start
+        on_lanes = [number for number, item in enumerate(fleet.starts(self.layout.bays)) if item.on_lanes]
+        nodes = nodes_at_start(start, homes, self.bays.by_node, on_lanes)
         slow = fleet.slowness > 0  # else robots take no time to gather speed or to brake
-        shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, levels, strict=True)
-        for number, (shape, kind, home, level) in enumerate(shapes):
-            robot = Robot(around, number, home, shape, kind, Motion(*shape.motion) if slow else None)
-            robot.battery.start(level)
-            self.bays.settle(robot, self.bays.by_node[home])
+        shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, nodes, start, strict=True)
+        for number, (shape, kind, home, node, standing) in enumerate(shapes):
+            robot = Robot(around, number, home, shape, kind, Motion(*shape.motion) if slow else None, node)
+            robot.battery.start(standing.energy)
+            robot.charges_first = standing.charges_at == node or (
+                fleet.start_energy != "settled" and not robot.battery.is_full(0.0)
+            )
+            self.bays.settle(robot, self.bays.by_node[node])
             self.robots.append(robot)
 
     def _stand_on_lanes(self) -> None:
@@ -364,6 +386,26 @@ class World:
         if any(self.reach.lasts(robot, task) for robot in views if may_do(robot, task)):
             return ""
         return f"; no robot's battery lasts for task {task.number}: {self.reach.why_none_lasts(views, task)}"
+
+
+_FLEETS: OrderedDict[Model, list[Fleet]] = OrderedDict()
+_KNOWN = 32
+"""Models of which it is known how their fleets stand in the long run."""
+
+
+def _settled(model: Model, streams: Streams, heed: Callable[[Clock], object] | None) -> Fleet | None:
+    """How the fleet stands at the start if its batteries are settled; None if they are not, or it has no long run."""
+    if model.fleet.start_energy != "settled" or not has_long_run(model):
+        return None
+    if model not in _FLEETS:
+        settling = Settling(model, model.floor)
+        world = World(settling.model, SEED, heed=heed, settles=True)
+        settling.watch(world.env, world.robots)
+        world.run()
+        _FLEETS[model] = settling.fleets
+        if len(_FLEETS) > _KNOWN:
+            _FLEETS.popitem(last=False)
+    return any_of(_FLEETS[model], streams)
 
 
 def _policy(kind: str, spec: PolicySpec) -> Any:

@@ -206,10 +206,36 @@ def test_a_robot_resting_without_a_charger_leaves_for_one_in_time():
 def test_a_robot_that_must_charge_queues_for_the_one_charger():
     goods = [0, {"good": 0, "release": 30}, {"good": 0, "release": 300}]
     one_charger = {"layout.bays": {"home": {"at": ["A"], "places": 2, "chargers": 1}}, "fleet.size": 2}
-    world = play({**one_charger, "tasks.goods": goods, "battery.threshold": 150, "battery.charge_rate": 2})
+    world = play({**one_charger, "tasks.goods": goods, "battery.threshold": 110, "battery.charge_rate": 2})
     # Robot 0 is home at 96 with 96 drawn and charges for 48, up to 144; robot 1, 30 later on its way, is home at 126.
     assert times(world, "parked")[:2] == [pytest.approx(96), pytest.approx(126)]
     assert times(world, "queueing") == [pytest.approx(126)]
     assert times(world, "charging")[:2] == [pytest.approx(96), pytest.approx(144)]
     assert world.robots[1].time_in["queueing"] == pytest.approx(18)
-    assert world.robots[1].battery.drawn(126) == world.robots[1].battery.drawn(144)
+    left = [row[6] for row in world.log.rows if row[1] == "charging"]
+    assert left[1] == pytest.approx(200 - 144)  # robot 1 rested for 30, and queued for 18
+
+
+@pytest.mark.parametrize("chargers", [0, 1, 2, 4])
+@pytest.mark.parametrize("charging", ["reach-aware", "opportunity", "four-thresholds", {"name": "swap", "time": 9}])
+def test_robots_at_rest_draw_unless_they_are_connected_to_a_charger(chargers, charging):
+    """Four robots in four slots rest from 90 % for 3000 at 0.01: 30 from each, less the time in which it is charged."""
+    bays = {"home": {"at": ["A"], "places": 4, "chargers": chargers}, "far": {"at": ["C"], "places": 1, "chargers": 1}}
+    changes = {"fleet.size": 4, "fleet.start_energy": 0.9, "policies.charging": charging, "policies.parking": "home"}
+    draws = {"standing": 0.01, "empty": 0.05, "loaded": 0.05, "handling": 0.05}
+    battery = {"capacity": 100, "threshold": 0, "consumption": draws, "charge_rate": 0.03}
+    later = {"tasks.goods": [{"good": 0, "release": 3000}], "run": {"length": 3000}}
+    world = play({**changes, **later, "layout.bays": bays, "battery": battery})
+    charging_time = sum(row["charging"] for row in world.log.robots)
+    drawn = 0 if chargers == 4 else 0.01 * (4 * 3000 - charging_time)
+    assert sum(row["energy"] for row in world.log.robots) == pytest.approx(drawn)
+    assert chargers or not charging_time
+
+
+def test_a_robot_at_rest_beside_a_charger_of_several_slots_charges_again_before_it_is_low():
+    """At 0.01 from 95 to 60, where it goes to charge when idle, takes 3,500; 35 are charged in 350."""
+    bays = {"home": {"at": ["A"], "places": 2, "chargers": 1}}
+    later = {"tasks.goods": [{"good": 0, "release": 20000}], "run": {"length": 10000}, "fleet.start_energy": 0.95}
+    battery = {"capacity": 100, "threshold": 0, "consumption": 0.01, "charge_rate": 0.1}
+    world = play({**later, "layout.bays": bays, "battery": battery, "policies.charging": "four-thresholds"})
+    assert times(world, "charging") == [pytest.approx(3500), pytest.approx(7350)]

@@ -38,25 +38,27 @@ def states(run, robot=0):
 
 
 def test_a_robot_waits_at_a_charger_that_fails_and_goes_on_when_it_is_repaired():
-    """In order from 0 to 20, 25 to 45, 50 to 70: 60 are full at 70. It may be called away from half on."""
+    """In order from 0 to 20, 25 to 45, 50 to 70, from 75 on. It draws 1 while it waits: 600 + 15 are full at 76.5."""
     run = dw.simulate(bay({"every": 20, "repair": 5}))
-    assert states(run)[:6] == [
+    assert states(run)[:8] == [
         (0, "charging"),
         (20, "queueing"),
         (25, "charging"),
         (45, "queueing"),
         (50, "charging"),
-        (70, "idle"),
+        (70, "queueing"),
+        (75, "charging"),
+        (76.5, "idle"),
     ]
-    assert near(10) == run.kpis["charger_wait"]
+    assert near(15) == run.kpis["charger_wait"]
     assert run.deterministic
 
 
 def test_who_was_interrupted_is_first_in_the_queue():
-    """The second robot begins only when the first is full, at 70, when the charger fails: from 75 to 95, and so on."""
+    """The second begins when the first is full, at 76.5, up to 95, and waits for three more repairs of 5."""
     run = dw.simulate(bay({"every": 20, "repair": 5}, size=2))
-    assert states(run, 1)[:3] == [(0, "queueing"), (75, "charging"), (95, "queueing")]
-    assert near(10 + 75 + 10) == run.kpis["charger_wait"]
+    assert states(run, 1)[:3] == [(0, "queueing"), (76.5, "charging"), (95, "queueing")]
+    assert near(15 + 76.5 + 15) == run.kpis["charger_wait"]
 
 
 def test_a_charger_that_nobody_uses_fails_as_well():
@@ -66,7 +68,7 @@ def test_a_charger_that_nobody_uses_fails_as_well():
     assert near(189) == run.T
     goods = [0, {"good": 0, "release": 229}]
     held = dw.simulate(bay({"every": 140, "repair": 60}, **{**later, "tasks.goods": goods, "run.length": 230}))
-    assert states(held)[-4:-1] == [(189, "queueing"), (200, "charging"), (218.9, "idle")]
+    assert states(held)[-4:-1] == [(189, "queueing"), (200, "charging"), (220, "idle")]
 
 
 def test_outages_of_idle_chargers_keep_no_run_going():

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.model.facts import energy
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike, shares
 from desim_warehouse.model.sections.fleet import SpreadEnergy
+from desim_warehouse.model.sections.flows import ProfileArrivals
 from desim_warehouse.policies import RobotView, create
 
 if TYPE_CHECKING:
@@ -57,16 +58,31 @@ def charging_rate(model: Model) -> float:
     return (high - low) / time if time else battery.charge_rate
 
 
-def settled_levels(model: Model) -> tuple[float, float]:
-    """The levels between which batteries move in the long run: where charging begins, and where work may break it off.
+def cycle_levels(model: Model) -> tuple[float, float]:
+    """The levels between which batteries move in the long run: where charging begins, and where it ends.
 
     Of a policy of the user's nothing is known but the battery's threshold.
     """
     battery, known = model.battery, levels(model)
     assert battery is not None
-    if known is None:
-        return battery.threshold, battery.capacity
-    return known.critical, min(max(known.sufficient, known.critical + LEAST_CHARGE * battery.capacity), known.full)
+    return (battery.threshold, battery.capacity) if known is None else (known.critical, known.full)
+
+
+def refills_overnight(model: Model) -> bool:
+    """Whether a run is a day that begins with full batteries, which its chargers fill again before the next.
+
+    That is a run by the clock, counted from its start, of less than 24 hours. In the others of the 24 the chargers
+    could fill the whole fleet from empty.
+    """
+    night = 24 * model.units.hour - model.run.end
+    flows = model.tasks.flows.values()
+    clocked = model.run.start != "00:00" or model.layout.has_hours or model.fleet.has_hours
+    clocked = clocked or any(isinstance(flow.when, ProfileArrivals) for flow in flows)
+    if model.battery is None or not clocked or model.run.warm_up or start_energy(model) != (1.0, 1.0) or night <= 0:
+        return False
+    capacity = max(alone.battery.capacity for alone in by_kind(model).values() if alone.battery is not None)
+    chargers = min(sum(chargers_at(model, model.floor).values()), model.fleet.size)
+    return chargers * charging_rate(model) * night >= capacity * model.fleet.size
 
 
 def start_levels(model: Model, streams: Streams) -> list[float]:
@@ -94,5 +110,5 @@ def start_energy(model: Model) -> tuple[float, float]:
     if not isinstance(given, str):
         return given, given
     assert model.battery is not None
-    low, high = settled_levels(model)
+    low, high = cycle_levels(model)
     return low / model.battery.capacity, high / model.battery.capacity

@@ -24,7 +24,7 @@ def consumption(spec: BatterySpec | None) -> Consumption:
 
 
 def rates(spec: BatterySpec | None) -> dict[str, float]:
-    """Energy per time unit in every state but charging. Beside a charger a robot at rest draws nothing instead."""
+    """Energy per time unit in every state but charging. At rest in a slot with a charger nothing is drawn instead."""
     drawn = consumption(spec)
     return {name: getattr(drawn, state.draws) for name, state in TIMES.items() if state.draws is not None}
 

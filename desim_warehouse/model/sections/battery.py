@@ -58,7 +58,10 @@ class BatterySpec(Part):
             "a number of at least 0, or a section with standing, empty, loaded and handling",
             pick=by_type(number=NUMBER, states=SECTION),
         ),
-    ] = Field(description="energy per time unit outside the charging zone")
+    ] = Field(
+        description="energy per time unit; nothing is drawn from a battery that is charged, or at rest in a bay with a "
+        "charger for each slot"
+    )
     charge_rate: Annotated[Positive, Unit("power")] = Field(description="energy per time unit at a charger")
     taper: Taper | None = Field(None, description="default: full rate until the battery is full")
     # The paper's program lets batteries fall below 0; beyond the reserve that is an error here, not a statistic

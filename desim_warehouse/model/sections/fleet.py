@@ -237,8 +237,9 @@ class Fleet(Part):
     ] = Field(
         1.0,
         title="energy at the start",
-        description="what the batteries hold at the start, as a share of the capacity; settled: drawn for each between "
-        "the levels where charging begins and where work may break it off, as in the long run",
+        description="what the batteries hold at the start, as a share of the capacity; settled: as at some instant of "
+        "the long run, with those at the chargers who charge then; work that ends: drawn between the levels where "
+        "charging begins and ends",
     )
 
     @field_validator("size")

@@ -38,6 +38,11 @@ class Bay:
         self.charges = charges
 
     @property
+    def charges_every_slot(self) -> bool:
+        """Whether there is a charger at each slot."""
+        return self.chargers is not None and self.chargers.capacity >= self.places
+
+    @property
     def free(self) -> int:
         """Slots that no robot is in or on its way to."""
         return self.places - self.taken

@@ -46,10 +46,15 @@ class ChargingStop:
         """It is given a task as it is."""
         self.must_charge = False
 
-    def charge(self, *, as_at_work: bool = False) -> Generator[Event, object, Event | None]:
+    def begins_again_at(self) -> float:
+        """Battery level at which a robot that rests beside chargers, connected to none, is charged again."""
+        levels = self.reach.levels.of(self.robot.view)
+        return min(max(levels.good, levels.critical), levels.full - LEAST_CHARGE * self.robot.battery.capacity)
+
+    def charge(self, *, again: bool = False) -> Generator[Event, object, Event | None]:
         """At one of the bay's chargers, if its battery wants it, and free for a task once there is enough for one.
 
-        `as_at_work`: at the start of a run, as if it had come there from its work, so free for a task at any level.
+        `again`: whether above `good`, too: it was charging when the run began, or has rested until it was low.
 
         Returns the event of a robot that is free now, as `wait` of the dispatcher gives it.
         """
@@ -60,8 +65,8 @@ class ChargingStop:
             return None
         robot.enter(robot.at_rest)
         levels, level = self.reach.levels.of(robot.view), battery.level(self.env.now)
-        if level < levels.full and (levels.top_up or self.must_charge or level <= levels.good):
-            ready = (as_at_work or level >= levels.sufficient) and not self.must_charge
+        if level < levels.full and (again or levels.top_up or self.must_charge or level <= levels.good):
+            ready = level >= levels.sufficient and not self.must_charge
             return (yield from self._charge_at(bay.chargers, self.dispatcher.wait(robot) if ready else None))
         return None
 
@@ -84,10 +89,8 @@ class ChargingStop:
         while failed:
             has_lost_one = robot.phase is Phase.CHARGING
             with chargers.turn(first=has_lost_one) as turn:
-                if not turn.triggered and offer is None:
-                    robot.enter("queueing")
-                elif not turn.triggered and has_lost_one:
-                    robot.enter(robot.at_rest)
+                if not turn.triggered:
+                    robot.enter("queueing" if offer is None else robot.at_rest)
                 yield turn if offer is None else turn | offer
                 self.is_charging = robot.job is None
                 if robot.job is not None:

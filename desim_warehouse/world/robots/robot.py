@@ -14,7 +14,7 @@ from simpy.events import Event, Timeout
 
 from desim_warehouse.model.facts.energy import rates
 from desim_warehouse.policies import RobotView
-from desim_warehouse.states import AT_START, BROKEN, OPERATING, STATES, UNPOWERED, WAITING, Phase
+from desim_warehouse.states import AT_START, BROKEN, CHARGED, OPERATING, RESTING, STATES, WAITING, Phase
 from desim_warehouse.world.robots.alarms import Alarms
 from desim_warehouse.world.robots.battery import Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns
@@ -52,7 +52,7 @@ class Rest(Enum):
     """How a rest in a bay ends."""
 
     TASK = "it was given a task"
-    CHARGE_HERE = "it must charge, and stands at a charger"
+    CHARGE_HERE = "it charges, where it stands"
     SEEK_CHARGER = "it must charge, and leaves for a charger elsewhere"
     MAKE_ROOM = "it leaves its slot at a charger to a robot that must charge"
     REST_ON = "it must charge, but the charger that was free is taken again"
@@ -67,7 +67,14 @@ class Robot:
     """
 
     def __init__(
-        self, around: Surroundings, number: int, home: str, shape: RobotSpec, kind: str, motion: Motion | None
+        self,
+        around: Surroundings,
+        number: int,
+        home: str,
+        shape: RobotSpec,
+        kind: str,
+        motion: Motion | None,
+        node: str,
     ) -> None:
         self.env = env = around.env
         self.log = around.log
@@ -86,9 +93,10 @@ class Robot:
         self.speed, self.loaded_speed = shape.speed, shape.loaded_speed
         self.loads = shape.capacity
         self.carries = shape.carries
-        self.home = self.parked_at = self.last_bay = home
+        self.home = home
+        self.parked_at = self.last_bay = node
         delays = None if shape.delays is None else NodeDelays(shape.delays, number, around.streams)
-        self.body = Body(number, shape.speed, around.traffic.nodes[home], self, motion, delays)
+        self.body = Body(number, shape.speed, around.traffic.nodes[node], self, motion, delays)
         if shape.keeps == "braking":
             self.body.keep_braking_distance(self.env)
         self.itinerary = Itinerary(
@@ -122,6 +130,7 @@ class Robot:
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
         self.offer: Event | None = None
+        self.charges_first = False
         self.recharged = self.delivered = 0
         self.state = self.doing = AT_START
         self.since_state = 0.0
@@ -144,15 +153,14 @@ class Robot:
         if self.body.is_on_lanes:
             yield from self.begin_on_lanes()
             exit_time = self.fleet.exit_time
-        elif not self.battery.is_full(self.env.now):
-            # Settled fleets are in the midst of their work: not all of them charge at the same time.
-            self.offer = yield from self.charging.charge(as_at_work=self.fleet.start_energy == "settled")
+        elif self.charges_first:
+            self.offer = yield from self.charging.charge(again=self.fleet.start_energy == "settled")
         while True:
             end = yield from self.rest()
             if end is Rest.REST_ON:
                 continue
             if end is Rest.CHARGE_HERE:
-                self.offer = yield from self.charging.charge()
+                self.offer = yield from self.charging.charge(again=True)
                 continue
             if end is Rest.TASK:
                 yield from self.go_out(exit_time)
@@ -253,31 +261,41 @@ class Robot:
             return Rest.MAKE_ROOM
         offer = self.offer or self.dispatcher.wait(self)
         self.offer = None
-        if self.battery.spec is None or (self.at_charger and not self.reach.scarce):
+        if self.battery.spec is None or (self.rests_at_own_charger and not self.reach.scarce):
             if self.job is None:
                 yield offer
         elif self.at_charger:
-            yield from self._rest_at_scarce_charger(offer)
+            yield from self._rest_at_shared_chargers(offer)
         else:
             yield from self._rest_without_charger(offer)
         if self.job is not None:
             return Rest.TASK
         if self.at_charger:
-            return Rest.CHARGE_HERE if self.charging.must_charge else Rest.MAKE_ROOM
+            makes_no_room = self.charging.must_charge or self.number not in self.bays.making_room
+            return Rest.CHARGE_HERE if makes_no_room else Rest.MAKE_ROOM
         if self.number in self.bays.making_room:
             return Rest.MAKE_ROOM
         return Rest.SEEK_CHARGER if self.bays.charger_for(self) else Rest.REST_ON
 
-    def _rest_at_scarce_charger(self, offer: Event) -> Steps:
-        """Rest until there is a task, or until another robot must charge and finds no slot but this."""
-        bays = self.bays
+    def _rest_at_shared_chargers(self, offer: Event) -> Steps:
+        """Rest until there is a task, or the battery is so low that it charges again, or another robot seeks the slot.
+
+        Another one does that must charge and finds no slot but this.
+        """
+        env, bays = self.env, self.bays
         while not offer.triggered:
-            yield offer | end_of_instant(self.env, AFTER_DECISIONS)  # robots that seek a charger now are known then
-            if not offer.triggered and bays.wants_room(self):
-                self.make_room()
+            if self.reach.scarce:
+                yield offer | end_of_instant(env, AFTER_DECISIONS)  # robots that seek a charger now are known then
+                if not offer.triggered and bays.wants_room(self):
+                    self.make_room()
+                    return
+            low = self.battery.lasts_until(env.now, self.charging.begins_again_at())
+            if not offer.triggered and low <= env.now + EPS:
+                self.dispatcher.withdraw(self)
                 return
             if not offer.triggered:
-                yield offer | bays.charger_sought()
+                due = offer | (Timeout(env, low - env.now) if low < FAR else Event(env))
+                yield due | bays.charger_sought() if self.reach.scarce else due
 
     def _rest_without_charger(self, offer: Event) -> Steps:
         """Rest until there is a task, or until the battery is so low that it must go to a charger, and one is free.
@@ -346,6 +364,15 @@ class Robot:
     def at_charger(self) -> bool:
         """Whether it stands in a bay with chargers for its kind."""
         return self.bay is not None and self.kind in self.bay.charges and not self.is_out
+
+    def is_connected(self, state: str) -> bool:
+        """Whether in a state it is connected to a charger: charged, or at rest in a slot with a charger that works."""
+        return state in CHARGED or (state in RESTING and self.rests_at_own_charger and not self.charging.is_charging)
+
+    @property
+    def rests_at_own_charger(self) -> bool:
+        """Whether it is in a bay with a charger for each slot: elsewhere robots in the bay take turns at chargers."""
+        return self.at_charger and self.bay is not None and self.bay.charges_every_slot
 
     @property
     def is_at_good_edge(self) -> bool:
@@ -444,9 +471,8 @@ class Robot:
         self._draw(state)
 
     def _draw(self, state: str) -> None:
-        """From now on the battery draws what the state needs. Beside a charger a robot at rest draws nothing."""
-        unpowered = state in UNPOWERED and self.at_charger
-        self.battery.draw(self.env.now, 0.0 if unpowered else self.battery.rates[state])
+        """From now on the battery draws what the state needs, or nothing while the robot is connected to a charger."""
+        self.battery.draw(self.env.now, 0.0 if self.is_connected(state) else self.battery.rates[state])
         self.alarms.watch()
 
     def record(self, kind: str, edge: tuple[str, str] | None = None) -> None:

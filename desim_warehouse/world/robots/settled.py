@@ -1,0 +1,132 @@
+"""How a fleet stands at an instant of its long run: what the batteries hold, and who charges where.
+
+That depends on the work as much as on the charging policy: robots with little to do charge between tasks, others only
+when they must. So it is not worked out but looked up, in a run of the same model that nobody counts (`Settling`).
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, NamedTuple
+
+from simpy.events import Timeout
+
+from desim_warehouse.feasibility.estimate import estimate
+from desim_warehouse.model.facts.charging import chargers_at, cycle_levels
+from desim_warehouse.model.facts.kinds import by_kind
+from desim_warehouse.model.sections.flows import ProfileArrivals
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping, Sequence
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.values.streams import Streams
+    from desim_warehouse.world.places.bays import Bay
+    from desim_warehouse.world.robots.robot import Robot
+    from desim_warehouse.world.traffic.events import Clock
+
+SEED = 39_916_801
+"""Of the run that nobody counts: that of no run which is counted."""
+LOOKS = 48
+"""How often the fleet is looked at."""
+DAY = 24
+"""Hours: the most that a fleet is given to settle, and to be looked at."""
+SETTLES = 1.5
+"""Times that a battery is emptied until the fleet has settled."""
+ROUNDS = 24
+"""How often batteries are seen to be emptied, all robots together: many robots are looked at for a shorter time."""
+LEAST_SEEN, MOST_SEEN = 0.5, 4.0
+"""Times that a battery is emptied in which the fleet is looked at, at least and at most."""
+
+
+class Standing(NamedTuple):
+    """A robot at an instant: what its battery holds, and the node of the bay in which it charges or must, if any."""
+
+    energy: float
+    charges_at: str | None = None
+
+
+Fleet = tuple[Standing, ...]
+
+
+class Settling:
+    """The run of a model that nobody counts: how long it is, and when the fleet is looked at."""
+
+    def __init__(self, model: Model, layout: Layout) -> None:
+        hour, cycle = model.units.hour, _cycle(model, layout)
+        settles = min(SETTLES * cycle, DAY * hour)
+        every = _repeats(model)
+        if every:
+            first = math.ceil(settles / every - 1e-9)
+            self.times = [every * first]
+        else:
+            rounds = min(max(ROUNDS / model.fleet.size, LEAST_SEEN), MOST_SEEN)
+            seen = min(rounds * cycle, DAY * hour)
+            self.times = [settles + seen * (look + 1) / LOOKS for look in range(LOOKS)]
+        self.model = model.replace({"run.length": self.times[-1] * (1 + 1e-9), "run.warm_up": 0, "log": "tasks"})
+        self.fleets: list[Fleet] = []
+
+    def watch(self, env: Clock, robots: Sequence[Robot]) -> None:
+        """Look at the fleet when it is time."""
+
+        def look(_: object) -> None:
+            self.fleets.append(tuple(map(_standing, robots)))
+
+        for time in self.times:
+            Timeout(env, time).callbacks.append(look)
+
+
+def has_long_run(model: Model) -> bool:
+    """Whether batteries settle: there is work without end that draws from them, and chargers."""
+    return model.battery is not None and model.tasks.never_end and bool(chargers_at(model, model.floor))
+
+
+def any_of(fleets: Sequence[Fleet], streams: Streams) -> Fleet:
+    """One of them, drawn."""
+    return fleets[int(streams.stream("start-energy").integers(len(fleets)))]
+
+
+def nodes_at_start(fleet: Fleet, homes: Sequence[str], bays: Mapping[str, Bay], on_lanes: Iterable[int]) -> list[str]:
+    """The node of the bay in which each robot begins: where it charges, at home, or where a slot is left."""
+    found, free = list(homes), {node: bay.places for node, bay in bays.items()}
+    stays = set(on_lanes)
+    order = sorted(range(len(homes)), key=lambda robot: (robot not in stays, fleet[robot].charges_at is None, robot))
+    for robot in order:
+        node = homes[robot] if robot in stays else fleet[robot].charges_at or homes[robot]
+        if not free[node]:
+            node = next(other for other, slots in free.items() if slots)
+        free[node] -= 1
+        found[robot] = node
+    return found
+
+
+def _standing(robot: Robot) -> Standing:
+    charging, bay = robot.charging, robot.bay
+    at = bay.node if bay is not None and bay.charges and (charging.is_charging or charging.must_charge) else None
+    return Standing(robot.battery.level(robot.env.now), at)
+
+
+def _cycle(model: Model, layout: Layout) -> float:
+    """The time in which a battery goes from full to where it is charged, at the fleet's mean draw; the longest."""
+    balance = estimate(model, layout).power
+    assert balance is not None
+    times = []
+    for kind, alone in by_kind(model).items():
+        low, high = cycle_levels(alone)
+        drawn = (balance.kinds.get(kind, balance).draws or 0.0) / _count(model, kind, bool(balance.kinds))
+        times.append((high - low) / drawn if drawn else math.inf)
+    return max(times)
+
+
+def _count(model: Model, kind: str, apart: bool) -> int:
+    return model.fleet.kinds_of_robots().count(kind) if apart else model.fleet.size
+
+
+def _repeats(model: Model) -> float:
+    """The time after which a day begins anew, where hours differ; 0 where all are alike."""
+    profiles = [flow.when.profile for flow in model.tasks.flows.values() if isinstance(flow.when, ProfileArrivals)]
+    hour = model.units.hour
+    periods = [len(one.per_hour) * (hour if one.every is None else one.every) for one in profiles]
+    by_clock = model.layout.has_hours or model.fleet.has_hours or model.traffic.closures
+    return max([*periods, DAY * hour * bool(by_clock)])
