@@ -1,7 +1,8 @@
 """One station beside a node: its slots and servers, the work done there, and how a robot is served.
 
-Robots take their turn in the order of arrival. In a closed station a robot waits in the state `closed`, whether it is
-its turn or not. In an open one it is `queueing` for a server or, with one, for room in the buffer.
+Robots take their turn in the order of arrival, and keep their server until they have handled all that they came for.
+In a closed station a robot waits in the state `closed`, whether it is its turn or not. In an open one it is `queueing`
+for a server or, with one, for room in the buffer.
 """
 
 from __future__ import annotations
@@ -91,28 +92,28 @@ class Served(Protocol):
 
 
 class Service:
-    """One robot's visit to a server of a station: `begin`, then `take` the time of handling, then `end`."""
+    """One robot's visit to a server of a station: for each load `begin`, `take` the time of handling and `end`.
 
-    def __init__(self, env: Environment, robot: Served, station: Station, stop: Stop) -> None:
+    After the last load the robot is to `leave` the server.
+    """
+
+    def __init__(self, env: Environment, robot: Served, station: Station) -> None:
         self.env = env
         self.robot = robot
         self.station = station
-        self.stop = stop
-        self.turn: Request
+        self.turn = station.servers.request()
         self.place: Request | None = None
 
-    def begin(self) -> Steps:
-        """Wait for everything that the handling needs."""
-        robot, station = self.robot, self.station
-        self.turn = station.servers.request()
-        if station.hours is None:
+    def begin(self, stop: Stop) -> Steps:
+        """Wait for everything that the handling of a load needs."""
+        if self.station.hours is None:
             if not self.turn.triggered:
-                robot.enter("queueing")
+                self.robot.enter("queueing")
             yield self.turn
         else:
             yield from self._wait(self.turn)
-        work = station.work
-        if work is None or work.places is None or self.stop.act != "unload":
+        work = self.station.work
+        if work is None or work.places is None or stop.act != "unload":
             return
         self.place = work.places.request()
         yield from self._wait(self.place)
@@ -136,9 +137,12 @@ class Service:
         robot.enter(state)
         yield from open_time(self.env, time, hours, lambda: robot.enter("closed"), lambda: robot.enter(state))
 
-    def end(self) -> None:
-        """The server is free for the next, and a load that was put down is worked on."""
+    def end(self, stop: Stop) -> None:
+        """A load that was put down is worked on."""
         work = self.station.work
-        if work is not None and self.stop.act == "unload":
-            work.put(self.stop.task, self.place)
+        if work is not None and stop.act == "unload":
+            work.put(stop.task, self.place)
+
+    def leave(self) -> None:
+        """The server is free for the next."""
         self.station.servers.release(self.turn)

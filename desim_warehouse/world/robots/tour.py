@@ -103,18 +103,29 @@ class Tour:
 
     def _handle(self, stop: Stop) -> Steps:
         """Load or unload where it stands, or when it is served in a station."""
-        robot, station, service = self.robot, stop.station, None
-        state = "loading" if stop.act == "load" else "unloading"
-        time = self.handling.time(stop)
-        if station is None:
-            robot.enter(state)
-            yield Timeout(self.env, time)
-        else:
-            if robot.docked is not station:
-                self._dock(station)
-            service = Service(self.env, robot, station, stop)
-            yield from service.begin()
-            yield from service.take(state, time)
+        if stop.station is not None:
+            yield from self._be_served(stop.station)
+            return
+        self.robot.enter(_state(stop))
+        yield Timeout(self.env, self.handling.time(stop))
+        self._go_on_after(stop)
+
+    def _be_served(self, station: Station) -> Steps:
+        """All its loads in a station, one after the other: the server keeps it until they are handled."""
+        if self.robot.docked is not station:
+            self._dock(station)
+        service = Service(self.env, self.robot, station)
+        while self.stops and self.stops[0].station is station:
+            stop = self.stops[0]
+            yield from service.begin(stop)
+            yield from service.take(_state(stop), self.handling.time(stop))
+            self._go_on_after(stop)
+            service.end(stop)
+        service.leave()
+
+    def _go_on_after(self, stop: Stop) -> None:
+        """A stop is done, and the next is what it works on."""
+        robot = self.robot
         if stop.act == "unload":
             self.dispatcher.delivered(robot, stop)
         elif stop.act == "visit":
@@ -127,8 +138,6 @@ class Tour:
                 robot.body.work_on(then)
             robot.enter("loaded")  # of a load just taken up the row still names its own task
             robot.body.work_on(then)
-        if service is not None:
-            service.end()
 
     # Routes
 
@@ -166,3 +175,8 @@ class Tour:
         if comes_back:
             self.slots.append(station)
         station.leave(self.robot.number, keep=comes_back)
+
+
+def _state(stop: Stop) -> str:
+    """What a robot does at a stop."""
+    return "loading" if stop.act == "load" else "unloading"

@@ -1,0 +1,80 @@
+"""The part of the auditor that looks at servers: each keeps a robot until it has handled all that it came for."""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from dataclasses import dataclass
+
+TOL = 1e-6
+HANDLES = {"loading", "unloading"}
+WAITS = {"queueing", "closed"}
+
+
+@dataclass
+class Turn:
+    """A robot that wants a server since `asked`, has one from `begin` at the latest, and is done with it at `end`."""
+
+    robot: int
+    asked: float
+    begin: float | None = None
+    end: float | None = None
+
+
+class Servers:
+    """Checks of who is served when, for `Audit`."""
+
+    def check_servers(self):
+        stations = self.run.layout.stations
+        for node, turns in self.turns().items():
+            spec = self.run.model.layout.stations[stations[node].zone]
+            self.check_turns_of(node, turns, stations[node].servers)
+            if spec.hours is None and (spec.work_time is None or spec.buffer is None):
+                self.check_order(node, turns, stations[node].servers)
+
+    def turns(self):
+        """The turns of robots at servers, by station, in the order in which they asked."""
+        found, docked, turn = defaultdict(list), {}, {}
+        for time, kind, robot, _, node, *_ in self.rows:
+            if kind == "docked":
+                docked[robot] = node
+            elif robot not in docked:
+                continue
+            elif kind in HANDLES | WAITS:
+                if robot not in turn:
+                    turn[robot] = Turn(robot, time)
+                    found[docked[robot]].append(turn[robot])
+                turn[robot].end = None
+                if kind in HANDLES and turn[robot].begin is None:
+                    turn[robot].begin = time
+            elif kind in {"loaded", "delivered"} and robot in turn:
+                turn[robot].end = time
+            elif kind != "drive":
+                turn.pop(robot, None)
+                if kind in {"enter", "parked"}:
+                    del docked[robot]
+        return found
+
+    def check_turns_of(self, node, turns, servers):
+        """No more robots than servers are between their first load and their last."""
+        changes = []
+        for turn in turns:
+            if turn.begin is not None:
+                changes += [(turn.begin + TOL, 1), (self.run.record.end + 1 if turn.end is None else turn.end, -1)]
+        busy = 0
+        for time, change in sorted(changes):
+            busy += change
+            if busy > servers:
+                self.fault(time, f"{busy} robots are served at {node}, which has {servers} servers")
+                return
+
+    def check_order(self, node, turns, servers):
+        """First come, first served, as soon as a server is free."""
+        free = [0.0] * servers
+        for turn in turns:
+            free.sort()
+            due = max(turn.asked, free[0])
+            begin = self.run.record.end if turn.begin is None else turn.begin
+            if abs(begin - min(due, self.run.record.end)) > TOL * (1 + due):
+                self.fault(begin, f"robot {turn.robot} is served at {node} from {begin:g}, its turn was at {due:g}")
+                return
+            free[0] = self.run.record.end if turn.end is None else turn.end
