@@ -119,9 +119,17 @@ class Reach:
         """Have in common with another kind's what was given back, and what waits for places to open."""
         self._given_back, self.openings = other._given_back, other.openings
 
-    def why_flat(self, started: float | None = None) -> str:
-        """Why a battery ran flat in this model, and what helps (`started` as in `cause`)."""
-        return cause(self._model, self._layout, started)
+    def why_flat(self, started: float | None, robot: RobotView, *, resting: bool) -> str:
+        """Why a robot's battery ran flat in this model, and what helps (`started` and `resting` as in `cause`)."""
+        text = cause(self._model, self._layout, started, resting=resting)
+        if resting and self.chargers:
+            way, level = (
+                self.consumption.empty * self.out_of(robot.node, robot),
+                self.rests_until(robot, self.levels(robot)),
+            )
+            if level < way:
+                text += f"; it seeks a charger at {amount(level)}, and the farthest is {amount(way)} away"
+        return text
 
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
         """What robots have, and what they need for a task that none of their batteries lasts for; and what helps."""
