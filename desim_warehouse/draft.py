@@ -1,6 +1,7 @@
 """A first model file from a few words: floor, aisles, stations, robots, orders, chargers.
 
-Whatever is not given is worked out by the hand calculation of `desim check`, so that the fleet can do the work.
+Whatever is not given is worked out by the hand calculation of `desim check`, so that the fleet can do the work, and by
+a night without orders, so that its batteries last until the morning.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ from desim_warehouse.layout.naming import block_nodes
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility import HandCalculation
+    from desim_warehouse.model import Model
 
 PLACE = 1.2
 """Side of a storage place in metres."""
@@ -140,25 +142,57 @@ def _worked_out(words: Draft) -> Draft:
         problems.append(f"--due {words.due:g}: expected minutes above 0")
     if problems:
         raise ModelError(problems)
+    from desim_warehouse.feasibility.power import needed_at_rest
+
+    given = words.chargers
     if words.robots is None or words.chargers is None:
         # As many robots and chargers as there could be, so that the hand calculation says how many are needed.
         found = _by_hand(replace(words, robots=words.robots or 50, chargers=words.chargers or 50))
         if words.robots is None:
             words = replace(words, robots=max(math.ceil((found.robots_needed or 1.0) / BUSY), 1))
         if words.chargers is None:
-            found = _by_hand(replace(words, chargers=words.robots))
+            most = replace(words, chargers=words.robots)
+            found = _by_hand(most)
             needed = found.power.needed if found.power is not None else None
-            words = replace(words, chargers=max(needed or 1, 1))
-    return words
+            words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(most))))
+    return _lasts_a_night(words, given)
+
+
+def _lasts_a_night(words: Draft, given: int | None) -> Draft:
+    """The same with as many chargers more as a night without orders needs; refused where their number is given."""
+    from desim_warehouse.feasibility.power import at_rest, needed_at_rest
+    from desim_warehouse.run.night import night
+
+    assert words.chargers is not None and words.robots is not None  # noqa: PT018
+    model = _model(words)
+    if (flat := night(model)) is None:
+        return words
+    for chargers in range(max(words.chargers + 1, needed_at_rest(model)), words.robots + 1):
+        if night(_model(more := replace(words, chargers=chargers))) is None:
+            if given is None:
+                return more
+            cure = f"expected at least {chargers}"
+            break
+    else:
+        cure = "no number of chargers helps"
+    at_night = f"without orders robot {flat.robot} runs flat after {flat.hours:.1f} h"
+    name = "chargers" if given is not None else "robots"
+    raise ModelError([f"--{name} {getattr(words, name)}: {at_night}, {at_rest(model, model.floor)}; {cure}"])
+
+
+def _model(words: Draft) -> Model:
+    """The model of a complete draft."""
+    from desim_warehouse.model.parse import read_yaml
+    from desim_warehouse.model.schema import Model
+
+    return Model.model_validate(read_yaml(_text(words), "draft").data)
 
 
 def _by_hand(words: Draft) -> HandCalculation:
     """The hand calculation of a draft."""
     from desim_warehouse.feasibility import examine
-    from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.model.schema import Model
 
-    model = Model.model_validate(read_yaml(_text(words), "draft").data)
+    model = _model(words)
     _, found = examine(model, model.floor)
     assert found is not None, "a drafted layout has no errors"
     return found
@@ -226,10 +260,10 @@ tasks:
   load_time: {LOAD_TIME} s             # (!)
   unload_time: {UNLOAD_TIME} s           # (!) of a packer's time
 
-battery:                      # (!) 100 % last 5.6 h; from 0 to full in 1.4 h
-  capacity: 100
-  consumption: 0.005          # per second
-  charge_rate: 0.02           # per second
+battery:                      # (!) in % and seconds, as of a MiR250 (data sheet): a charge lasts 22 h standing,
+  capacity: 100               # 17.4 h driving empty, 13 h driving loaded; from 0 to full in 1.4 h
+  consumption: {{standing: 0.00126, empty: 0.0016, loaded: 0.00214, handling: 0.00126}}
+  charge_rate: 0.02
 
 traffic:
   turn_time: 2 s              # (!) for a turn of 90 degrees, standing

@@ -91,6 +91,8 @@ CODES: dict[str, Code] = {
     "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold cannot finish a task and reach a charger"),
     "SPREAD_WITH_TURNS": Code("warning", "equally short routes are not shared where turns take time"),
     "FAST_CHARGE": Code("warning", "an empty battery is full within a minute"),
+    "NIGHT_FLAT": Code("warning", "a robot runs flat in a night without orders"),
+    "REST_FLAT": Code("note", "a robot would run flat in a day without orders, which this run does not have"),
     "BATTERY_RATES": Code("warning", "what batteries hold does not fit what they draw, or what chargers give"),
     "START_LOW": Code("warning", "every robot has to charge before its first task"),
     "STOPS_AT_NODES": Code("warning", "`node_time` beside an acceleration: robots stop at every node"),

@@ -11,6 +11,7 @@ from desim_warehouse.feasibility.estimate import estimate, most_loads
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow, least_task
 from desim_warehouse.feasibility.needs import Needs, least_needs
+from desim_warehouse.feasibility.power import at_rest, needed_at_rest
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model.facts import energy, kinds
@@ -79,16 +80,19 @@ def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[F
         )
 
 
-def cause(model: Model, layout: Layout, started: float | None = None) -> str:
+def cause(model: Model, layout: Layout, started: float | None = None, *, resting: bool = False) -> str:
     """Why a battery ran flat, and what helps, in one line: for an error in the course of a run.
 
     `started`: what the robot held at the start, if that was not a full battery and it has not been charged yet.
+    `resting`: it had no work.
     """
     battery = _battery(model)
     chargers = chargers_at(model, layout)
     zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
     if not chargers:
         return f"no bay has a charger: give {_some_bay(layout)}"
+    if resting and sum(chargers.values()) < needed_at_rest(model):
+        return f"{at_rest(model, layout)} (layout.bays), or faster ones (battery.charge_rate)"
     balance = estimate(model, layout).power
     found = [*errors(model, layout), *warnings(model, layout, balance)]
     ahead = (known_levels := levels(model)) is not None and known_levels.margin is not None
@@ -103,6 +107,8 @@ def cause(model: Model, layout: Layout, started: float | None = None) -> str:
     if started is not None:
         short = f"it started with {started:g} of {battery.capacity:g} and came to no charger in time"
         return f"{text}: {short}; a higher fleet.start_energy, more chargers, or chargers where robots start"
+    if resting:
+        return f"{text}: {at_rest(model, layout)}; more chargers, or more energy kept back (policies.charging: margin)"
     wait = f"it waited longer than its battery lasts, {spoken(_waits(model), 'or')}"
     cure = "more chargers, more energy kept back (policies.charging: margin or level, battery.threshold)"
     return f"{text}: {wait}; {cure}, or a capacity above {battery.capacity:g}"
@@ -307,8 +313,8 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
         return None
     away = [node for node in model.fleet.homes(layout.bays) if node not in chargers]
     count = sum(chargers.values())
-    if len(away) <= count:
-        return None
+    if len(away) <= count or (known.swap_time is None and count >= needed_at_rest(model)):
+        return None  # there is a charger for each, or they can take turns
     level = known.critical
     if known.margin is not None:
         flow = free_flow(model, layout, model.fleet.fastest_empty)
@@ -339,10 +345,7 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
             f"last would wait {amount(wait)} {model.units.time} or more on a battery that then lasts "
             f"{amount(lasts)}"
         ),
-        (
-            "chargers in the bays where they park, more chargers, policies.charging: four-thresholds or opportunity, "
-            "policies.parking: nearest, or batteries that differ (fleet.start_energy: {uniform: [0.5, 1]})"
-        ),
+        (f"chargers in the bays where they park, or {number_of(needed_at_rest(model), 'charger')} at least"),
     )
 
 

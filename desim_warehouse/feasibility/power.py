@@ -7,6 +7,7 @@ from bisect import bisect_left
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts import kinds
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate
@@ -155,3 +156,26 @@ def idle_away(model: Model, layout: Layout) -> float:
     if model.policies.parking.name in {"home", "stay"}:
         return sum(node not in with_charger for node in home) / len(home)
     return float(any(node not in with_charger for node in layout.bays))
+
+
+def needed_at_rest(model: Model) -> int:
+    """Chargers that give what a fleet without work draws."""
+    each, standing = charging_rate(model), _standing(model)
+    return math.ceil(model.fleet.size * standing / (each + standing) - _EPS)
+
+
+def at_rest(model: Model, layout: Layout) -> str:
+    """What a fleet without work draws, against what its chargers give, in words."""
+    chargers, robots, time = sum(chargers_at(model, layout).values()), model.fleet.size, model.units.time
+    drawn, given = max(robots - chargers, 0) * _standing(model), chargers * charging_rate(model)
+    text = f"at rest {number_of(max(robots - chargers, 0), 'robot')} not on a charger draw {amount(drawn)} per {time}"
+    text += f" and get {amount(given)} from {number_of(chargers, 'charger')}"
+    if drawn > given:
+        return f"{text}: need at least {number_of(needed_at_rest(model), 'charger')}"
+    return f"{text}, less what driving there and back takes"
+
+
+def _standing(model: Model) -> float:
+    """What a robot draws standing, on average."""
+    part, alone = kinds.shares(model), kinds.by_kind(model)
+    return math.fsum(part[kind] * one.battery.draws.standing for kind, one in alone.items() if one.battery is not None)

@@ -293,6 +293,7 @@ def check(model: Source) -> Check:
     from desim_warehouse.feasibility import examine
     from desim_warehouse.feasibility.left_out import left_out
     from desim_warehouse.layout import checks
+    from desim_warehouse.run import night
 
     model = as_model(model)
     layout = model.floor
@@ -317,6 +318,8 @@ def check(model: Source) -> Check:
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
         facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
     findings, calculation = examine(model, layout)
+    if not any(item.level == "error" and item.code not in model.accept for item in findings):
+        findings = checks.worst_first([*findings, *night.findings(model, layout)])
     lines = [] if calculation is None else calculation.lines(model.units)
     return Check(facts, findings, calculation, model.accept, lines)
 

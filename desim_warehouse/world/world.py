@@ -22,7 +22,7 @@ from desim_warehouse.policies import create
 from desim_warehouse.states import OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.batches import Batcher
-from desim_warehouse.world.orders.demand import Demand
+from desim_warehouse.world.orders.demand import Demand, NoOrders
 from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.orders.flows import Flows
 from desim_warehouse.world.orders.situations import Situations
@@ -76,6 +76,7 @@ class World:
 
     `heed` is given the clock of every run that this takes, before it begins. `settles`: this is the run that nobody
     counts, in which batteries settle.
+    Without `orders` no task comes, for the length of the run: a night.
 
     Each part is given what it needs, and none knows the world.
     """
@@ -86,6 +87,7 @@ class World:
         seed: int = 0,
         *,
         ask: bool = False,
+        orders: bool = True,
         heed: Callable[[Clock], object] | None = None,
         settles: bool = False,
     ) -> None:
@@ -93,7 +95,7 @@ class World:
         self.layout = model.floor
         refuse(model, self.layout)
         self.streams = Streams(seed)
-        start = None if settles else _settled(model, self.streams, heed)
+        start = _settled(model, self.streams, heed) if orders and not settles else None
         self.env = Clock()
         if heed is not None:
             heed(self.env)
@@ -113,7 +115,7 @@ class World:
         self._look_ahead(open_tasks)
         # So is the list of robots: the dispatcher has it before there are any, as robots are given the dispatcher.
         self.robots: list[Robot] = []
-        self._take_orders(open_tasks, ask=ask)
+        self._take_orders(open_tasks, ask=ask, orders=orders)
         self._put_into_bays(homes, start)
         # Last, when every robot has a slot in its bay, which one that starts on the lanes may leave to another.
         self._stand_on_lanes()
@@ -187,10 +189,12 @@ class World:
         self.bay_choice = BayChoice(env, _policy("parking", policies.parking), self.travel, self.reaches)
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
 
-    def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool) -> None:
+    def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool, orders: bool) -> None:
         """Where tasks come from, and who gives them out; the dispatcher tells the former what is in hand."""
         env, model, policies = self.env, self.model, self.model.policies
-        self.demand = (Flows if model.tasks.flows else Demand)(env, model, self.layout, self.streams)
+        self.demand: Demand | Flows | NoOrders = NoOrders()
+        if orders:
+            self.demand = (Flows if model.tasks.flows else Demand)(env, model, self.layout, self.streams)
         self.finished = Event(env)
         allocation = _policy("allocation", policies.allocation)  # also where it is not asked: it may be refused
         self.dispatcher = Dispatcher(

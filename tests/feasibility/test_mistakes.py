@@ -50,7 +50,10 @@ MISTAKES = {
     ),
     # batteries
     "zero chargers": ({"layout.bays.chargers.chargers": 0}, "NO_CHARGER"),
-    "parking without chargers, default policies": ({"policies": {}}, "HOME_WITHOUT_CHARGER"),
+    "parking without chargers, default policies": (
+        {"policies": {}, "battery.charge_rate": 0.009},
+        "HOME_WITHOUT_CHARGER",
+    ),
     "two chargers": (
         {**FOUR, "layout.bays.chargers.at": ["A", "H"], "layout.bays.parking.at": PARKING},
         "CHARGERS_SHORT",

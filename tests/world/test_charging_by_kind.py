@@ -99,9 +99,10 @@ def test_a_robot_at_the_chargers_of_others_makes_room_where_they_do_not_seek():
     guest = SimpleNamespace(number=1, kind="", bay=None, leaving=None, is_out=False)
     bays.settle(guest, large)
     assert not bays.wants_room(guest)  # nobody seeks
-    bays.seekers = [""]
+    small, big = SimpleNamespace(number=2, kind=""), SimpleNamespace(number=3, kind="large")
+    bays.seekers = [small]
     assert not bays.wants_room(guest)  # not these chargers
-    bays.seekers = ["large", ""]
+    bays.seekers = [big, small]
     assert bays.wants_room(guest)
     assert bays.away_from(guest) == [park]  # at B the large one may seek, too
     bays.making_room[2] = both

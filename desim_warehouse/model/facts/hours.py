@@ -1,4 +1,4 @@
-"""The hours of a model: the stretches in which stations and robots work, and the longest time between two."""
+"""The hours of a model: the stretches in which stations and robots work and orders come, the longest time between."""
 
 from __future__ import annotations
 
@@ -6,12 +6,18 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING
 
+from desim_warehouse.model.sections.flows import ProfileArrivals
+from desim_warehouse.values.calendars import merged
+
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from desim_warehouse.model.schema import Model
-    from desim_warehouse.values.calendars import Hours
+    from desim_warehouse.model.sections.flows import FlowSpec
+    from desim_warehouse.values.calendars import Hours, Stretch
 
+DAYS = 14
+"""Days in which the longest rest of a model is looked for: calendars repeat every week."""
 STEPS = 1000
 """Times at which a calendar opens or closes that are looked at, to find whether two of them meet."""
 
@@ -48,3 +54,50 @@ def first_stretches(hours: Hours, end: float) -> Iterator[tuple[float, float]]:
         if math.isinf(close):
             return
         at = close
+
+
+def has_nights(model: Model) -> bool:
+    """Whether a model has times without work: hours, rates of 0 in a profile, or a run of a day or more."""
+    flows, goods = model.tasks.flows.values(), model.tasks.goods
+    hours = [flow.hours for flow in flows] + [getattr(goods, "hours", None)]
+    zeros = any(isinstance(flow.when, ProfileArrivals) and not all(flow.when.profile.per_hour) for flow in flows)
+    if model.layout.has_hours or model.fleet.has_hours or any(name is not None for name in hours) or zeros:
+        return True
+    return model.run.length is not None and model.run.length >= 24 * model.units.hour
+
+
+def longest_rest(model: Model) -> float:
+    """The longest time in which no orders come, or no station is open, or no robot is in its hours."""
+    end = DAYS * 24 * model.units.hour
+    stations, robots = [one.hours for one in model.layout.stations.values()], model.fleet.hours_of_robots()
+    open_times = [
+        [stretch for name in {*names} for stretch in model.hours(name).between(0.0, end)]
+        for names in (stations, robots)
+        if names
+    ]
+    if model.tasks.flows:
+        open_times.append([one for flow in model.tasks.flows.values() for one in _asks(model, flow, end)])
+    else:
+        goods = model.hours(getattr(model.tasks.goods, "hours", None))
+        open_times.append(list(goods.between(0.0, end)))
+    return max(_longest_between(merged(stretches), end) for stretches in open_times)
+
+
+def _asks(model: Model, flow: FlowSpec, end: float) -> Iterator[Stretch]:
+    """The stretches in which tasks of a flow may come."""
+    hours = model.hours(flow.hours)
+    if not isinstance(flow.when, ProfileArrivals):
+        yield from hours.between(0.0, end)
+        return
+    rates = flow.when.profile.per_hour
+    every = flow.when.profile.every or model.units.hour
+    for step in range(min(math.ceil(end / every), STEPS * STEPS)):
+        if rates[step % len(rates)]:
+            yield from hours.between(step * every, min((step + 1) * every, end))
+
+
+def _longest_between(stretches: list[Stretch], end: float) -> float:
+    closed, last = 0.0, 0.0
+    for begin, close in stretches:
+        closed, last = max(closed, begin - last), close
+    return max(closed, end - last)

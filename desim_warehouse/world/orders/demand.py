@@ -139,3 +139,22 @@ class Demand:
     def _weights(self) -> Any:
         """The share of every storage place in the demand, or None for equal shares."""
         return shares(self.popularity, self.storage)
+
+
+class NoOrders:
+    """No task ever comes: the run of a night."""
+
+    total: int | None = None
+
+    def start(self, release: Callable[[Task], None]) -> None:
+        """There is nothing to release."""
+
+    def taken(self, task: Task) -> None:
+        """Never: there is no task."""
+
+    def returned(self, task: Task) -> None:
+        """Never: there is no task."""
+
+    def to_come(self, _: Task, __: bool) -> bool:
+        """None will become known."""
+        return False

@@ -60,12 +60,18 @@ class Guest(Protocol):
     def is_out(self) -> bool:
         """Whether it is in no bay."""
 
+    def charge_left(self) -> float:
+        """The share of its battery's capacity that is left."""
+
+    def need_of_charger(self) -> tuple[float, float]:
+        """From when on it needs a charger more than a robot at one that has so much more of its capacity left."""
+
 
 class Bays:
     """All bays, and who has which slot.
 
-    `slotless` robots are out without a slot reserved. `seekers` are the kinds of those that rest where there is no
-    charger for them and must charge. Those in `making_room` leave a slot of the bay that stands there to one of them.
+    `slotless` robots are out without a slot reserved. `seekers` rest where there is no charger for them and
+    must charge. Those in `making_room` leave a slot of the bay that stands there to one of them.
     `keep`: robots that are out keep a slot, as the route that they have declared ends there (see `avoidance`).
     """
 
@@ -77,7 +83,7 @@ class Bays:
         self.slotless = 0
         self._sought: Event | None = None
         self._left: Event | None = None
-        self.seekers: list[str] = []
+        self.seekers: list[Guest] = []
         self.making_room: dict[int, Bay] = {}
 
     def settle(self, robot: Guest, bay: Bay) -> None:
@@ -143,21 +149,35 @@ class Bays:
         return sum(bay.places for bay in bays) < sum(robots[user] for user in users)
 
     def charger_for(self, robot: Guest) -> bool:
-        """Whether a robot may reserve a slot at a charger now."""
-        return any(robot.kind in bay.charges and self.may_take(robot, bay) for bay in self.by_node.values())
+        """Whether a robot may reserve a slot at a charger now: those with less energy that seek one come first."""
+        bays = [bay for bay in self.by_node.values() if robot.kind in bay.charges and self.may_take(robot, bay)]
+        if not bays or not self.seekers:
+            return bool(bays)
+        left = robot.charge_left()
+        ahead = [one for one in self._seekers_of(bays) if one is not robot and one.charge_left() < left]
+        return sum(bay.free for bay in bays) > len(ahead)
+
+    def neediest(self, robot: Guest) -> Guest | None:
+        """Of the robots that seek the chargers of a robot's bay, the one with the least energy."""
+        assert robot.bay is not None
+        return min(self._seekers_of([robot.bay]), key=lambda one: one.charge_left(), default=None)
+
+    def _seekers_of(self, bays: Iterable[Bay]) -> list[Guest]:
+        kinds = frozenset().union(*(bay.charges for bay in bays))
+        return [one for one in self.seekers if one.kind in kinds]
 
     def wants_room(self, robot: Guest) -> bool:
         """Whether a robot that rests at chargers should leave its slot to one that seeks them, and can."""
         assert robot.bay is not None
         here = robot.bay.charges
-        sought = sum(kind in here for kind in self.seekers)
+        sought = len(self._seekers_of([robot.bay]))
         leaving = sum(not here.isdisjoint(bay.charges) for bay in self.making_room.values())
         return sought > leaving and bool(self.away_from(robot))
 
     def away_from(self, robot: Guest) -> list[Bay]:
         """The bays to which a robot can go to make room: without chargers for those that seek the ones where it is."""
         assert robot.bay is not None
-        sought = robot.bay.charges.intersection(self.seekers)
+        sought = robot.bay.charges.intersection(seeker.kind for seeker in self.seekers)
         return [bay for bay in self.by_node.values() if sought.isdisjoint(bay.charges) and self.may_take(robot, bay)]
 
     def seek_charger(self) -> Event:

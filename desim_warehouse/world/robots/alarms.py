@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from simpy.events import Event, Timeout
 
 from desim_warehouse.errors import BatteryError
-from desim_warehouse.states import Phase
+from desim_warehouse.states import STATES, Phase
 from desim_warehouse.world.robots.forecast import need_now
 from desim_warehouse.world.traffic.rules import EPS
 
@@ -84,7 +84,7 @@ class Alarms:
         low = started if started is not None and started < spec.capacity else None
         raise BatteryError(
             f"robot {robot.number} ran flat at time {now:g}, {robot.body.place(now)}, {robot.state}: "
-            f"{self.reach.why_flat(low)}"
+            f"{self.reach.why_flat(low, robot.view(), resting=STATES[robot.state].is_parked)}"
         )
 
     def _low(self, _: Event) -> None:

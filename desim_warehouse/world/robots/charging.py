@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import math
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
 from desim_warehouse.model.facts.charging import LEAST_CHARGE
 from desim_warehouse.states import Phase
+from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
+from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from collections.abc import Generator
@@ -20,6 +23,9 @@ if TYPE_CHECKING:
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.robots.surroundings import WorkGiver
+
+TURN = 0.2
+"""Part of its capacity that a robot at a charger has more than one that seeks it, when it leaves it without urgency."""
 
 
 class ChargingStop:
@@ -121,28 +127,69 @@ class ChargingStop:
         battery.plug(env.now)
         if offer is None:
             done = Timeout(env, battery.charge_time(level, least))
-            yield done if lost is None else done | lost
+            due: Event = done if lost is None else done | lost
+            while not (due.processed or self._is_needed()):
+                yield self._or_needed(due) if self.reach.scarce else due
             if not done.processed:
                 battery.unplug(env.now)
-                return None, True
+                if not due.processed:
+                    robot.make_room()
+                return None, due.processed
             level = max(level, least)
             if level < levels.full:
                 offer = self.dispatcher.wait(robot)
+                if self.reach.scarce:
+                    yield offer | end_of_instant(env, AFTER_DECISIONS)  # a task, or robots that seek a charger
         while offer is not None and level < levels.full and robot.job is None:
+            if self._is_needed(free=True):
+                robot.make_room()
+                offer = None
+                break
             goal = self.reach.enough_for_first(robot.view(), levels)
             goal = goal if level < goal < levels.full else levels.full
             done = Timeout(env, battery.charge_time(level, goal))
-            due = offer | done | self.bays.charger_sought() if self.reach.scarce else offer | done
+            due = self._or_needed(offer | done, free=True) if self.reach.scarce else offer | done
             yield due if lost is None else due | lost
             level = goal if done.processed else battery.level(env.now)
             if lost is not None and lost.processed and robot.job is None and not done.processed:
                 battery.unplug(env.now, level)
                 return offer, True
-            able = level >= self.reach.enough_after_parking(robot.view(), levels)
-            if robot.job is None and able and self.bays.wants_room(robot):
-                robot.make_room()
-                offer = None
-            elif done.processed:
+            if done.processed and robot.job is None:
                 self.dispatcher.call()
         battery.unplug(env.now, level)
         return offer, False
+
+    def _or_needed(self, due: Event, *, free: bool = False) -> Event:
+        """Something that is due, or the next time to look whether another robot needs the charger more."""
+        due = due | self.bays.charger_sought()
+        time = self._needed_in(free=free)
+        return due | Timeout(self.env, time) if EPS < time < math.inf else due
+
+    def _is_needed(self, *, free: bool = False) -> bool:
+        """Whether the robot leaves its charger to another that needs it more; one `free` for work stays able to."""
+        if self._needed_in(free=free) > EPS or not self.bays.wants_room(self.robot):
+            return False
+        if self._needed_in() <= EPS:
+            return True
+        view = self.robot.view()
+        return view.energy >= self.reach.enough_after_parking(view, self.reach.levels(view))
+
+    def _needed_in(self, *, free: bool = False) -> float:
+        """Time until the robot has so much more energy than the neediest that seeks its charger, that it leaves it.
+
+        One that is `free` for work leaves it for any, else only for one whose need is urgent.
+        """
+        robot, now = self.robot, self.env.now
+        battery, seeker = robot.battery, self.bays.neediest(robot)
+        if seeker is None:
+            return math.inf
+        urgent, ahead = seeker.need_of_charger()
+
+        view, level = robot.view(), battery.level(now)
+        stays = battery.charge_time(level, self.reach.rests_elsewhere_from(view, self.reach.levels(view)))
+
+        def gains(part: float) -> float:
+            return max(stays, battery.charge_time(level, battery.capacity * (seeker.charge_left() + part)))
+
+        needed = max(urgent - now, gains(ahead))
+        return min(needed, gains(TURN)) if free else needed

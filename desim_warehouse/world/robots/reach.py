@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.batteries import cause, too_small
 from desim_warehouse.findings import amount
+from desim_warehouse.model.facts.charging import LEAST_CHARGE
 from desim_warehouse.model.facts.energy import consumption
 from desim_warehouse.world.places.openings import Openings
 from desim_warehouse.world.places.stops import driven, handled
@@ -37,6 +38,11 @@ if TYPE_CHECKING:
 
 MORE = 0.05
 """Part of its capacity that a robot must have beyond what looks enough for each time a task was given back again."""
+
+URGENT, AHEAD = 0.75, 0.5
+"""Of what a robot at rest has beyond the way to a charger when it seeks one: what is left when its need is urgent, and
+what one that is being charged has more when it makes room.
+"""
 
 
 def suits(task: Task, kind: str, carries: Collection[str]) -> bool:
@@ -113,9 +119,17 @@ class Reach:
         """Have in common with another kind's what was given back, and what waits for places to open."""
         self._given_back, self.openings = other._given_back, other.openings
 
-    def why_flat(self, started: float | None = None) -> str:
-        """Why a battery ran flat in this model, and what helps (`started` as in `cause`)."""
-        return cause(self._model, self._layout, started)
+    def why_flat(self, started: float | None, robot: RobotView, *, resting: bool) -> str:
+        """Why a robot's battery ran flat in this model, and what helps (`started` and `resting` as in `cause`)."""
+        text = cause(self._model, self._layout, started, resting=resting)
+        if resting and self.chargers:
+            way, level = (
+                self.consumption.empty * self.out_of(robot.node, robot),
+                self.rests_until(robot, self.levels(robot)),
+            )
+            if level < way:
+                text += f"; it seeks a charger at {amount(level)}, and the farthest is {amount(way)} away"
+        return text
 
     def why_none_lasts(self, robots: Iterable[RobotView], task: Task) -> str:
         """What robots have, and what they need for a task that none of their batteries lasts for; and what helps."""
@@ -272,6 +286,32 @@ class Reach:
         if levels.margin is None or not self.chargers:
             return levels.critical
         return max(levels.critical, self.consumption.empty * self.out_of(robot.node, robot) + levels.margin)
+
+    def rests_elsewhere_from(self, robot: RobotView, levels: Levels) -> float:
+        """Battery level at which a robot at a charger can drive to any bay without one, and rest there for a while."""
+        ways, empty = self.travel(robot.speed), self.consumption.empty
+        return min(
+            levels.full,
+            max(
+                (
+                    empty * (self.exit_time + ways.ways.time(robot.node, bay) + ways.stop_time)
+                    + self.rests_until(replace(robot, node=bay), levels)
+                    for bay in self.parking
+                ),
+                default=0.0,
+            ),
+        )
+
+    def in_need(self, robot: RobotView, levels: Levels) -> tuple[float, float]:
+        """When a robot at rest needs a charger more than one that is being charged.
+
+        The battery level from which on it does, and by how much the other's must then be above its own: so that a fleet
+        that runs low all at once can take turns before one is too low to reach a charger.
+        """
+        capacity = robot.capacity
+        way = self.consumption.empty * self.out_of(robot.node, robot)
+        spare = max(self.rests_until(robot, levels) - way, 0.0)
+        return way + URGENT * spare, max(AHEAD * spare, LEAST_CHARGE * capacity)
 
     def retreats_at(self, robot: RobotView, levels: Levels) -> float:
         """Battery level at which a robot that leaves its work goes to a charger."""

@@ -320,11 +320,11 @@ class Robot:
                 self.dispatcher.withdraw(self)
                 return
             else:
-                bays.seekers.append(self.kind)
+                bays.seekers.append(self)
                 left = bays.seek_charger()
                 while not (offer.triggered or left.triggered or (among_others and bays.wants_room(self))):
                     yield offer | left | bays.charger_sought() if among_others else offer | left
-                bays.seekers.remove(self.kind)
+                bays.seekers.remove(self)
 
     def make_room(self) -> None:
         """Leave its slot to a robot that seeks the chargers there."""
@@ -359,6 +359,16 @@ class Robot:
         """Its hours begin or end: if it rests, it does so in another state from now on."""
         if self.phase is Phase.REST and not self.is_out:
             self.enter(self.at_rest)
+
+    def charge_left(self) -> float:
+        """The share of its battery's capacity that is left."""
+        return self.battery.level(self.env.now) / self.battery.capacity
+
+    def need_of_charger(self) -> tuple[float, float]:
+        """From when on it needs a charger more than a robot at one that has so much more of its capacity left."""
+        view = self.view()
+        level, ahead = self.reach.in_need(view, self.reach.levels(view))
+        return self.battery.lasts_until(self.env.now, level), ahead / self.battery.capacity
 
     @property
     def at_charger(self) -> bool:

@@ -1,0 +1,74 @@
+"""A night without orders: the real engine with all robots and no tasks, which takes milliseconds, as little happens.
+
+Arithmetic sees whether chargers give what robots draw, but not who is given a charger when.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import BatteryError
+from desim_warehouse.feasibility.power import at_rest
+from desim_warehouse.findings import Finding
+from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.hours import has_nights, longest_rest
+from desim_warehouse.world import World
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+DAY = 24.0
+"""Hours without orders that are tried at least."""
+
+
+@dataclass(frozen=True)
+class Flat:
+    """The robot that runs flat first, and after how many hours of those `tried`."""
+
+    robot: int
+    hours: float
+    tried: float
+
+
+def night(model: Model) -> Flat | None:
+    """Who runs flat without orders, from the energy at the start; None if nobody does.
+
+    For a day, or for the longest time in which the model is closed.
+    """
+    hour = model.units.hour
+    tried = max(DAY, longest_rest(model) / hour)
+    run = model.run.model_copy(update={"length": tried * hour, "warm_up": 0.0})
+    world = World(model.model_copy(update={"run": run, "log": "tasks"}), orders=False)
+    try:
+        world.run()
+    except BatteryError:
+        now = world.env.now
+        return Flat(min(world.robots, key=lambda one: one.charge_left()).number, now / hour, tried)
+    return None
+
+
+def findings(model: Model, layout: Layout) -> Iterator[Finding]:
+    """What a planner should know of the model's nights: of runs with a length, in models with chargers.
+
+    Policies of the user's own are not tried: a check runs nobody's code.
+    """
+    charging = [model.policies.charging, *(kind.charging for kind in model.fleet.kinds.values())]
+    if model.policies.own() or any(spec is not None and spec.own for spec in charging):
+        return
+    if model.battery is None or model.run.length is None or not chargers_at(model, layout):
+        return
+    flat = night(model)
+    if flat is not None:
+        text = (
+            f"without orders robot {flat.robot} runs flat after {flat.hours:.1f} h ({flat.tried:g} h tried); "
+            f"{at_rest(model, layout)}"
+        )
+        cure = "more chargers, faster ones, or less consumption standing"
+        if has_nights(model):
+            yield Finding("NIGHT_FLAT", "layout.bays", text, cure)
+        else:
+            yield Finding("REST_FLAT", "layout.bays", text, cure)
