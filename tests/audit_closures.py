@@ -97,11 +97,13 @@ class Closures:
         for other in sorted((one for one in others if one.person), key=lambda one: -one.begin):
             if other.begin < begin <= other.end:  # somebody was there before
                 begin = other.begin
-        return any(
-            time <= enter + TOL and time - max(time - value, begin) >= min(after) - TOL
-            for time, kind, number, _, node, _, value, *_ in self.run.record.rows
-            if number == robot and node is not None and kind in {"waiting_person", "waiting_closed", "collision"}
-        )
+        since = left = -math.inf  # its waits in a row: first behind others, then for people
+        for time, kind, number, _, node, _, value, *_ in self.run.record.rows:
+            if number == robot and node is not None and kind in {"waiting_person", "waiting_closed", "collision"}:
+                since, left = since if abs(time - value - left) < TOL else time - value, time
+                if time <= enter + TOL and time - max(since, begin) >= min(after) - TOL:
+                    return True
+        return False
 
     def check_held(self):
         """No task is given out that is fetched on an edge which is closed, and opens while nothing else is closed."""

@@ -310,11 +310,37 @@ class Recount:
             return {}
         return {row[3]: row[0] + within for row in self.rows if row[1] == "released"}
 
+    def late(self, due, done, among):
+        """By how much each is late that was done in the counted time or came due in it, whichever was first."""
+        found = []
+        for task in due.keys() & among:
+            if task in done and done[task] <= due[task]:
+                found += [0.0] * (done[task] >= self.begin)
+            elif self.begin <= due[task] < self.end:
+                found.append(min(done.get(task, self.end), self.end) - due[task])
+        return found
+
+    def bound_for(self, at):
+        """The released tasks that can only go to nodes `at` which work is done, or have been put down there."""
+        goods, listed = self.model.tasks.goods, []
+        if isinstance(goods, tuple):
+            listed = sorted(goods, key=lambda good: getattr(good, "release", 0.0))
+        found = set()
+        for row in self.rows:
+            if row[1] == "released":
+                own = getattr(listed[row[3]], "to", None) if listed else None
+                nodes = self.run.layout.nodes_of(own) if own else self.model.tasks.unload_at
+                found |= {row[3]} if set(nodes) <= at.keys() else set()
+            elif row[1] == "delivered" and row[4] in at and row[5] is None:
+                found.add(row[3])
+        return found
+
     def work(self):
         """By stepping through the rows: who waits and who is at work at each node, from one row to the next."""
         at = workplaces(self.run)
         waiting, busy = dict.fromkeys(at, 0), dict.fromkeys(at, 0)
-        waited = used = worked = on_time = due_ones = put = 0
+        waited = used = worked = put = 0
+        ends = {}
         before, due = 0.0, self.due()
         for time, kind, _, task, node, *_ in [*self.rows, (self.end, "end", 0, 0, None)]:
             for place, spec in at.items():
@@ -327,19 +353,20 @@ class Recount:
             put += kind == "delivered"
             waiting[node] += {"delivered": 1, "working": -1, "worked": 0}[kind]
             busy[node] += {"delivered": 0, "working": 1, "worked": -1}[kind]
-            if kind == "worked" and time >= self.begin:
-                worked += 1
-                due_ones += task in due
-                on_time += task in due and time <= due[task]
+            if kind == "worked":
+                worked += time >= self.begin
+                ends[task] = time
+        late = self.late(due, ends, self.bound_for(at)) if at else []
+        of_due = {"worked_on_time": late.count(0.0) / len(late), "loads_due": len(late)} if late else {}
         if not put:
-            return {}
+            return of_due
         open_time = sum(
             spec.workers * self.model.hours(spec.hours).share(self.begin, self.end) * (self.end - self.begin)
             for spec in at.values()
         )
         return {
             "worked": worked,
-            **({"worked_on_time": on_time / due_ones} if due_ones else {}),
+            **of_due,
             "worker_utilisation": used / open_time if open_time else math.nan,
             "worker_wait": waited,
             "work_backlog": sum(waiting.values()) + sum(busy.values()),
@@ -351,7 +378,7 @@ class Recount:
         counted = {task: time for task, time in delivered.items() if time >= self.begin}
         times = [time - released[task] for task, time in counted.items()]
         due = self.due()
-        late = [max(time - due[task], 0.0) for task, time in counted.items() if task in due]
+        late = self.late(due, delivered, released)
         found = {
             "cycle_time_mean": statistics.fmean(times) if times else math.nan,
             "cycle_time_median": statistics.median(times) if times else math.nan,
@@ -365,6 +392,7 @@ class Recount:
             found["backlog_growth_per_hour"] = growth / hours if hours else math.nan
         if late:
             found |= {"tardiness_mean": statistics.fmean(late), "on_time": late.count(0.0) / len(late)}
+            found["tasks_due"] = len(late)
         return found
 
     # All of it

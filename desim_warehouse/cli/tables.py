@@ -47,6 +47,8 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
         table = _summary(results, chosen)
     show_verdicts(results)
     show(table)
+    for line in sentences.left_open(results, chosen):
+        click.echo(line)
     for design in results.unsettled:
         click.echo(f"{design}: {sentences.UNSETTLED}")
     for line in results.rare[:_RARE]:
@@ -91,7 +93,7 @@ def _summary(results: Results, chosen: Sequence[str]) -> Table:
         failed = sum(row.outcome.error is not None for row in rows)
         table.add_row(
             *map(readable, point.labels.values()),
-            *(scales[name].cell(found[name][point.number]) for name in chosen),
+            *(sentences.cell(results, str(point), name, scales[name], found[name][point.number]) for name in chosen),
             *([words.met(results, str(point))] if results.target is not None else []),
             *([number(results.warm_ups[str(point)])] if results.warm_ups else []),
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),

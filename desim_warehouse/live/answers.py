@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import number_of
 from desim_warehouse.live.messages import Measured
 from desim_warehouse.outcome.indicators import judged_by, within
-from desim_warehouse.outcome.verdicts import judge_design
+from desim_warehouse.outcome.verdicts import is_no_answer, judge_design
 from desim_warehouse.report.text import numbers, sentences, words
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
@@ -167,6 +167,8 @@ class RunsSoFar:
             title = words.in_sentence(self.main)
             return Said(verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered that counts.",))
         if self.lasting is not None:
+            if is_no_answer(self.main, [self.lasting]):
+                return Said(verdict, f"{design}: {self.lasting.text.removeprefix('cannot keep up: ')}.")
             told = self.reached(self.scale(self.main).value(found.mean))
             why = self.lasting.text.removeprefix("cannot keep up: ")
             return Said(verdict, f"{design}: {why}.", (f"As counted it would be {told}.",))

@@ -221,7 +221,7 @@ def _by_flow(history: History) -> Found:
 def _by_station(history: History) -> Found:
     stations = history.layout.stations
     names = {node: f"{item.zone} at {node}" for node, item in stations.items()}
-    return _means(history, list(names.values()), lambda task: names.get(task.station, ""))
+    return _means(history, list(names.values()), lambda task: "" if task.stored else names.get(task.station, ""))
 
 
 def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str]) -> Found:

@@ -30,20 +30,19 @@ from desim_warehouse.outcome.records import (
     Trip,
     Wait,
     Whereabouts,
-    lateness,
 )
 from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, names
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Collection, Iterable, Iterator
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.battery import BatterySpec
     from desim_warehouse.outcome.log import Log
-    from desim_warehouse.outcome.records import Edge
+    from desim_warehouse.outcome.records import Deadline, Edge
 
     Curve = tuple[list[float], list[float]]
 
@@ -126,12 +125,24 @@ class History:
         return {node: spec for node, spec in specs.items() if spec.work_time is not None}
 
     @cached_property
+    def for_workers(self) -> list[TaskHistory]:
+        """The tasks whose load units are for the workers of a station, in order of release, as the world says."""
+        return [self.tasks[number] for number in sorted(self._for_workers)]
+
+    @cached_property
+    def _for_workers(self) -> Collection[int]:
+        if self.log.for_workers is not None:
+            return self.log.for_workers
+        # Versions before 0.4.0 do not say it: what was put down at a node with such a station is taken to be for it.
+        return {row.task for row in self.rows("delivered") if row.node in self.workplaces}
+
+    @cached_property
     def _tasks(self) -> tuple[dict[int, TaskHistory], list[TaskHistory], list[TaskHistory]]:
         """All tasks by number, those delivered, and those done, each in the order in which they were."""
         tasks: dict[int, TaskHistory] = {}
         delivered: list[TaskHistory] = []
         done: list[TaskHistory] = []
-        until_worked = self.workplaces if self.model.tasks.done_when == "worked" else {}
+        until_worked = self._for_workers if self.model.tasks.done_when == "worked" else ()
         loading: set[int] = set()
         for row in self.rows("released", "delivered", "working", "worked", *_LOADING, *_LOADED):
             if row.kind == "released":
@@ -151,9 +162,9 @@ class History:
                 if row.kind == "worked":
                     task.worked = row.time
                 else:
-                    task.delivered, task.station = row.time, node
+                    task.delivered, task.station, task.stored = row.time, node, row.edge is not None
                     delivered.append(task)
-                if (node in until_worked) == (row.kind == "worked"):
+                if (row.task in until_worked) == (row.kind == "worked"):
                     task.done = row.time
                     done.append(task)
         return tasks, delivered, done
@@ -176,7 +187,7 @@ class History:
     @cached_property
     def put_down(self) -> list[TaskHistory]:
         """The tasks whose load units were put down in a station with workers, in order of delivery."""
-        return [task for task in self.delivered if task.station in self.workplaces]
+        return [task for task in self.delivered if task.number in self._for_workers]
 
     @cached_property
     def counted_deliveries(self) -> list[TaskHistory]:
@@ -193,28 +204,37 @@ class History:
         """The cycle times of the tasks done in the counted time, shortest first."""
         return sorted(task.cycle_time for task in self.counted_done)
 
+    def settled(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
+        """Those of what was done or came due in the counted time, whichever was first, in that order.
+
+        What comes due at the very end and is not done may still be done then: it is not late yet.
+        """
+        found = (one for one in deadlines if one is not None and self.counts(one.settled))
+        return sorted((one for one in found if one.due < self.end or not one.missed), key=attrgetter("settled"))
+
     @cached_property
-    def lateness(self) -> list[float]:
-        """Tardiness of each task with a due time that was done in the counted time, 0 if it was on time."""
-        return lateness(self.counted_done)
+    def deadlines(self) -> list[Deadline]:
+        """The due times of tasks that were done or came due in the counted time, in that order."""
+        return self.settled(task.deadline for task in self.tasks.values())
+
+    @cached_property
+    def work_deadlines(self) -> list[Deadline]:
+        """The same of the load units for stations with workers, and of the work on them."""
+        return self.settled(task.work_deadline for task in self.for_workers)
+
+    @cached_property
+    def order_deadlines(self) -> list[Deadline]:
+        """The same of orders."""
+        return self.settled(order.deadline for order in self.orders)
 
     @cached_property
     def orders(self) -> list[OrderHistory]:
-        """The orders, in order of release, each as late as its latest task (None: it was not due)."""
+        """The orders, in order of release."""
         of: dict[tuple[str, str], list[TaskHistory]] = {}
         for task in self.tasks.values():
             if task.order:
                 of.setdefault((task.flow, task.order), []).append(task)
-        return [
-            OrderHistory(
-                flow,
-                order,
-                min(task.released for task in tasks),
-                max(task.done for task in tasks),
-                max(lateness(tasks), default=None),
-            )
-            for (flow, order), tasks in of.items()
-        ]
+        return [OrderHistory(flow, order, tuple(tasks)) for (flow, order), tasks in of.items()]
 
     @cached_property
     def counted_orders(self) -> list[OrderHistory]:
@@ -479,8 +499,9 @@ class FlowHistory:
         self.counted_deliveries = [task for task in self.delivered if history.counts(task.delivered)]
         self.counted_done = [task for task in self.done if history.counts(task.done)]
         self.cycle_times = sorted(task.cycle_time for task in self.counted_done)
-        self.lateness = lateness(self.counted_done)
+        self.deadlines = history.settled(task.deadline for task in self.tasks.values())
         self.put_down = [task for task in history.put_down if task.flow == flow]
+        self.work_deadlines = history.settled(task.work_deadline for task in history.for_workers if task.flow == flow)
         self.history = history
         self.hours = history.counted / history.model.units.hour
 

@@ -271,7 +271,8 @@ INDICATORS = {
             "tardiness_mean",
             "Tardiness, mean",
             "time",
-            "mean of `max(time when it was done − due, 0)`; only where tasks have due times",
+            "mean of `max(time when it was done − due, 0)` over the tasks that `on_time` is a share of; of one that is "
+            "not done the time up to the end of the run counts; only where tasks have due times",
             "less",
             measures.tardiness,
             measures.has_due_times,
@@ -281,13 +282,26 @@ INDICATORS = {
             "on_time",
             "Done on time",
             "share of tasks",
-            "share of the tasks done (`tasks.done_when`) by their due time; only where tasks have due times. Over "
-            "several runs the mean of their shares, in which each run counts alike: where busy days are late more "
-            "often, the share of all tasks of all runs is smaller, and is said beside it",
+            "of the tasks done (`tasks.done_when`) or come due in the counted time the share done by their due time; "
+            "only where tasks have due times. A task is late from the instant at which it is due and not done, and "
+            "counts once: when it is done or comes due, whichever is first. One that came due in the warm-up is left "
+            "out, and so is one that comes due at the very end of the run or later and is not done. Over several runs "
+            "the mean of their shares, in which each run counts alike: where busy days are late more often, the share "
+            "of all tasks of all runs is smaller, and is said beside it",
             "more",
             measures.on_time,
             measures.has_due_times,
             by_flow=measures.on_time,
+        ),
+        Indicator(
+            "tasks_due",
+            "Tasks done or come due",
+            "count",
+            "the tasks that `on_time` is a share of; only where tasks have due times",
+            None,
+            measures.tasks_due,
+            measures.has_due_times,
+            by_flow=measures.tasks_due,
         ),
         Indicator(
             "worked",
@@ -303,11 +317,22 @@ INDICATORS = {
             "worked_on_time",
             "Worked on in time",
             "share of load units",
-            "share of those load units whose work was finished by their due time; only where they have due times",
+            "the same of load units for stations with workers, and of the work on them: one that comes due before it "
+            "is put down is late, too, if it can go nowhere else; only where they have due times",
             "more",
             measures.worked_on_time,
             measures.has_due_work,
             by_flow=measures.worked_on_time,
+        ),
+        Indicator(
+            "loads_due",
+            "Loads worked on or come due",
+            "count",
+            "the load units that `worked_on_time` is a share of; only where they have due times",
+            None,
+            measures.loads_due,
+            measures.has_due_work,
+            by_flow=measures.loads_due,
         ),
         Indicator(
             "worker_utilisation",
@@ -389,10 +414,20 @@ INDICATORS = {
             "orders_on_time",
             "Orders on time",
             "share of orders",
-            "share of the orders with due times of which every task was done by its due time",
+            "the same of orders: the share of which every task was done by its due time, of those that were done or of "
+            "which a task came due and was not done; only with orders from a file that have due times",
             "more",
-            lambda history: measures.mean([not late for late in measures.lateness_of_orders(history)]),
-            lambda history: bool(measures.lateness_of_orders(history)),
+            lambda history: measures.met(history.order_deadlines),
+            measures.has_due_orders,
+        ),
+        Indicator(
+            "orders_due",
+            "Orders done or come due",
+            "count",
+            "the orders that `orders_on_time` is a share of; only with orders from a file that have due times",
+            None,
+            lambda history: len(history.order_deadlines),
+            measures.has_due_orders,
         ),
         Indicator(
             "energy_lowest",
@@ -557,26 +592,34 @@ def within(name: str) -> tuple[float, float]:
     return -math.inf if indicator.signed else 0.0, 1.0 if indicator.is_share else math.inf
 
 
-_COUNTS: dict[Unit, str] = {
-    "share of tasks": "tasks",
-    "share of load units": "worked",
-    "share of orders": "orders",
+_COUNTS: dict[Unit, tuple[str, str]] = {
+    "share of tasks": ("tasks_due", "tasks"),
+    "share of load units": ("loads_due", "worked"),
+    "share of orders": ("orders_due", "orders"),
 }
-"""The indicator that counts what a share is of."""
+"""The indicator that counts what a share is of, and the one that did so in runs of versions before 0.4.0."""
+
+
+def is_of_due(name: str) -> bool:
+    """Whether an indicator is a share of what is done or comes due."""
+    indicator = look_up(name)
+    return indicator is not None and indicator.unit in _COUNTS
 
 
 def counted_in(name: str, has: Collection[str]) -> list[str]:
     """The indicators of a run that say how many tasks, or orders, one of ours is a share of; empty: of none.
 
-    Where only some flows have due times their tasks are counted; `has`: the indicators of the run.
+    Versions before 0.4.0 counted all tasks of the flows with due times; `has`: the indicators of the run.
     """
     indicator = look_up(name)
-    base, _, flow = name.partition(":")
-    what = _COUNTS.get(indicator.unit) if indicator else None
-    if what is None or flow:
-        return [] if what is None else [f"{what}:{flow}"]
-    flows = [other.partition(":")[2] for other in has if other.startswith(f"{base}:")]
-    return [f"{what}:{one}" for one in flows] or [what]
+    base, colon, flow = name.partition(":")
+    if indicator is None or indicator.unit not in _COUNTS:
+        return []
+    due, done = _COUNTS[indicator.unit]
+    if f"{due}{colon}{flow}" in has:
+        return [f"{due}{colon}{flow}"]
+    flows = [flow] if flow else [other.partition(":")[2] for other in has if other.startswith(f"{base}:")]
+    return [f"{done}:{one}" for one in flows] or [done]
 
 
 def find(name: str) -> Indicator:

@@ -47,7 +47,7 @@ COLUMNS = {
     "robot": "number of the robot, from 0; -1: none",
     "task": "number of the task, in order of release; -1: none",
     "node": "the node it happened at, or that the robot comes to next",
-    "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into",
+    "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into, `A>A` of one on a node",
     "value": "a number that depends on the kind",
     "until": "`drive`: when the robot will be there; `edge_closed`: when it opens",
     "other": "`collision`: the robot that was waited for; -1: none",
@@ -124,7 +124,9 @@ class Log:
     `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for each
     robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `flows` their
     flows, `orders` their orders, `energy` what the battery of each robot holds at the end, empty without batteries.
-    `people` has visits, their time, and their time shared with robots, and is empty without people.
+    `for_workers` are the tasks whose load units are worked on in a station: it is known at their release where they can
+    go nowhere else, or when they are put down; None: a version before 0.4.0 did not say. `people` has visits, their
+    time, and their time shared with robots, and is empty without people.
     `version` is that of desim-warehouse, which wrote it.
     """
 
@@ -137,6 +139,7 @@ class Log:
     due: dict[int, float] = field(default_factory=dict)
     flows: dict[int, str] = field(default_factory=dict)
     orders: dict[int, str] = field(default_factory=dict)
+    for_workers: set[int] | None = field(default_factory=set)
     energy: list[float] = field(default_factory=list)
     people: dict[str, float] = field(default_factory=dict)
     begin: float = 0.0
@@ -174,6 +177,11 @@ class Log:
             self.flows[task] = flow
         if order:
             self.orders[task] = order
+
+    def is_for_workers(self, task: int) -> None:
+        """The load unit of a task is to be worked on in a station."""
+        assert self.for_workers is not None
+        self.for_workers.add(task)
 
     def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
         """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence
 
     from desim_warehouse.outcome.history import FlowHistory, History
-    from desim_warehouse.outcome.records import TaskHistory, Trip
+    from desim_warehouse.outcome.records import Deadline, TaskHistory, Trip
 
 _QUEUEING = names(lambda state: state.queue == SERVER)
 ROUNDING = 1e-9
@@ -68,7 +68,7 @@ def worked(tasks: History | FlowHistory) -> int:
 
 
 def worked_on_time(tasks: History | FlowHistory) -> float:
-    return mean([task.worked <= task.due for task in counted_work(tasks) if task.due is not None])
+    return met(tasks.work_deadlines)
 
 
 def counted_work(tasks: History | FlowHistory) -> list[TaskHistory]:
@@ -123,11 +123,24 @@ def cycle_time_cv(history: History) -> float:
 
 
 def tardiness(tasks: History | FlowHistory) -> float:
-    return mean(tasks.lateness)
+    return mean([one.overrun(tasks.history.end) for one in tasks.deadlines])
 
 
 def on_time(tasks: History | FlowHistory) -> float:
-    return mean([not late for late in tasks.lateness])
+    return met(tasks.deadlines)
+
+
+def tasks_due(tasks: History | FlowHistory) -> int:
+    return len(tasks.deadlines)
+
+
+def loads_due(tasks: History | FlowHistory) -> int:
+    return len(tasks.work_deadlines)
+
+
+def met(deadlines: Sequence[Deadline]) -> float:
+    """The share of due times that were met."""
+    return mean([not one.missed for one in deadlines])
 
 
 def mean(values: Sequence[float]) -> float:
@@ -207,8 +220,8 @@ def has_orders(history: History) -> bool:
     return bool(history.log.orders)
 
 
-def lateness_of_orders(history: History) -> list[float]:
-    return [order.lateness for order in history.counted_orders if order.lateness is not None]
+def has_due_orders(history: History) -> bool:
+    return bool(history.order_deadlines)
 
 
 def has_work(tasks: History | FlowHistory) -> bool:
@@ -216,7 +229,7 @@ def has_work(tasks: History | FlowHistory) -> bool:
 
 
 def has_due_work(tasks: History | FlowHistory) -> bool:
-    return any(task.due is not None for task in counted_work(tasks))
+    return bool(tasks.work_deadlines)
 
 
 def has_arrivals(history: History) -> bool:
@@ -251,4 +264,4 @@ def shared_time(history: History) -> float:
 
 
 def has_due_times(tasks: History | FlowHistory) -> bool:
-    return bool(tasks.lateness)
+    return bool(tasks.deadlines)

@@ -50,15 +50,6 @@ def cost_per_task(history: History) -> float:
 
 
 def late(history: History) -> int:
-    """Orders (without any: tasks) done late in the counted time, or due in it and not done."""
-    if history.log.orders:
-        overdue = {
-            (task.flow, task.order) for task in history.tasks.values() if _is_overdue(history, task.due, task.done)
-        }
-        return sum((one.lateness or 0.0) > 0 for one in history.counted_orders) + len(overdue)
-    overdue_tasks = sum(_is_overdue(history, task.due, task.done) for task in history.tasks.values())
-    return sum(late > 0 for late in history.lateness) + overdue_tasks
-
-
-def _is_overdue(history: History, due: float | None, done: float) -> bool:
-    return due is not None and history.begin <= due < history.end and math.isinf(done)
+    """Orders that came due in the counted time and were not done by then; a task of no order is one by itself."""
+    alone = history.settled(task.deadline for task in history.tasks.values() if not task.order)
+    return sum(one.missed for one in (*history.order_deadlines, *alone))

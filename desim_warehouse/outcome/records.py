@@ -12,11 +12,30 @@ from typing import TYPE_CHECKING, NamedTuple
 from desim_warehouse.states import WAITING, seen
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from desim_warehouse.states import State
 
     Edge = tuple[str, str]
+
+
+class Deadline(NamedTuple):
+    """When something was due, and when it was done (inf: not by the end of the run)."""
+
+    due: float
+    done: float
+
+    @property
+    def missed(self) -> bool:
+        """Whether it was not done by its due time."""
+        return self.done > self.due
+
+    @property
+    def settled(self) -> float:
+        """From when on it is known whether it is met: when it is done, or comes due and is not done."""
+        return min(self.due, self.done)
+
+    def overrun(self, end: float) -> float:
+        """By how much it is late: 0 if it is not, and up to `end` where it is not done by then."""
+        return max(min(self.done, end) - self.due, 0.0)
 
 
 @dataclass(slots=True)
@@ -24,7 +43,8 @@ class TaskHistory:
     """When a task was released, loaded, delivered and done (inf: never), where, and when it was due (None: never).
 
     `begun`, `worked`: when work on its load unit in the station began and ended (inf: not yet, or there is none).
-    `done`: when it was delivered, or worked on where `tasks.done_when` says so.
+    `done`: when it was delivered, or worked on where `tasks.done_when` says so. `station`: the node of its delivery,
+    which was into a storage place there if it is `stored`.
     """
 
     number: int
@@ -37,6 +57,7 @@ class TaskHistory:
     worked: float = math.inf
     done: float = math.inf
     station: str = ""
+    stored: bool = False
     flow: str = ""
     order: str = ""
 
@@ -45,25 +66,47 @@ class TaskHistory:
         """From its release until it was done."""
         return self.done - self.released
 
+    @property
+    def deadline(self) -> Deadline | None:
+        """When it was due, and done; None: it was not due."""
+        return None if self.due is None else Deadline(self.due, self.done)
+
+    @property
+    def work_deadline(self) -> Deadline | None:
+        """The same of the work on its load unit."""
+        return None if self.due is None else Deadline(self.due, self.worked)
+
 
 class OrderHistory(NamedTuple):
-    """An order: when its first task was released, when its last was done (inf: never), and by how much late."""
+    """An order: its tasks, when the first of them was released, and when the last was done (inf: never)."""
 
     flow: str
     order: str
-    released: float
-    done: float
-    lateness: float | None
+    tasks: tuple[TaskHistory, ...]
+
+    @property
+    def released(self) -> float:
+        """When its first task was released."""
+        return min(task.released for task in self.tasks)
+
+    @property
+    def done(self) -> float:
+        """When its last task was done (inf: never)."""
+        return max(task.done for task in self.tasks)
 
     @property
     def cycle_time(self) -> float:
         """From its release until the whole of it was done."""
         return self.done - self.released
 
-
-def lateness(tasks: Iterable[TaskHistory]) -> list[float]:
-    """By how much each task that was due was late, 0 if it was not."""
-    return [max(task.done - task.due, 0.0) for task in tasks if task.due is not None]
+    @property
+    def deadline(self) -> Deadline | None:
+        """It is late from the first instant at which one of its tasks is; None: none of them was due."""
+        found = [task.deadline for task in self.tasks if task.deadline is not None]
+        if not found:
+            return None
+        missed = [one.due for one in found if one.missed]
+        return Deadline(min(missed) if missed else max(one.due for one in found), max(one.done for one in found))
 
 
 class StateSpan(NamedTuple):

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, refills_overnight
 from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome import settled
+from desim_warehouse.outcome.indicators import is_of_due
 from desim_warehouse.outcome.past_knee import (
     FEWER,
     LEAST_GAIN,
@@ -25,7 +26,7 @@ from desim_warehouse.outcome.past_knee import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.history import History
@@ -39,6 +40,7 @@ CHARGERS_BUSY = 0.95
 MOST_WAITING = 0.5
 """Share of the fleet's time spent waiting in traffic from which it is jammed."""
 
+PILES_UP = "CANNOT_KEEP_UP"
 LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL", "NOT_SETTLED")
 """Verdicts on designs whose time to come is worse than the time simulated, if their size is above 0."""
 
@@ -202,6 +204,16 @@ RULES = {
     ),
 }
 """By code, in the order in which verdicts are listed."""
+
+
+def piles_up(found: Iterable[Verdict]) -> bool:
+    """Whether a run or design cannot keep up: cycle times of what is done leave out ever more."""
+    return any(verdict.code == PILES_UP for verdict in found)
+
+
+def is_no_answer(indicator: str, found: Iterable[Verdict]) -> bool:
+    """Whether an indicator says nothing of a design: where work piles up, what is in time falls with a run's length."""
+    return is_of_due(indicator) and piles_up(found)
 
 
 def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:

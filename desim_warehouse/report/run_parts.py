@@ -202,7 +202,8 @@ def account_figures(run: Run | None) -> list[Axes]:
         return []
     if by == "robot":
         return [plot.account(run, by)]
-    served = {task.station for task in counted_tasks(run.history).values()} & run.layout.stations.keys()
+    served = {task.station for task in counted_tasks(run.history).values() if not task.stored}
+    served &= run.layout.stations.keys()
     return [plot.account(run, "flow"), *([plot.account(run, "station")] if 1 < len(served) <= _PLACES else [])]
 
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, StudyError
+from desim_warehouse.outcome.verdicts import is_no_answer
 from desim_warehouse.report import html, plot, run_parts
 from desim_warehouse.report import page as pages
 from desim_warehouse.report.html import Html
@@ -97,7 +98,7 @@ def numbers_of(study: Results, design: str | None) -> list[tuple[str, str, str]]
     tiles = {
         name: words.scale(name, study.base, (found.mean,)).tile(found, words.in_sentence(name))
         for name, found in estimates.items()
-        if found is not None
+        if found is not None and not is_no_answer(name, study.verdicts.get(design, ()))
     }
     year = estimates["annual_cost"]
     if year is not None and answers.cost_is_fixed(study):
@@ -169,7 +170,10 @@ def results(study: Results) -> Html:
     found = {name: [study.estimate(study.runs(design), name) for design in shown] for name in study.main}
     scales = {name: words.scale_of(name, study.base, of_name) for name, of_name in found.items()}
     head = [*_heads(study), "runs", *(words.head(name, scale) for name, scale in scales.items())]
-    cells = [[scales[name].cell(one) for one in of_name] for name, of_name in found.items()]
+    cells = [
+        [sentences.cell(study, design, name, scales[name], one) for design, one in zip(shown, of_name, strict=True)]
+        for name, of_name in found.items()
+    ]
     rows = [
         [*(words.level(value) for value in study.designs[design]), str(len(study.runs(design))), *of_design]
         for design, *of_design in zip(shown, *cells, strict=True)
@@ -193,7 +197,8 @@ def results(study: Results) -> Html:
     )
     if len(tried) > _ROWS:
         note += f" The first {_ROWS} of {len(tried)} designs; all are in results.parquet."
-    return made + html.paragraph(f"{note} The baseline is shaded.", "note")
+    left = " ".join(["", *sentences.left_open(study, study.main)])
+    return made + html.paragraph(f"{note} The baseline is shaded.{left}", "note")
 
 
 def result_figures(study: Results) -> list[Axes]:

@@ -19,6 +19,7 @@ from desim_warehouse.outcome.indicators import Values
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
+    from desim_warehouse.layout import Layout
     from desim_warehouse.run import Run
 
 FORMAT = 1
@@ -63,7 +64,7 @@ def save_run(run: Run, folder: Path) -> Path:
 def _write(run: Run, folder: Path) -> Path:
     log = run.record
     table = log.frame()
-    edges = list(run.layout.graph.edges)
+    edges = _edges(run.layout)
     if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
         number = {edge: i for i, edge in enumerate(edges)}
         table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in run.history.rows()]
@@ -86,6 +87,7 @@ def _write(run: Run, folder: Path) -> Path:
             "due": list(log.due.items()),
             "flows": list(log.flows.items()),
             "orders": list(log.orders.items()),
+            "for_workers": None if log.for_workers is None else sorted(log.for_workers),
             "energy": log.energy,
             "people": log.people,
             "robots": log.robots,
@@ -95,6 +97,12 @@ def _write(run: Run, folder: Path) -> Path:
     }
     write_whole(folder / RUN, json.dumps(content) + "\n")
     return folder
+
+
+def _edges(layout: Layout) -> list[tuple[str, str]]:
+    """The edges that rows may name: those of the layout, and of storage places on nodes."""
+    on_nodes = (place.edge for place in layout.storage if place.edge[0] == place.edge[1])
+    return [*layout.graph.edges, *dict.fromkeys(on_nodes)]
 
 
 def _content(path: Path) -> dict[str, Any]:
@@ -128,7 +136,7 @@ def load_run(folder: str | Path) -> Run:
         kept = content["log"]
         model = load(content["model"])
         layout = model.floor
-        edges: list[tuple[str, str]] = list(layout.graph.edges)
+        edges = _edges(layout)
         numbers = table.pop(NUMBER) if NUMBER in table else None
         table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
         table = table.astype(object).where(table.notna(), None)
@@ -146,6 +154,7 @@ def load_run(folder: str | Path) -> Run:
             due=dict(kept["due"]),
             flows=dict(kept["flows"]),
             orders=dict(kept["orders"]),
+            for_workers=None if kept.get("for_workers") is None else set(kept["for_workers"]),
             energy=kept["energy"],
             people=kept["people"],
             begin=kept["begin"],

@@ -67,7 +67,8 @@ def _of(run: Run, name: str, confidence: float) -> statistics.OneRun:
     if base == "cycle_time_mean":
         observed = times
     else:
-        observed = of.lateness if base == "tardiness_mean" else [float(not late) for late in of.lateness]
+        late = base == "tardiness_mean"
+        observed = [one.overrun(history.end) if late else float(not one.missed) for one in of.deadlines]
     return statistics.batch_means(observed, confidence, within=within(name))
 
 

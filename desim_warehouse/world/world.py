@@ -75,8 +75,7 @@ class World:
     `dispatcher.decide(pairs)` in between.
 
     `heed` is given the clock of every run that this takes, before it begins. `settles`: this is the run that nobody
-    counts, in which batteries settle.
-    Without `orders` no task comes, for the length of the run: a night.
+    counts, in which batteries settle. Without `orders` no task comes, for the length of the run: a night.
 
     Each part is given what it needs, and none knows the world.
     """

@@ -55,6 +55,7 @@ def test_the_indicators_of_a_run_that_can_be_worked_out_by_hand():
             "backlog": 1,
             "tardiness_mean": 8,
             "on_time": 0,
+            "tasks_due": 1,
             "energy_lowest": 0.818,
             "energy_drift_per_hour": (1 - 0.9115) / (150 / 3600),
             "charger_utilisation": 18.2 / 150,

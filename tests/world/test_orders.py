@@ -139,8 +139,8 @@ def test_orders_are_delivered_as_they_say(tmp_path):
     first, second, third = run.history.tasks.values()
     assert (first.delivered, first.station, second.good, second.delivered) == (70, "D", -1, 145)
     assert third.released == 500
-    assert [(one.order, one.released, one.done, one.lateness) for one in run.history.orders] == [
-        ("a", 0, 145, 65),
+    assert [(one.order, one.released, one.done, one.deadline) for one in run.history.orders] == [
+        ("a", 0, 145, (80, 145)),  # the second of its tasks is late
         ("b", 500, third.delivered, None),
     ]
     assert run.kpis["orders"] == 2

@@ -232,3 +232,63 @@ def test_aisles_that_are_hardly_ever_free_are_warned_of():
     assert [item.text for item in found if item.code == "AISLES_OCCUPIED"] == [
         "an aisle has somebody in it for 93.8 % of the time on average"
     ]
+
+
+def two(**changes):
+    """Two robots whose goods lie 1.5 into B>C, where the first of them takes 10 to load."""
+    near = {"storage": [{"edge": ["B", "C"], "offset": 1.5}]}
+    return {
+        "fleet.size": 2,
+        "tasks.goods": [0, 0],
+        "tasks.load_time": 10,
+        "layout": {**LOOP["layout"], **near, **changes},
+        "log": "all",
+    }
+
+
+def waits_of(run, robot):
+    mine = run.waits[run.waits["robot"] == robot]
+    return [(row.start, row.end, row.cause) for row in mine.itertuples()]
+
+
+def test_a_wait_behind_a_robot_goes_on_as_one_for_a_person():
+    """Robot 0 is in B>C from 10 on and loads until 21.5; robot 1 waits before B from 10, as it lacks room beyond.
+
+    Somebody comes at 15 and stays until 55: from 21.5 on, when there would be room, they alone keep robot 1 out.
+    """
+    run = dw.simulate(with_people(robots=two(), aisles=[["B", "C"]], times=[15], stay=40))
+    out_of_the_bay, behind, person = waits_of(run, 1)[:3]
+    assert out_of_the_bay[1:] == (1, "waiting")
+    assert behind == (10, 21.5, "waiting")
+    assert person == (21.5, 55, "waiting_person")
+    assert (run.kpis["waiting_person"], run.kpis["encounters_per_hour"] * run.T) == (33.5, pytest.approx(2 * 3600))
+    assert audit(run) == differences(run) == []
+
+
+@pytest.mark.parametrize(("stay", "after"), [(40, 50), (95, 20), (95, 45)])
+def test_people_step_aside_for_who_has_waited_long_whatever_for(stay, after):
+    """`after` is counted from when both are there: the person from 15 on, robot 1 from about 10."""
+    model = with_people(robots=two(), aisles=[["B", "C"]], times=[15], stay=stay, give_way={"after": after})
+    run = dw.simulate(model)
+    assert waits_of(run, 1)[-1][1:] == (pytest.approx(min(15 + after, 15 + stay)), "waiting_person")
+    assert audit(run) == differences(run) == []
+
+
+def test_a_wait_for_a_person_goes_on_as_one_for_a_robot():
+    """Both come out of the bay at B, where somebody is in B>C until 20; the second then waits for the first."""
+    over = two(bays={"home": {"at": ["B"], "places": 2}})
+    run = dw.simulate(with_people(robots=over, aisles=[["B", "C"]], times=[0], stay=20))
+    assert waits_of(run, 0)[0] == (0, 20, "waiting_person")
+    first, second = waits_of(run, 1)[:2]
+    assert first == (0, 20, "waiting_person")
+    assert second[::2] == (20, "waiting")
+    assert run.kpis["waiting_person"] == 40
+    assert audit(run) == differences(run) == []
+
+
+def test_two_people_one_after_the_other_are_one_wait():
+    """One is in B>C from 5 to 35, and one of another source from 20 to 50: robot 0 is kept out once."""
+    people = {name: {"aisles": [["B", "C"]], "times": [time], "stay": 30} for name, time in (("a", 5), ("b", 20))}
+    run = dw.simulate(dw.load(LOOP, {**ONE, "people": people}))
+    assert waits_of(run, 0)[0] == (9, 50, "waiting_person")
+    assert run.kpis["encounters_per_hour"] == pytest.approx(3600 / run.T)

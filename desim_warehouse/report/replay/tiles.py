@@ -105,10 +105,10 @@ def _waited(history: History) -> Curve:
 
 
 def _on_time(history: History) -> Curve:
-    """The share of the tasks done so far that had due times and were not late."""
-    due = [task for task in history.counted_done if task.due is not None]
-    late = np.cumsum([task.due is not None and task.done > task.due for task in due])
-    return [task.done for task in due], (1 - late / np.arange(1, len(due) + 1)).tolist()
+    """Of the tasks that were done or came due so far the share that were not late."""
+    deadlines = history.deadlines
+    late = np.cumsum([one.missed for one in deadlines])
+    return [one.settled for one in deadlines], (1 - late / np.arange(1, len(deadlines) + 1)).tolist()
 
 
 def _cycle_time(history: History) -> Curve:

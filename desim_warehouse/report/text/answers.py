@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.outcome.money import is_fixed
+from desim_warehouse.outcome.verdicts import is_no_answer
 from desim_warehouse.report.text import numbers, sentences, words
 from desim_warehouse.run.folder import WHY
 from desim_warehouse.study.statistics import MOST_TO_TELL
@@ -149,7 +150,8 @@ def _best(study: Results) -> tuple[list[str], str | None]:
     """The design with the best mean of the first indicator of which less or more is better, and those as good."""
     if len(study.designs) == 1:
         wrong = [sentences.sentence(one.text) for one in study.verdicts.get(study.baseline, ())]
-        main = [f"{words.indicator_name(name)}: {_value(study, study.baseline, name)}." for name in study.main[:3]]
+        said = [name for name in study.main[:3] if not is_no_answer(name, study.verdicts.get(study.baseline, ()))]
+        main = [f"{words.indicator_name(name)}: {_value(study, study.baseline, name)}." for name in said]
         return wrong + main, study.baseline
     better = {name: known.better for name in study.moving if (known := look_up(name)) and known.better}
     if not better:
@@ -174,8 +176,10 @@ def _best(study: Results) -> tuple[list[str], str | None]:
 
 def _found(study: Results, design: str, indicator: str) -> str:
     """A design with its value: `8 robots: 97 % (96 to 98)`, and what is wrong with it."""
-    wrong = [f", but {one.text}" for one in study.verdicts.get(design, ())]
-    return f"{_name(study, design)}: {_value(study, design, indicator)}{''.join(wrong)}"
+    wrong = study.verdicts.get(design, ())
+    if is_no_answer(indicator, wrong):
+        return f"{_name(study, design)}: {', and '.join(one.text for one in wrong)}"
+    return f"{_name(study, design)}: {_value(study, design, indicator)}{''.join(f', but {one.text}' for one in wrong)}"
 
 
 def _value(study: Results, design: str, indicator: str) -> str:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import busy_share, resources, standing
+from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.root_words import root as in_words
 from desim_warehouse.report.text.sentences import sentence
@@ -21,7 +22,7 @@ _USED = {"robots": "the robots: at work", "chargers": "the chargers: in use", "w
 
 def sentences(run: Run) -> list[str]:
     """The run in a few sentences."""
-    wrong = [sentence(verdict.text) for verdict in run.verdicts]
+    wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
     return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_breakdowns(run), *_cost(run)]
 
 
@@ -29,7 +30,9 @@ def numbers_of(run: Run) -> list[tuple[str, str, str]]:
     """The three numbers of a run that come first: each with what it is, and a note."""
     kpis, model = run.kpis, run.model
     found = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour", "")]
-    if math.isfinite(kpis.get("on_time", math.nan)):
+    if piles_up(run.verdicts):
+        found.append((number_of(kpis["backlog"], "task"), "open at the end: it cannot keep up", ""))
+    elif math.isfinite(kpis.get("on_time", math.nan)):
         found.append((numbers.PERCENT.value(kpis["on_time"]), "on time", ""))
     else:
         found.append((words.value("cycle_time_p95", kpis["cycle_time_p95"], model), "95 % of tasks done within", ""))
@@ -68,8 +71,18 @@ def _delivered(run: Run) -> str:
     said = f"{number_of(kpis['tasks'], 'task')} delivered in {counted_time(run)}"
     if math.isfinite(kpis["throughput_per_hour"]):
         said += f", {numbers.measured(kpis['throughput_per_hour'])} an hour"
-    late = kpis.get("on_time", math.nan)
-    return f"{said}, {numbers.PERCENT.value(late)} on time." if math.isfinite(late) else f"{said}."
+    share = kpis.get("on_time", math.nan)
+    told = math.isfinite(share) and not is_no_answer("on_time", run.verdicts)
+    return f"{said}, {numbers.PERCENT.value(share)} on time." if told else f"{said}."
+
+
+def _left_open(run: Run) -> list[str]:
+    """What cycle times leave out, where that grows."""
+    left = int(run.kpis["backlog"])
+    if not left or not piles_up(run.verdicts):
+        return []
+    are = "is" if left == 1 else "are"
+    return [f"Cycle times are of tasks done: the {number_of(left, 'task')} still open {are} in none of them."]
 
 
 def _keeps_up(run: Run) -> list[str]:

@@ -7,16 +7,21 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import spoken
-from desim_warehouse.outcome.verdicts import RULES
+from desim_warehouse.outcome.verdicts import RULES, is_no_answer, piles_up
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from desim_warehouse.report.text.numbers import Scale
     from desim_warehouse.study.results import Results
-    from desim_warehouse.study.statistics import Comparison, Difference
+    from desim_warehouse.study.statistics import Comparison, Difference, Estimate
 
 UNSETTLED = "not settled by the middle of its runs, and counted from there on; make run.length longer"
 """Of a design whose warm-up was to be found."""
+NO_ANSWER = "cannot keep up"
+"""In place of a share that is on time (see `verdicts.is_no_answer`)."""
 _MOST_TIMES = 10
 """Times the baseline up to which a difference is told as a part of it."""
 VOLUMES = ("throughput_per_hour", "tasks", "moves", "distance")
@@ -60,6 +65,18 @@ def capital(line: str) -> str:
 def marks(study: Results, design: str) -> str:
     """The marks of a design in a table; empty where nothing is wrong."""
     return ", ".join(one.mark for one in study.verdicts.get(design, ()))
+
+
+def cell(study: Results, design: str, indicator: str, scale: Scale, found: Estimate | None) -> str:
+    """An estimate in a table of designs, unless it says nothing of the design."""
+    return NO_ANSWER if is_no_answer(indicator, study.verdicts.get(design, ())) else scale.cell(found)
+
+
+def left_open(study: Results, shown: Iterable[str]) -> list[str]:
+    """What cycle times in a table leave out, where that grows."""
+    if not any(map(piles_up, study.verdicts.values())) or not any(name.startswith("cycle_time") for name in shown):
+        return []
+    return ["Cycle times are of tasks done: where the backlog grows, those still open are in none of them."]
 
 
 def against_baseline(study: Results, indicator: str, comparison: Comparison) -> list[str]:

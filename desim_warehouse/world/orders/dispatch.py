@@ -104,6 +104,8 @@ class Dispatcher:
         self.released += 1
         self._vain = 0
         self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order)
+        if self.stations.are_for_workers(task):
+            self.log.is_for_workers(task.number)
 
     def give_out(self, task: Task) -> None:
         """A task, or those of a batch as one, may be given out."""
@@ -158,7 +160,7 @@ class Dispatcher:
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
         """A task is done. With the last of a tour the robot is free."""
-        robot.record_delivery()
+        robot.record_delivery(stop)
         self.done += 1
         self.stations.forget(stop.task)
         if stop is robot.tour.stops[-1]:

@@ -55,6 +55,7 @@ class Stations:
         self.full = full
         self.by_node = by_node
         self.close = any(station.hours is not None for station in by_node.values())
+        self._at_work = frozenset(node for node, station in by_node.items() if station.work is not None)
         self._ends_all = not tasks.flows and all(node in by_node for node in self.nodes)
         self._travel = travel
         self._streams = streams
@@ -131,6 +132,10 @@ class Stations:
     def at_drop(self, task: Task, node: str) -> Station | None:
         """The station beside `node` in which a task is unloaded, or None in the lane."""
         return self.by_node.get(node) if task.drop is None else None
+
+    def are_for_workers(self, task: Task) -> bool:
+        """Whether a task's load unit is sure to be worked on: all nodes that it may go to have workers."""
+        return bool(self._at_work) and task.drop is None and self._at_work.issuperset(task.to or self.nodes)
 
     def holding(self, robot: int) -> str:
         """The node of the station in which a robot is; empty: in none."""

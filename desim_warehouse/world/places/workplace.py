@@ -61,6 +61,7 @@ class Workplace:
     def put(self, task: Task, place: Request | None) -> None:
         """A load unit has been put down, in room of the buffer that was reserved for it."""
         self.left += 1
+        self.log.is_for_workers(task.number)
         self.env.process(self._work(task, place))
 
     def _work(self, task: Task, place: Request | None) -> Generator[Event, object, None]:

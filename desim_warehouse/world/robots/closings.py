@@ -75,9 +75,9 @@ class Closings:
 
     @property
     def _may_give_up_room(self) -> bool:
-        """Whether it waits before an intersection for robots, not on one, nor for something to open."""
+        """Whether it waits before an intersection, not on one, and found nothing closed as it came there."""
         body = self.robot.body
-        return body.claim is None or (body.held is None and body.claim.because is None)
+        return body.claim is None or (body.held is None and body.claim.met is None)
 
     def _declares_way_to(self, bay: str) -> bool:
         """Declare the way from the next node to its bay, if it can still stop and others let it."""

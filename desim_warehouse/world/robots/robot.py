@@ -440,10 +440,11 @@ class Robot:
         self.tour.stops, self.tour.slots = [], []
         self.body.work_on(-1)
 
-    def record_delivery(self) -> None:
+    def record_delivery(self, stop: Stop) -> None:
         """It has unloaded a task."""
         place = self.itinerary.place
-        self.record("delivered", None if place is None else place[0].edge)
+        at_node = None if stop.task.drop is None else stop.edge
+        self.record("delivered", at_node if place is None else place[0].edge)
         self.delivered += 1
 
     # Driving

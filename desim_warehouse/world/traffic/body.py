@@ -464,7 +464,7 @@ class Body:
         return waited
 
     def kept_out(self, closure: Closure, duration: float) -> None:
-        """An episode of waiting for a lane that was closed as it began: no collision, and counted apart."""
+        """An episode of waiting for a lane that was closed: no collision, and counted apart."""
         self.waited += duration
         self.waited_apart[closure.wait] = self.waited_apart.get(closure.wait, 0.0) + duration
         self.encounters += closure.is_person
@@ -485,6 +485,10 @@ class Body:
     def wait_for(self, claim: Claim, now: float) -> None:
         """It waits for an intersection and room beyond it, until it holds them."""
         self.claim = claim
+        self.waiting_since = now
+
+    def waits_anew(self, now: float) -> None:
+        """It waits on, for something else: `waiting_since` is the start of the present episode."""
         self.waiting_since = now
 
     def count_wait_at_node(self, duration: float) -> None:
@@ -527,7 +531,7 @@ class Body:
             return
         if self.claim is not None:
             node = self.claim.node
-            node.count_claim(self.claim, node.holder, now - self.waiting_since, now)
+            node.count_claim(self.claim, node.holder, now)
         elif self.waiting_behind is not None:
             self.lane.count_wait(self, self.waits_for, now - self.waiting_since, now)
         self.waiting_since = now

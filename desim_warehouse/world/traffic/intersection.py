@@ -32,7 +32,8 @@ class Claim(Event):
 
     It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone. `via` is
     the lane by which it comes (None: from the bay beside it). `over` is a lane too short to stand on that it drives
-    next. `because` is the closure to which the wait is attributed: the one in the way when it began.
+    next. The wait is attributed to `because`, the closure in the way, or where there is none to the robot `other`; each
+    of its parts is an episode of its own. `begun`: when the first of them began; `met`: the closure in the way then.
     """
 
     def __init__(
@@ -44,7 +45,9 @@ class Claim(Event):
         self.lane = lane
         self.via = via
         self.over = over
-        self.because = self.shut_by
+        self.begun: float = node.rules.env._now
+        self.other: Body | None = None
+        self.met = self.because = self.shut_by
 
     @property
     def shut_by(self) -> Closure | None:
@@ -151,19 +154,16 @@ class Intersection:
         self.claims.append(claim)
         if lane is not None:
             lane.wanted += 1
-        other = self.holder or self.user  # the wait is attributed to the robot in the way as it begins
+        claim.other = self.holder or self.user
         self.serve(now)
         if robot.claim is not None:
             self.rules.gridlock.check(robot)
         if guard is not None and robot.claim is not None:
             guard.wait_begins(claim)
         robot.driver.notice_wait(waiting=True)
-        since = now
         yield claim
         robot.driver.notice_wait(waiting=False)
-        now = self.rules.env._now
-        if now > since + EPS:
-            self.count_claim(claim, other, now - since, now)
+        self.count_claim(claim, claim.other, self.rules.env._now)
 
     def grant(self, robot: Body, lane: Lane | None) -> None:
         """It is the robot's, and with it room on `lane`."""
@@ -201,6 +201,8 @@ class Intersection:
         guard = self.rules.guard
         for claim in self.claims:  # one that has no room is passed over: the node is for those who have
             if claim.has_room:
+                if claim.because is not None:
+                    self.now_waits_for(claim, None, now)
                 if not self.is_open(claim.robot, claim.via, now):
                     # Only time keeps it waiting, and it is not passed over: to a platoon that goes straight on the
                     # node is never closed, so a robot that crosses would wait for all of it.
@@ -233,6 +235,8 @@ class Intersection:
     def wait_for_opening(self, claim: Claim, now: float) -> None:
         """If a claim waits for a lane that is closed, look at it again when that opens."""
         closure = claim.shut_by
+        if closure is not claim.because:
+            self.now_waits_for(claim, closure, now)
         when = math.inf if closure is None else closure.opens_for(claim.robot, now)
         if when < self.opening:
             self.opening = when
@@ -242,6 +246,9 @@ class Intersection:
         """A lane beyond it has opened: some robots that were kept out may now close a ring."""
         self.opening = math.inf
         now: float = self.rules.env._now
+        for claim in self.claims:
+            if claim.because is not None and claim.shut_by is None:
+                self.now_waits_for(claim, None, now)
         if self.claims:
             self.serve(now)
             for claim in list(self.claims):
@@ -269,9 +276,25 @@ class Intersection:
             for claim in list(self.claims):
                 self.rules.gridlock.check(claim.robot)
 
-    def count_claim(self, claim: Claim, other: Body | None, duration: float, end: float) -> None:
-        """An episode of waiting for a claim: a collision, or, where a closure was in the way as it began, none."""
+    def now_waits_for(self, claim: Claim, closure: Closure | None, now: float) -> None:
+        """Something else is in the way from now on: a closure (None: robots); what a robot has waited is an episode.
+
+        Not where one person goes and another stays: it still waits for people.
+        """
+        before, claim.because = claim.because, closure
+        if before is not None and closure is not None and before.wait == closure.wait:
+            return
+        claim.because = before
+        self.count_claim(claim, claim.other, now)
+        claim.because, claim.other = closure, self.holder or self.user
+        claim.robot.waits_anew(now)
+
+    def count_claim(self, claim: Claim, other: Body | None, end: float) -> None:
+        """An episode of waiting for a claim: a collision, or, where a closure is in the way, none."""
         robot, closure = claim.robot, claim.because
+        duration = end - robot.waiting_since
+        if duration <= EPS:
+            return
         if closure is None:
             self.count_wait(robot, other, duration, end)
             return

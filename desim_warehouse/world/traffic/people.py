@@ -58,7 +58,7 @@ class Aisle:
         until, give_way = self.closed_until(now), self.source.spec.give_way
         if give_way is None or robot.claim is None:
             return until
-        return min(until, max(robot.waiting_since, self.busy_since) + give_way.after)
+        return min(until, max(robot.claim.begun, self.busy_since) + give_way.after)
 
     def expected_until(self, time: float, now: float) -> float:
         """For a robot that sees a person in it, but not since when: the mean time that is left of a stay, from now.

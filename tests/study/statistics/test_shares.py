@@ -60,7 +60,15 @@ def test_no_interval_of_a_share_leaves_what_is_possible():
     assert 0.8 < low < high == 1.0
 
 
-def test_the_tasks_of_flows_with_due_times_are_those_that_are_counted():
+def test_what_was_done_or_came_due_is_what_is_counted():
+    run = {"tasks", "tasks:out", "tasks_due", "tasks_due:out", "loads_due", "orders_due", "on_time:out"}
+    assert counted_in("on_time", run) == ["tasks_due"]
+    assert counted_in("on_time:out", run) == ["tasks_due:out"]
+    assert counted_in("worked_on_time", run) == ["loads_due"]
+    assert counted_in("orders_on_time", run) == ["orders_due"]
+
+
+def test_in_runs_before_0_4_the_tasks_of_flows_with_due_times_are_counted():
     run = {"tasks", "tasks:in", "tasks:out", "on_time", "on_time:out", "orders_on_time", "share_waiting"}
     assert counted_in("on_time", run) == ["tasks:out"]
     assert counted_in("on_time:out", run) == ["tasks:out"]

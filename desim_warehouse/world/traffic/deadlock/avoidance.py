@@ -170,7 +170,7 @@ class Avoidance:
     def _held_back_by(self, robot: Body, stand: Stand) -> Body | None:
         """The robot that has waited so long that this one may not set out now."""
         for other, claim in self._claims.items():
-            waited = self.env.now - other.waiting_since
+            waited = self.env.now - claim.begun
             if other is robot or claim.via is None or waited <= self.patience:
                 return None
             if self._waits_for_time(other):
