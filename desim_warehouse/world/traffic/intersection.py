@@ -32,7 +32,7 @@ class Claim(Event):
 
     It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone. `via` is
     the lane by which it comes (None: from the bay beside it). `over` is a lane too short to stand on that it drives
-    next. `because` is the closure to which the wait is attributed: the one in the way when it began.
+    next. `because` is the closure to which the wait is attributed, the one in the way as it began: of `kept_out_of`.
     """
 
     def __init__(
@@ -45,6 +45,14 @@ class Claim(Event):
         self.via = via
         self.over = over
         self.because = self.shut_by
+        self.kept_out_of = over if over is not None and self.because in over.closures else lane
+
+    def go_for(self, lane: Lane | None, over: Lane | None) -> None:
+        """From now on it is for room on other lanes: the robot goes another way from there."""
+        self.give_up_room()
+        self.lane, self.over = lane, over
+        if lane is not None:
+            lane.wanted += 1
 
     @property
     def shut_by(self) -> Closure | None:
@@ -277,9 +285,8 @@ class Intersection:
             return
         robot.kept_out(closure, duration)
         if self.rules.log.everything:
-            lane = claim.over if claim.over is not None and closure in claim.over.closures else claim.lane
-            assert lane is not None
-            self.rules.log.kept_out(end, robot, closure.wait, self.name, lane.edge, duration)
+            assert claim.kept_out_of is not None
+            self.rules.log.kept_out(end, robot, closure.wait, self.name, claim.kept_out_of.edge, duration)
 
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
         """One collision: an episode of waiting before this intersection that ends at `end`."""
