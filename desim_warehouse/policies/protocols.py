@@ -207,6 +207,11 @@ class Roads:
     Closures are known by their calendars. A person who is in it now is assumed to stay for the mean remaining time of a
     stay, and later visits are not known. None: no edge ever closes.
     """
+    shut_for: Callable[[tuple[str, str], float], float] | None = None
+    """The same by `traffic.closures` alone, which are known for all times; None: there are none.
+
+    It counts from the stop line before the edge, where a robot is let in or waits.
+    """
     limit: Callable[[tuple[str, str]], float] | None = None
     """The speed limit on an edge now; None: it is always the `speed` of the graph."""
 

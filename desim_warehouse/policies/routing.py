@@ -1,17 +1,20 @@
 """Routing policies: which route a robot takes.
 
 `cost` names the oracle whose routes a policy takes, so that other policies see driving times on its routes. `fixed`
-says that routes never change, so that each is computed once a run. `goes_round` says that they go round closed lanes.
+says that routes change for closures alone, so that without those each is computed once a run. `knows_closures` says
+that they go round lanes that `traffic.closures` closes where waiting takes longer. `goes_round` says that they go round
+people and broken robots, too.
 """
 
 from __future__ import annotations
 
-import heapq
 import itertools
 import math
 from collections.abc import Iterator  # noqa: TC003 - the types of parameters are looked up when a model is read
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
+
+from desim_warehouse.policies.ways import DETOURS, past_closures, quickest
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,21 +26,24 @@ if TYPE_CHECKING:
 class Highways:
     """Algorithm 1 of the paper: breadth-first, fewest nodes; of several routes the first in the order of successors.
 
+    Past lanes that are closed by `traffic.closures`, where waiting would take longer, leads the quickest other route.
     Source: Liu et al., ROBIO 2017, Algorithm 1.
     """
 
     cost: ClassVar[str] = "hops"
     fixed: ClassVar[bool] = True
+    knows_closures: ClassVar[bool] = True
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
-        return roads.oracle("hops").way(origin, goal)
+        return past_closures(roads.oracle("hops").way(origin, goal), roads)
 
 
 @dataclass(frozen=True)
 class Shortest:
     """The shortest route; of several as short, `spread` of them in turn.
 
+    Past lanes that are closed by `traffic.closures`, where waiting would take longer, leads the quickest other route.
     Grids have many equally short routes, and robots that all take the same one jam it. Whichever is taken, length and
     time are the same. Source: Dijkstra, Numerische Mathematik 1 (1959) 269-271.
 
@@ -46,6 +52,7 @@ class Shortest:
 
     spread: int = 1
     cost: ClassVar[str] = "length"
+    knows_closures: ClassVar[bool] = True
     turns: Iterator[int] = field(init=False, repr=False, compare=False, default_factory=itertools.count)
 
     def __post_init__(self) -> None:
@@ -60,14 +67,14 @@ class Shortest:
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included."""
-        return roads.oracle(self.cost).way(origin, goal, _tie(self.turns, self.spread))
+        return past_closures(roads.oracle(self.cost).way(origin, goal, _tie(self.turns, self.spread)), roads)
 
 
 @dataclass(frozen=True)
 class Fastest(Shortest):
     """The fastest route without traffic, node times and speed limits included; of several, `spread` of them in turn.
 
-    Waiting is not counted. Whichever is taken, length and time are the same. Source: Dijkstra (1959).
+    Waiting is not counted, save before lanes that `traffic.closures` closes, as for `shortest`. Whichever is taken, length and time are the same. Source: Dijkstra (1959).
 
     `spread`: how many of the equally fast routes between two nodes are used; one where turns take time.
     """
@@ -78,10 +85,6 @@ class Fastest(Shortest):
 def _tie(turns: Iterator[int], spread: int) -> int:
     """Which of the equally good routes is taken in this turn; 0: the one that is always taken without `spread`."""
     return 0 if spread == 1 else 1 + next(turns) % spread
-
-
-NEVER = 1e12
-"""Cost of an edge that does not open again: more than any other, and routes over it can still be compared."""
 
 
 @dataclass(frozen=True)
@@ -99,8 +102,9 @@ class CongestionAware:
 
     history: float = 1.0
     queues: float = 1.0
-    detours: int = 3
+    detours: int = DETOURS
     cost: ClassVar[str] = "time"
+    knows_closures: ClassVar[bool] = True
     goes_round: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
@@ -113,39 +117,10 @@ class CongestionAware:
 
     def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
         """The nodes from origin to goal, both included; ties go to the node reached first."""
-        free = roads.oracle("time")
-        edges = roads.graph.adj
         headway = roads.contact / roads.speed + roads.node_time
-        least = {origin: 0.0}
-        before: dict[str, str] = {}
-        rank = 0
-        ahead = [(free.counted(origin, goal), rank, origin)]
-        done: set[str] = set()
-        while ahead:
-            _, _, here = heapq.heappop(ahead)
-            if here == goal:
-                break
-            if here in done or (here != origin and roads.graph.nodes[here].get("in_lane")):
-                continue
-            done.add(here)
-            for there, edge in edges[here].items():
-                waiting = self.history * roads.waits[here, there] if self.history else 0.0
-                if self.queues:
-                    waiting += self.queues * headway * roads.queued((here, there))
-                counts = edge.get("counts", 1.0)
-                speed = edge["speed"] if roads.limit is None else roads.limit((here, there))
-                driving = edge["length"] / min(roads.speed, speed)
-                time = least[here] + driving * counts + roads.time_at(there) * counts + waiting
-                if roads.closed_for is not None:
-                    time += min(roads.closed_for((here, there), least[here]), NEVER)
-                if roads.turning is not None and here in before:
-                    time += roads.turning(before[here], here, there)
-                if time < least.get(there, math.inf):
-                    least[there] = time
-                    before[there] = here
-                    rank += 1
-                    heapq.heappush(ahead, (time + free.counted(there, goal), rank, there))
-        way = [goal]
-        while way[-1] != origin:
-            way.append(before[way[-1]])
-        return way[::-1]
+
+        def waiting(edge: tuple[str, str]) -> float:
+            time = self.history * roads.waits[edge] if self.history else 0.0
+            return time + self.queues * headway * roads.queued(edge) if self.queues else time
+
+        return quickest(origin, goal, roads, roads.closed_for, waiting)

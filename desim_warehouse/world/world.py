@@ -41,7 +41,8 @@ from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.robots.settled import SEED, Settling, Standing, any_of, has_long_run, nodes_at_start
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import less, tallies
-from desim_warehouse.world.traffic.closures import Restrictions
+from desim_warehouse.world.robots.ways_round import WaysRound
+from desim_warehouse.world.traffic.closures import Restrictions, hours_closed
 from desim_warehouse.world.traffic.encounters import count_encounters, record_closures, record_visits
 from desim_warehouse.world.traffic.events import Clock, happened
 from desim_warehouse.world.traffic.motion import Motion
@@ -158,7 +159,9 @@ class World:
         """What energy and hours let robots do at these places, and where they go that leave their work."""
         env, model, policies = self.env, self.model, self.model.policies
         handling = handling_of(model, self.layout)
-        round_it, blocked = self.routes.goes_round, self.routes.blocked
+        routes = self.routes
+        blocked = routes.blocked if routes.goes_round else ()
+        round_it = routes.goes_round or routes.passes_closures
         cut_off = CutOff(model, self.layout, self.travel.ways, goes_round=round_it, blocked=blocked)
 
         def reach_of(kind: str, alone: Model) -> Reach:
@@ -243,6 +246,7 @@ class World:
             self.reaches,
             self.departures,
             self.dispatcher,
+            WaysRound(self.env, hours_closed(model)) if self.routes.passes_closures else None,
         )
         fleet = model.fleet
         start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start

@@ -46,6 +46,22 @@ CASES = {
         },
         2,
     ),
+    # closures alone: one that robots can pass by, one with goods in it, which open and close
+    "closures_one_way": (
+        SHIPPED / "people.yaml",
+        {
+            "people": {},
+            "run": {"length": 900, "warm_up": 100},
+            "calendars": {"cleaning": {"every": 500, "lasts": 180, "first": 40}, "works": {"between": [[300, 600]]}},
+            "traffic.closures": {
+                "cross aisle": {"members": [["M2", "M3"]], "hours": "cleaning", "tasks": "go"},
+                "aisle 3": {"members": [["M3", "N3"]], "hours": "works"},
+            },
+        },
+        6,
+    ),
+    # the same on two-way lanes, where routes are declared
+    "closures_two_way": (OWN / "two_way_closures.yaml", {}, 7),
     # flows, tours, calendars, chargers that fail, a worker with a buffer, batteries
     "flows": (OWN / "flows.yaml", {}, 3),
     # robots that gather speed, brake, turn, lose time and break down

@@ -37,6 +37,8 @@ HAPPENS = {
     "tutorial": {"collision", "queueing", "docked"},
     "two_way_zones": {"collision", "docked", "parked"},
     "closures_people": {"edge_closed", "edge_opened", "waiting_closed", "waiting_person", "person_in", "person_out"},
+    "closures_one_way": {"edge_closed", "edge_opened", "waiting_closed", "delivered"},
+    "closures_two_way": {"edge_closed", "edge_opened", "waiting_closed", "delivered"},
     "flows": {"worked", "closed", "on_break", "recharged", "docked"},
     "acceleration_breakdowns": {"broken", "collision", "drive"},
     "imported": {"delivered", "parked"},

@@ -52,7 +52,7 @@ class CutOff:
         self.layout = layout
         self.ways = ways
         self.goes_round = goes_round
-        self.blocked = blocked if goes_round else ()
+        self.blocked = blocked
         self.closures = [
             (frozenset(edges_of(layout, closure.members)), ClosedHours(model.hours(closure.hours)))
             for closure in model.traffic.closures.values()

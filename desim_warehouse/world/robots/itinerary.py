@@ -83,19 +83,20 @@ class Itinerary:
     def _legs(self, node: str, stops: Sequence[Stop], bay: str | None) -> list[Leg]:
         """What is declared."""
         legs: list[Leg] = []
-        place = None
+        place, after = None, 0.0
         for rank, stop in enumerate(stops):
-            leg = self._leg(node, stops[rank:], place)
+            leg = self._leg(node, stops[rank:], place, after)
             legs.append(leg)
             place = leg[1]
-            node = stop.node if place is None else place[0].edge[1]
+            begin, node = node, stop.node if place is None else place[0].edge[1]
+            after += self.free.time(begin, node)
             if stop.station is not None:
                 return legs
         if bay is not None:
-            legs.append((self.routes.route(node, bay), None))
+            legs.append((self._route(node, bay, after), None))
         return legs
 
-    def _leg(self, node: str, stops: Sequence[Stop], last: Place | None) -> Leg:
+    def _leg(self, node: str, stops: Sequence[Stop], last: Place | None, after: float = 0.0) -> Leg:
         """To the first of some stops, from a `last` one on a lane that leads to `node`, or from `node` itself."""
         stop = stops[0]
         if last is not None and stop.joins:
@@ -109,8 +110,12 @@ class Itinerary:
         then = stop.node if stop is stops[-1] else stops[1].edge[0]
         place = self._on_lane(node, stop.edge, stop.offset, then)
         if place is None:
-            return self.routes.route(node, stop.node), None
-        return [*self.routes.route(node, place[0].edge[0]), place[0]], place
+            return self._route(node, stop.node, after), None
+        return [*self._route(node, place[0].edge[0], after), place[0]], place
+
+    def _route(self, node: str, goal: str, after: float = 0.0) -> list[Lane]:
+        """Where lanes close it counts when it is there: at the speed that it has now, if it sets out `after` a time."""
+        return self.routes.route(node, goal, self.body.speed, after)
 
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
         """A storage place's lane, and how far along. A two-way lane is driven from the end that is sooner to `goal`."""
@@ -122,13 +127,14 @@ class Itinerary:
 
         def time(way: Place) -> float:
             start, end = way[0].edge
-            return times(node, start) + times(end, goal)
+            to = times(node, start)
+            return to + times(end, goal) + self.routes.delay(node, way[0].edge, self.body.speed, to)
 
         return min(((lane, offset), (lane.twin, lane.length - offset)), key=time)
 
     def go(self, node: str, goal: str) -> bool:
         """Go straight from `node` to `goal` instead, and return whether that change is safe."""
-        return self._set([(self.routes.route(node, goal), None)])
+        return self._set([(self._route(node, goal), None)])
 
     def _set(self, legs: list[Leg]) -> bool:
         if self.guard is not None:
@@ -155,14 +161,23 @@ class Itinerary:
     def leg(self, node: str, goal: str) -> list[Lane]:
         """The next leg, from `node` to `goal`."""
         if self.guard is None:
-            return self.routes.route(node, goal)
+            return self._route(node, goal)
         if not self.body.is_on_lanes:
             self.go(node, goal)
         return self.legs.pop(0)[0]
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another leg for a robot held up before `route[index]`, if the routing policy knows one and it is safe."""
-        other = self.routes.detour(node, route, index, stop)
+        if not self.routes.goes_round and self.routes.passes_closures:
+            return self.way_past(node, route[index:], stop)
+        return self._if_safe(self.routes.detour(node, route, index, stop))
+
+    def way_past(self, node: str, rest: Sequence[Lane], stop: float | None) -> list[Lane] | None:
+        """Another leg, if by it the robot waits less for lanes to open, and that is safe. It comes to `node` next."""
+        body = self.body
+        return self._if_safe(self.routes.way_past(node, rest, stop, body.speed, body.time_left))
+
+    def _if_safe(self, other: list[Lane] | None) -> list[Lane] | None:
         if other is not None and self.guard is not None:
             rest = [lane for leg, _ in self.legs for lane in leg]
             if not self.guard.change(self.body, [*other, *rest]):

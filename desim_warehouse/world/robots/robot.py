@@ -129,6 +129,8 @@ class Robot:
             closings=self.closings,
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
+        self.ways_round = around.ways_round
+        self.driving: Drive | None = None
         self.offer: Event | None = None
         self.charges_first = False
         self.recharged = self.delivered = 0
@@ -452,7 +454,10 @@ class Robot:
     def drive(self, route: Sequence[Lane], place: Place | None = None) -> Drive:
         """Drive a route to a stop on its last lane (`yield from`), and return False if it is recalled on the way."""
         self.body.allow_detours(self.itinerary.routes.detours)
-        return self.traffic.drive(self.body, route, None if place is None else place[1])
+        self.driving = drive = self.traffic.drive(self.body, route, None if place is None else place[1])
+        if self.ways_round is not None:
+            self.ways_round.watch(self)
+        return drive
 
     def enter_bay(self, node: str) -> None:
         """From the node it stands on into the bay or station beside it."""
@@ -538,6 +543,24 @@ class Robot:
         if other is not None:
             self.body.count_detour()
         return other
+
+    @property
+    def is_under_way(self) -> bool:
+        """Whether a part of its route is still to come."""
+        return self.driving is not None and bool(self.driving.rest)
+
+    def look_for_way_round(self) -> None:
+        """Something closes or opens: it goes another way if that is quicker than to wait."""
+        body, drive, itinerary = self.body, self.driving, self.itinerary
+        in_bay = body.lane is None and body.held is None
+        if drive is None or not body.detours or not drive.may_go_round or (in_bay and itinerary.is_declared):
+            return
+        if drive.rest[0].edge[0] != self.node:  # at this instant it is let in onto a short lane
+            return
+        other = itinerary.way_past(self.node, drive.rest, drive.stop)
+        if other is not None:
+            body.count_detour()
+            drive.go_round(other)
 
     def halt(self, drive: Drive) -> Steps:
         """Broken down where it stands, until it is repaired, or cleared off the lanes and repaired. Never in a bay.

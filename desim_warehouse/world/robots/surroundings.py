@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.robots.departures import Departures
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
+    from desim_warehouse.world.robots.ways_round import WaysRound
     from desim_warehouse.world.traffic.events import Clock
     from desim_warehouse.world.traffic.routes import Routes
     from desim_warehouse.world.traffic.traffic import Traffic
@@ -80,3 +81,5 @@ class Surroundings:
     reaches: Mapping[str, Reach]
     departures: Departures
     dispatcher: WorkGiver
+    ways_round: WaysRound | None
+    """None where routes do not change for closures."""

@@ -427,6 +427,12 @@ class Body:
         """Whether it is on a lane or stands on a node."""
         return self.lane is not None or self.held is not None
 
+    @property
+    def time_left(self) -> float:
+        """How long it drives at its pace to the end of its lane."""
+        lane = self.lane
+        return 0.0 if lane is None else (lane.length - self.position(lane.rules.env.now)) / self.pace
+
     # Waiting
 
     @property

@@ -165,6 +165,11 @@ class RestrictedLane(Lane):
         return not (self.closures and self.shut_by(robot)) and super().has_room(robot)
 
 
+def hours_closed(model: Model) -> list[Hours]:
+    """The calendars of the closures of a model."""
+    return [model.hours(name) for name in dict.fromkeys(spec.hours for spec in model.traffic.closures.values())]
+
+
 def wait_at(lane: Lane, after: float, now: float) -> float:
     """How long a robot is expected to wait before a lane if it comes there `after` from now."""
     time = now + after

@@ -237,10 +237,35 @@ class Drive:
         self.route, self.index = other, 0
         return True
 
+    @property
+    def may_go_round(self) -> bool:
+        """Whether it may go another way from the node that it comes to next, or stands on."""
+        robot = self.robot
+        if not self.rest or robot.granted is not None or robot.recall_at <= self.env._now:
+            return False
+        claim = robot.claim
+        return claim is None or robot.held is None or claim.node is robot.held
+
+    def go_round(self, other: Sequence[Lane]) -> None:
+        """Another way from the node that it comes to next. A claim that waits there is for that from now on."""
+        self.route, self.index = other, 0
+        claim = self.robot.claim
+        if claim is None:
+            return
+        if self.robot.held is None:
+            claim.go_for(self._rests_beyond(), self._closes_beyond())
+        else:
+            claim.go_for(None if other[0].short else other[0], None)
+        claim.node.freed(self.env._now)
+
     def _pass_when_free(self, onward: Lane) -> Steps:
         """Wait at the stop line for the intersection and room beyond it, and set out unless it is recalled."""
         robot = self.robot
         yield from robot.lane.end.claim(robot, onward, robot.lane)
+        onward = self.route[self.index]  # it may go another way by now
+        if onward.short:
+            yield from self._to_node()
+            return
         clear = self._clear_of_node(onward)
         if robot.recall_at > clear and robot.granted is onward:
             self.index += 1
@@ -452,14 +477,18 @@ class Drive:
             onward = self.onward
             if onward is None:
                 return Departure.THERE
-            self.index += 1
-            halt = None if self.onward else self.stop
             self._turn(onward)
             if not onward.short:
                 if robot.granted is not onward:
                     yield from robot.held.claim(robot, onward, robot.lane)
+                    if self.onward is not onward:  # it goes another way by now
+                        continue
+                self.index += 1
+                halt = None if self.onward else self.stop
                 self._cross(onward, max(robot.ready_at, self.env._now), halt, self.env._now)
                 return Departure.UNDER_WAY
+            self.index += 1
+            halt = None if self.onward else self.stop
             yield from self._over_short(onward, halt)
             if halt is not None:
                 return Departure.THERE

@@ -32,8 +32,9 @@ class Claim(Event):
 
     It is an event: the robot yields it and goes on when it is granted. `lane` None: the intersection alone. `via` is
     the lane by which it comes (None: from the bay beside it). `over` is a lane too short to stand on that it drives
-    next. The wait is attributed to `because`, the closure in the way, or where there is none to the robot `other`; each
-    of its parts is an episode of its own. `begun`: when the first of them began; `met`: the closure in the way then.
+    next. The wait is attributed to `because`, the closure in the way, of `kept_out_of`, or where there is none to the
+    robot `other`; each of its parts is an episode of its own. `begun`: when the first of them began; `met`: the closure
+    in the way then.
     """
 
     def __init__(
@@ -47,7 +48,20 @@ class Claim(Event):
         self.over = over
         self.begun: float = node.rules.env._now
         self.other: Body | None = None
-        self.met = self.because = self.shut_by
+        self.met = self.shut_by
+        self.attribute(self.met)
+
+    def attribute(self, closure: Closure | None) -> None:
+        """From now on a closure is in the way, or other robots are (None)."""
+        self.because = closure
+        self.kept_out_of = self.over if self.over is not None and closure in self.over.closures else self.lane
+
+    def go_for(self, lane: Lane | None, over: Lane | None) -> None:
+        """From now on it is for room on other lanes: the robot goes another way from there."""
+        self.give_up_room()
+        self.lane, self.over = lane, over
+        if lane is not None:
+            lane.wanted += 1
 
     @property
     def shut_by(self) -> Closure | None:
@@ -281,12 +295,13 @@ class Intersection:
 
         Not where one person goes and another stays: it still waits for people.
         """
-        before, claim.because = claim.because, closure
+        before = claim.because
         if before is not None and closure is not None and before.wait == closure.wait:
+            claim.attribute(closure)
             return
-        claim.because = before
         self.count_claim(claim, claim.other, now)
-        claim.because, claim.other = closure, self.holder or self.user
+        claim.attribute(closure)
+        claim.other = self.holder or self.user
         claim.robot.waits_anew(now)
 
     def count_claim(self, claim: Claim, other: Body | None, end: float) -> None:
@@ -300,9 +315,8 @@ class Intersection:
             return
         robot.kept_out(closure, duration)
         if self.rules.log.everything:
-            lane = claim.over if claim.over is not None and closure in claim.over.closures else claim.lane
-            assert lane is not None
-            self.rules.log.kept_out(end, robot, closure.wait, self.name, lane.edge, duration)
+            assert claim.kept_out_of is not None
+            self.rules.log.kept_out(end, robot, closure.wait, self.name, claim.kept_out_of.edge, duration)
 
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
         """One collision: an episode of waiting before this intersection that ends at `end`."""

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies import Roads
 from desim_warehouse.policies.asked import asked
+from desim_warehouse.policies.ways import DETOURS, LESS, time_along
 from desim_warehouse.world.traffic.closures import wait_at
 
 if TYPE_CHECKING:
@@ -64,8 +67,14 @@ class Routes:
         self.env = env
         self.policy = policy
         self.lanes = lanes
-        self.detours = int(getattr(policy, "detours", 0))
         self.goes_round = bool(getattr(policy, "goes_round", False))
+        self._closes = {
+            edge: by_hours
+            for edge, closures in restrictions.closures.items()
+            if (by_hours := [closure for closure in closures if not closure.is_person])
+        }
+        self.passes_closures = bool(self._closes) and bool(getattr(policy, "knows_closures", False))
+        self.detours = int(getattr(policy, "detours", DETOURS if self.passes_closures else 0))
         self.waits = PassageMeans(
             lanes, lambda lane: lane.blocked / (lane.passages + 1) + lane.end.blocked / (lane.end.passages + 1)
         )
@@ -84,26 +93,39 @@ class Routes:
             turning=self._turning if travel.turn_time else None,
             closed_for=self._closed_for if restrictions.closures or break_down else None,
             limit=self._limit if restrictions.slow else None,
+            shut_for=partial(self._shut_for, 0.0, contact / travel.speed) if self._closes else None,
         )
         self._broken: dict[Body, tuple[Collection[Edge], float]] = {}
         self.blocked = self._broken.values()
         """Lanes with a broken robot, and for how long they are expected to be blocked."""
         self._in_lane = layout.in_lane
-        self._fixed = bool(getattr(policy, "fixed", False))
+        self._fixed = bool(getattr(policy, "fixed", False)) and not self.passes_closures
         self._known: dict[Edge, list[Lane]] = {}
 
-    def route(self, origin: str, goal: str) -> list[Lane]:
-        """The lanes from one node to another, as the routing policy chooses them."""
+    def route(self, origin: str, goal: str, speed: float | None = None, after: float = 0.0) -> list[Lane]:
+        """The lanes from one node to another, as the routing policy chooses them.
+
+        Where lanes close, for a robot of a `speed` that sets out `after` some time.
+        """
         lanes = self._known.get((origin, goal)) if self._fixed else None
         if lanes is None:
-            lanes = self._ask(origin, goal)
+            lanes = self._ask(origin, goal, self._roads(speed, after))
             if self._fixed:
                 self._known[origin, goal] = lanes
         return lanes
 
-    def _ask(self, origin: str, goal: str) -> list[Lane]:
+    def _roads(self, speed: float | None, after: float) -> Roads:
+        """What the policy sees, where lanes close at the speed of a robot, and from when it sets out."""
+        roads = self.roads
+        if not self.passes_closures or (after == 0 and speed in {None, roads.speed}):
+            return roads
+        speed = roads.speed if speed is None else speed
+        shut_for = partial(self._shut_for, after, self.roads.contact / speed)
+        return replace(roads, speed=speed, shut_for=shut_for, closed_for=partial(self._closed_later, after))
+
+    def _ask(self, origin: str, goal: str, roads: Roads) -> list[Lane]:
         policy, now = self.policy, self.env.now
-        names = asked("routing", policy, now, lambda: list(policy.route(origin, goal, self.roads)))
+        names = asked("routing", policy, now, lambda: list(policy.route(origin, goal, roads)))
         try:
             lanes = [self.lanes[step] for step in itertools.pairwise(names) if step in self.lanes]
         except TypeError:  # names that cannot be looked up
@@ -133,12 +155,53 @@ class Routes:
             other = [*other, last]
         return None if other[0] is route[index] else other
 
+    def way_past(
+        self, node: str, rest: Sequence[Lane], stop: float | None, speed: float, after: float
+    ) -> list[Lane] | None:
+        """Another route than the `rest` of one, if by it a robot is there sooner that comes to `node` after some time.
+
+        None if it would not wait on the rest for a lane to open.
+        """
+        last = rest[-1]
+        goal = last.edge[1] if stop is None else last.edge[0]
+        roads = self._roads(speed, after)
+        names = [node, *(lane.edge[1] for lane in rest)]
+        free, present = (time_along(names, roads, closed_for) for closed_for in (None, roads.shut_for))
+        if node == goal or present <= free:
+            return None
+        other = self.route(node, goal, speed, after)
+        if stop is not None:
+            other = [*other, last]
+        time = time_along([node, *(lane.edge[1] for lane in other)], roads, roads.shut_for)
+        return other if time < present * (1 - LESS) else None
+
+    def delay(self, origin: str, edge: Edge, speed: float, usual: float) -> float:
+        """How much later than by the `usual` time a robot is at the end of an edge, for lanes that are closed."""
+        if not self.passes_closures:
+            return 0.0
+        roads = self._roads(speed, 0.0)
+        names = [origin, *(lane.edge[1] for lane in self.route(origin, edge[0], speed)), edge[1]]
+        later = time_along(names, roads, roads.shut_for) - usual - time_along(edge, roads, None)
+        return later if later > LESS * usual else 0.0
+
     def _turning(self, before: str, node: str, after: str) -> float:
         return self.lanes[before, node].turn_to(self.lanes[node, after])
 
     def _closed_for(self, edge: Edge, after: float) -> float:
         blocked = max((left for edges, left in self._broken.values() if edge in edges), default=0.0)
         return max(wait_at(self.lanes[edge], after, self.env.now), blocked - after)
+
+    def _closed_later(self, begin: float, edge: Edge, after: float) -> float:
+        return self._closed_for(edge, begin + after)
+
+    def _shut_for(self, begin: float, approach: float, edge: Edge, after: float) -> float:
+        """For one that sets out at `begin` from now, and takes `approach` from a stop line to the node behind it."""
+        closures = self._closes.get(edge)
+        if closures is None:
+            return 0.0
+        now = self.env.now
+        claims = max(now, now + begin + after - approach)
+        return max(0.0, *(closure.closed_until(claims) - claims for closure in closures))
 
     def block(self, robot: Body, left: float) -> None:
         """A robot has broken down: its lane, or all that lead to its node, are expected to be blocked for so long."""
