@@ -1,7 +1,8 @@
 """Two dozen warehouses with one planted bottleneck of as many kinds, and what `why` names first.
 
-`python -m tests.study.planted` prints the table, with what the advice gains on other days; after it numbers or words of
-the names choose some of them. Days are short, and batteries are left out where they are not the point.
+`python -m tests.study.planted` prints the table, with what the advice gains on other days. Numbers or words of titles
+choose some of them, and `quick` leaves the other days out. Days are short, and there are batteries only where they are
+the point.
 """
 
 from __future__ import annotations
@@ -21,12 +22,12 @@ CAP = 20
 DAYS = 14
 NOTHING = "nothing"
 FLAT = "runs flat"
-SHOP = {"battery": None, "run.length": "150 min", "run.warm_up": "30 min", "log": "all"}
+SHOP = {"battery": None, "run.length": "75 min", "run.warm_up": "15 min", "log": "all"}
 BATTERIES = {
     "battery": {"capacity": 100, "consumption": 0.005, "charge_rate": 0.02},
-    "fleet.start_energy": {"uniform": [0.5, 0.9]},
-    "run.length": "4 h",
-    "run.warm_up": "2 h",
+    "fleet.start_energy": {"uniform": [0.3, 0.7]},
+    "run.length": "3 h",
+    "run.warm_up": "1 h",
 }
 ORDERS = "tasks.flows.orders"
 
@@ -69,7 +70,7 @@ RING = {
     },
     "fleet": {"size": 3, "robot": {"radius": 0.3, "speed": 1.5}},
     "tasks": {"goods": {"poisson": 60}, "unload_at": ["desk"], "load_time": 5, "unload_time": 5},
-    "run": {"length": "3 h", "warm_up": "1 h"},
+    "run": {"length": "75 min", "warm_up": "15 min"},
     "log": "all",
 }
 BRIDGE = {
@@ -85,7 +86,7 @@ BRIDGE = {
     },
     "fleet": {"size": 4, "robot": {"radius": 3, "speed": 1}},
     "tasks": {"goods": {"poisson": 60}, "unload_at": ["desk"], "load_time": 5, "unload_time": 5},
-    "run": {"length": "3 h", "warm_up": "1 h"},
+    "run": {"length": "75 min", "warm_up": "15 min"},
     "log": "all",
 }
 
@@ -96,10 +97,14 @@ CASES = [
         "workers of packing",
         {"layout.stations.packing.work_time": 110, "layout.stations.packing.workers": 2},
     ),
-    Planted("one charger for six robots", FLAT, {**BATTERIES, "layout.bays.charging.total_chargers": 1}),
+    Planted(
+        "one charger for six robots",
+        FLAT,
+        {**BATTERIES, "battery.consumption": 0.01, "layout.bays.charging.total_chargers": 1},
+    ),
     Planted("people in the aisles", "people in the aisles", {"people": {"pickers": {"per_hour": 200, "stay": 60}}}),
     Planted(
-        "robots repaired in the lanes", "breakdowns", {"fleet.robot.breakdowns": {"every": "1 h", "repair": "6 min"}}
+        "robots repaired in the lanes", "breakdowns", {"fleet.robot.breakdowns": {"every": "20 min", "repair": "6 min"}}
     ),
     Planted(
         "a closure",
@@ -218,7 +223,8 @@ def named(case, *, days=0):
 
 
 def main(*wanted):
-    """Print the table."""
+    """Print the table; `quick`: without other days."""
+    days, wanted = 0 if "quick" in wanted else DAYS, [word for word in wanted if word != "quick"]
     chosen = [
         case
         for number, case in enumerate(CASES)
@@ -226,7 +232,7 @@ def main(*wanted):
     ]
     found = []
     for case in chosen:
-        found.append(named(case, days=DAYS))
+        found.append(named(case, days=days))
         sys.stdout.write(f"{found[-1].line()}\n")
         sys.stdout.flush()
     sys.stdout.write(f"{sum(one.right for one in found)} of {len(found)} named first and alone\n")
