@@ -125,6 +125,7 @@ CASES = [
         "the charging policy",
         {
             **BATTERIES,
+            "fleet.start_energy": {"uniform": [0.85, 1]},
             "battery.taper": {"start": 0.8, "end_rate": 0.1},
             "policies.charging": {"name": "threshold", "level": 85},
         },
@@ -143,19 +144,19 @@ CASES = [
         {"traffic.slow": {"ramp": {"members": [["G", "F"], ["H", "G"], ["G", "C"]], "speed": 0.1}}},
     ),
     Planted(
-        "one robot at a time in the middle",
+        "one robot at a time before the station",
         "zones with a rule",
-        {"traffic.zones": {"lift": {"members": [["B", "C"], ["B", "F"], ["G", "C"]], "rule": "one-robot"}}},
+        {"traffic.zones": {"lift": {"members": [["H", "G"], ["G", "F"], ["G", "C"]], "rule": "one-robot"}}},
     ),
     Planted("two robots under way at most", "the cap on robots under way", {"traffic.most_out": 2}),
     Planted(
         "one robot that lifts heavy loads",
         "robots of kind lifter",
         {
-            **_flow(arrivals={"poisson": 40}),
+            **_flow(arrivals={"poisson": 50}),
             f"{ORDERS}.kinds": ["lifter"],
             "fleet.kinds": {"lifter": {"count": 1}},
-            "tasks.flows.light": _orders(arrivals={"poisson": 30}),
+            "tasks.flows.light": _orders(arrivals={"poisson": 20}),
         },
     ),
     Planted(
@@ -169,7 +170,7 @@ CASES = [
         {"calendars.day": {"every": 3600, "lasts": 1500}, "layout.stations.packing.hours": "day"},
     ),
     Planted("delays at nodes", "delays", {"fleet.robot.delays": {"share": 0.5, "time": 15}}),
-    Planted("a minute to leave a bay", "the way out of bays", {"fleet.exit_time": 60}, orders=40),
+    Planted("a minute to leave a bay", "the way out of bays", {"fleet.exit_time": 60, "tasks.goods.due_within": 150}, orders=40),
     Planted("decisions every 5 min", "the interval of decisions", {"policies.interval": 300}),
     Planted("one slot at the station", "places at the stations", {"layout.stations.packing.places": 1}),
     Planted("a lane with a speed limit", "speed limits", layout=RING),
