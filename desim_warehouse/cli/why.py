@@ -78,7 +78,8 @@ def command(
     if as_json:
         click.echo(json.dumps({**content, "warnings": warnings}))
         return
-    for line in (why_words.lost(found, looked_at), *(verdict.text for verdict in found.verdicts), said):
+    of_one_run = why_words.lost(found, looked_at), why_words.batched(found)
+    for line in (*of_one_run, *(verdict.text for verdict in found.verdicts), said):
         if line:
             click.echo(line)
     if found.found:
@@ -138,11 +139,12 @@ def _content(found: Why, said: str, lines: list[str]) -> dict[str, Any]:
     return {
         "answer": said,
         "indicator": found.indicator,
-        "clear": found.gains.clear,
+        "clear": found.is_clear,
         "confidence": found.gains.confidence,
         "base": _finite(found.gains.base),
         "held_up": found.is_held_up,
         "lost_time": [{"root": root.cause, "at": root.at, "share": share} for root, share in found.lost.items()],
+        "waiting_for_batch": found.batched,
         "failed": found.gains.failed,
         "left_out": list(found.left_out),
         "verdicts": [verdict.content() for verdict in found.verdicts],

@@ -51,6 +51,7 @@ OF_ROBOTS = {
 }
 """The parts of a robot's time, in the order of columns. Edges, nodes and hours have the same."""
 _UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#AB9ABF")
+_TO_BATCH = Share("waiting_for_batch", "waiting for a batch", "#C7B7D6")
 _AT_WORK = {
     part.name: part
     for part in (
@@ -58,9 +59,11 @@ _AT_WORK = {
         Share("worked_on", "being worked on", "#A6761D"),
     )
 }
-OF_TASKS = {_UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS, **_AT_WORK}
-"""The parts of a task's time: waiting for a robot to take it, also in a robot's queue, then what that robot does, then
-the work on its load unit, where it is done only after that."""
+OF_TASKS = {_TO_BATCH.name: _TO_BATCH, _UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS, **_AT_WORK}
+"""The parts of a task's time: waiting for others to make a batch, waiting for a robot to take it, also in a robot's
+queue, then what that robot does, then the work on its load unit, where it is done only after that."""
+BATCHED, UNTAKEN = _TO_BATCH.name, (_TO_BATCH.name, _UNASSIGNED.name)
+"""The part of a task's time that it waits for a batch, and those before a robot takes it."""
 OF_WORK = ("task", "flow", "station")
 """Accounts of the time of tasks. The others are of robots."""
 
@@ -98,9 +101,18 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
     no = absent(history.model)
     if not history.workplaces or history.model.tasks.done_when == "delivered":
         no |= _AT_WORK.keys()
+    if not history.knows_batches:
+        no |= {_TO_BATCH.name}
     columns = (part for part in (OF_TASKS if by in OF_WORK else OF_ROBOTS) if part not in no)
     table = {part: [math.fsum(spent.get((row, part), ())) for row in index] for part in columns}
     return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
+
+
+def share_of_tasks(history: History, *parts: str) -> float:
+    """Some parts of the time of all tasks together, as a share of it."""
+    spent = account(history, "task").sum()
+    whole = float(spent.sum())
+    return math.fsum(float(spent.get(part, 0.0)) for part in parts) / whole if whole else 0.0
 
 
 Found = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
@@ -238,6 +250,10 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
     fleet = pieces(history)
     starts = [[piece.start for piece in robot] for robot in fleet]
     free = {number: task.released for number, task in tasks.items()}
+    if history.knows_batches:
+        for number, task in tasks.items():
+            free[number] = min(task.batched, history.end)
+            yield number, _TO_BATCH.name, free[number] - task.released
     for assignment in history.assignments:
         number = assignment.task
         if number not in tasks:

@@ -144,11 +144,13 @@ class History:
         done: list[TaskHistory] = []
         until_worked = self._for_workers if self.model.tasks.done_when == "worked" else ()
         loading: set[int] = set()
-        for row in self.rows("released", "delivered", "working", "worked", *_LOADING, *_LOADED):
+        for row in self.rows("released", "batched", "delivered", "working", "worked", *_LOADING, *_LOADED):
             if row.kind == "released":
                 due, flow = self.log.due.get(row.task), self.log.flows.get(row.task, "")
                 order = self.log.orders.get(row.task, "")
                 tasks[row.task] = TaskHistory(row.task, int(row.value or 0), row.time, due, flow=flow, order=order)
+            elif row.kind == "batched":
+                tasks[row.task].batched = row.time
             elif row.kind in _LOADING:
                 loading.add(row.robot)
             elif row.kind in _LOADED:
@@ -258,6 +260,12 @@ class History:
                 found.append(Assignment(robot, row.task, start, row.time, row.kind))
         found += [Assignment(robot, task, start, self.end, "open") for task, (robot, start) in held.items()]
         return sorted(found, key=lambda one: (one.start, one.robot))
+
+    @cached_property
+    def knows_batches(self) -> bool:
+        """Whether the log says when tasks were put into batches: where they were, and not in logs of before 0.4.0."""
+        batching = self.model.policies.batching.name != "single"
+        return batching and all(math.isfinite(self.tasks[one.task].batched) for one in self.assignments)
 
     @cached_property
     def trips(self) -> list[Trip]:

@@ -16,7 +16,7 @@ from desim_warehouse import states
 from desim_warehouse._version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
+    from collections.abc import Iterable, Iterator, Sequence
 
     import pandas as pd
 
@@ -65,6 +65,11 @@ class RowKind(NamedTuple):
 
 KINDS = {
     "released": RowKind("tasks", "a task becomes known", "number of the good; -1: it comes from no storage place"),
+    "batched": RowKind(
+        "tasks",
+        "a task is put into a batch, which may be given out; only with `policies.batching`",
+        "tasks in the batch",
+    ),
     "assigned": RowKind(
         "tasks", "a robot takes up a task; one in its queue when it gets to it, those of a tour all at once", "energy"
     ),
@@ -182,6 +187,11 @@ class Log:
         """The load unit of a task is to be worked on in a station."""
         assert self.for_workers is not None
         self.for_workers.add(task)
+
+    def batched(self, time: float, tasks: Sequence[int]) -> None:
+        """These tasks go on one tour."""
+        for task in tasks:
+            self.event(time, "batched", NONE, task, None, float(len(tasks)))
 
     def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
         """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""

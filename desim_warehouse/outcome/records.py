@@ -42,15 +42,17 @@ class Deadline(NamedTuple):
 class TaskHistory:
     """When a task was released, loaded, delivered and done (inf: never), where, and when it was due (None: never).
 
-    `begun`, `worked`: when work on its load unit in the station began and ended (inf: not yet, or there is none).
-    `done`: when it was delivered, or worked on where `tasks.done_when` says so. `station`: the node of its delivery,
-    which was into a storage place there if it is `stored`.
+    `batched`: when it was put into a batch (inf: never). `begun`, `worked`: when work on its load unit in the station
+    began and ended (inf: not yet, or there is none). `done`: when it was delivered, or worked on where
+    `tasks.done_when` says so. `station`: the node of its delivery, which was into a storage place there if it is
+    `stored`.
     """
 
     number: int
     good: int
     released: float
     due: float | None
+    batched: float = math.inf
     loaded: float = math.inf
     delivered: float = math.inf
     begun: float = math.inf

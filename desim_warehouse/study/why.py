@@ -14,12 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import SimulationError, StudyError
 from desim_warehouse.model import as_model
+from desim_warehouse.outcome.account import BATCHED, UNTAKEN, share_of_tasks
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study import statistics
-from desim_warehouse.study.reliefs.suspects import Suspect, left_out, suspects
+from desim_warehouse.study.reliefs.suspect import MOST_UNTAKEN, Suspect
+from desim_warehouse.study.reliefs.suspects import left_out, suspects
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.statistics import Gains
 from desim_warehouse.study.study import Study
@@ -36,8 +38,8 @@ LEAST = 0.01
 """Part of the indicator's mean that matters."""
 LEAST_IDLE, MOST_WAITING = 0.25, 0.02
 """Parts of the fleet's time: idle from the first on, and waiting up to the second, robots are held up by nothing."""
-MOST_UNTAKEN = 0.1
-"""Part of the time of tasks that they may wait for a robot where none of them is due."""
+MOST_LATE = 0.02
+"""Part of the tasks that may be late: a bad day of twenty is no bottleneck, nor a few places that are far away."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +55,8 @@ class Failure:
 class Health:
     """How a warehouse does as it is, by its runs.
 
-    `idle`, `waiting`: parts of the fleet's time. `on_time`: part of the tasks, None where none are due. `untaken`: part
-    of the tasks' time that they wait for a robot, in the run that was looked at.
+    `idle`, `waiting`: parts of the fleet's time. `on_time`: part of the tasks, mean of the runs; None: none are due.
+    `untaken`: part of the tasks' time that they wait for a batch or a robot, in the run that was looked at.
     """
 
     idle: float
@@ -64,8 +66,8 @@ class Health:
 
     @property
     def is_held_up(self) -> bool:
-        """Whether tasks are late (where none is due: wait for robots), robots wait, or few of them are idle."""
-        late = self.untaken > MOST_UNTAKEN if self.on_time is None else self.on_time < 1
+        """Whether many tasks are late (where none is due: wait for robots), robots wait, or few of them are idle."""
+        late = self.untaken > MOST_UNTAKEN if self.on_time is None else self.on_time < 1 - MOST_LATE
         return late or self.waiting > MOST_WAITING or self.idle < LEAST_IDLE
 
 
@@ -76,7 +78,7 @@ class Why:
     `left_out`: reliefs that could not be tried, with the reason. `state`: of the warehouse as it is, where tasks arrive
     and it keeps up with them. `failures`: by change, 0 the warehouse as it is; if that fails, nothing else is said.
     `verdicts`: on the run that was looked at. `lost`: for each root of waiting in it the share of the fleet's time that
-    was lost to it, most first.
+    was lost to it, most first. `batched`: the share of the tasks' time that they waited in it for a batch.
     """
 
     indicator: str
@@ -87,12 +89,22 @@ class Why:
     failures: Mapping[int, Failure] = field(default_factory=dict)
     verdicts: Sequence[Verdict] = ()
     lost: Mapping[Root, float] = field(default_factory=dict)
+    batched: float = 0.0
 
     @property
     def by_waiting(self) -> Suspect | None:
         """The suspect at which robots wait longest, who would be blamed without a test."""
         waiting = [suspect for suspect, _ in self.found if suspect.waited]
         return max(waiting, key=lambda suspect: suspect.waited or 0.0, default=None)
+
+    @property
+    def is_clear(self) -> bool:
+        """Whether one suspect is shown to cost most, though it may be open which of its reliefs gains most."""
+        competing = [(suspect.name, gain.each) for suspect, gain in self.found if gain.competes]
+        if not competing:
+            return False
+        (name, most), *others = competing
+        return most.low > 0 and all(other == name or most.low > gain.high for other, gain in others)
 
     @property
     def is_held_up(self) -> bool:
@@ -150,7 +162,7 @@ def why(
     looked_at = suspects(run)
     gains, study = _contest(run, name, looked_at, confidence, seed, first, timeout, where)
     lasts = run.model.tasks.arrive and not any(said.is_lasting for said in run.verdicts)
-    untaken = _untaken(run)
+    untaken = share_of_tasks(run.history, *UNTAKEN)
     well = lasts and not _state([run.kpis], untaken).is_held_up
     found = gains(first if well else cap)
     as_it_is = [row.indicators for row in study.rows if not row.point.number and row.outcome.error is None]
@@ -169,6 +181,7 @@ def why(
         failures,
         run.verdicts,
         {root: time / (run.history.counted * run.model.fleet.size) for root, (time, _) in lost_to(run.history).items()},
+        share_of_tasks(run.history, BATCHED),
     )
 
 
@@ -220,12 +233,6 @@ def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> Health:
     waits = {WAITING.name, *APART, *(name for name, state in TIMES.items() if state.queue is not None)}
     due = [kpis["on_time"] for kpis in runs if math.isfinite(kpis.get("on_time", math.nan))]
     return Health(mean([AT_START]), mean(waits), fmean(due) if due else None, untaken)
-
-
-def _untaken(run: Run) -> float:
-    """The part of the time of all tasks that they wait for a robot to take them."""
-    spent = run.account(by="task").sum()
-    return float(spent["waiting_for_robot"] / spent.sum()) if spent.sum() else 0.0
 
 
 def _failures(study: Study) -> dict[int, Failure]:

@@ -170,7 +170,12 @@ def test_cycle_times_are_the_sums_of_their_parts():
 
 def test_every_state_is_a_part():
     assert set(STATES) - {"queueing"} < set(OF_ROBOTS)
-    assert set(OF_TASKS) - set(OF_ROBOTS) == {"waiting_for_robot", "waiting_for_worker", "worked_on"}
+    assert set(OF_TASKS) - set(OF_ROBOTS) == {
+        "waiting_for_batch",
+        "waiting_for_robot",
+        "waiting_for_worker",
+        "worked_on",
+    }
     assert len({part.colour for part in OF_TASKS.values()}) == len(OF_TASKS)
 
 

@@ -185,6 +185,21 @@ def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
     assert " of the time within their hours" in fleet_words.sentences(found, model)[-1]
 
 
+def test_where_nothing_is_scarce_a_trip_is_held_against_the_time_allowed():
+    """A robot drives 15 s to the good and 15 s with it, loads for 5 s and unloads for 30 s: 65 s of 50."""
+    demand = {"poisson": 6, "due_within": 50}
+    model = dw.load(SQUARE, {"tasks.goods": demand, "run.length": 36_000, "layout.stations.desk.servers": 2})
+    found = plan_fleet(model, "on_time >= 95 %", robots=[1, 2], runs=60)
+    assert found.today.best is None
+    assert found.today.trip.mean == pytest.approx(65, rel=0.05)
+    assert "cycle_time_mean" in found.today.shown_by
+    said = fleet_words.sentences(found, model)[-1]
+    assert said.startswith("Nothing is scarce: robots are busy ")
+    assert re.search(r" A trip takes (1\.\d+ min|6\d(\.\d)? s) where 50 s are allowed, waits included: ", said), said
+    busy = plan_fleet(model.replace({"tasks.unload_time": 300}), "on_time >= 95 %", robots=[1, 2], runs=60)
+    assert busy.today.trip is None or max(one.mean for one in busy.today.utilisation.values()) < 0.7
+
+
 def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
     status, out, err = pages.run_desim(
         f"desim plan w.yaml --target 'on_time >= 95 %' --robots 7..8 --chargers 2..3 --quiet {SHORT} --set "

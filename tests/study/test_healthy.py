@@ -47,7 +47,8 @@ def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orde
     ("state", "held_up"),
     [
         (Health(0.8, 0.01, 1.0, 0.0), False),
-        (Health(0.8, 0.01, 0.999, 0.0), True),
+        (Health(0.8, 0.01, (19 + 0.89) / 20, 0.0), False),  # a bad day of twenty
+        (Health(0.8, 0.01, 0.97, 0.0), True),
         (Health(0.8, 0.03, 1.0, 0.0), True),
         (Health(0.2, 0.0, 1.0, 0.0), True),
         (Health(0.8, 0.0, None, 0.05), False),

@@ -9,7 +9,8 @@ from desim_warehouse.cli.study_options import ModelOptions
 from desim_warehouse.cli.why import _commands, _show
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text import answers, why_words
-from desim_warehouse.study.reliefs.suspects import Suspect, suspects
+from desim_warehouse.study.reliefs.suspect import Suspect
+from desim_warehouse.study.reliefs.suspects import suspects
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import Gain, Gains
 from desim_warehouse.study.why import Why, usual_indicator, why

@@ -39,6 +39,53 @@ def rows(run, *kinds):
     return [(row.kind, row.task, row.time) for row in run.history.rows(*kinds)]
 
 
+# Waiting for a batch
+
+
+def of_tasks(run):
+    """The parts of each task's time before a robot has it."""
+    return run.account("task")[["waiting_for_batch", "waiting_for_robot"]].to_numpy().tolist()
+
+
+def test_tasks_wait_for_their_batch_and_only_then_for_a_robot():
+    """At 30 the first two go together, the robot is back at 130, and the third goes alone, as no other is to come."""
+    run = ring({"from": "dock", "to": "pack"}, (0, 1), (30, 1), (50, 1))
+    assert rows(run, "batched") == [("batched", 0, 30), ("batched", 1, 30), ("batched", 2, 50)]
+    taken = [one.start for one in run.history.assignments]
+    assert taken[:2] == [30, 30]
+    assert of_tasks(run) == [[30, 0], [0, 0], [0, taken[2] - 50]]
+    assert taken[2] > 50
+
+
+def test_a_window_is_waited_for_to_its_end():
+    run = ring(
+        {"from": "dock", "to": "pack"}, (0, 1), (200, 1), policies__batching={"name": "time-window", "window": 60}
+    )
+    assert of_tasks(run) == [[60, 0], [0, 0]]
+
+
+def test_what_is_in_no_batch_at_the_end_waited_for_one_all_the_time():
+    arrivals = {"schedule": [{"at": 10, "tasks": 1}, {"at": 500, "tasks": 1}]}
+    tasks = {"tasks.flows": {"flow": {"from": "dock", "to": "pack", "arrivals": arrivals}}}
+    changes = {**tasks, "fleet.robot.capacity": 2, "policies.batching": "fixed-size", "run.length": 90}
+    run = dw.simulate(dw.load(RING, changes))
+    assert of_tasks(run) == [[80, 0]]
+
+
+def test_without_batching_nothing_waits_for_a_batch():
+    run = ring({"from": "dock", "to": "pack"}, (0, 1), (30, 1), policies__batching="single")
+    assert "waiting_for_batch" not in run.account("task")
+    assert rows(run, "batched") == []
+
+
+def test_a_log_of_before_batches_were_written_is_read_as_then(tmp_path):
+    run = ring({"from": "dock", "to": "pack"}, (0, 1), (30, 1))
+    run.history.log.rows[:] = [row for row in run.history.log.rows if row[1] != "batched"]
+    again = dw.load_run(run.save(tmp_path / "run"))
+    assert "waiting_for_batch" not in again.account("task")
+    assert again.account("task")["waiting_for_robot"].tolist() == [30, 0]
+
+
 # Several loads
 
 

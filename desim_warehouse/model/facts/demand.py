@@ -28,6 +28,13 @@ def arrival_rate(model: Model) -> float | None:
     return sum(flow_rates(model).values()) / hour
 
 
+def due_within(model: Model) -> float | None:
+    """The time from release to due, the least of all flows; None where no task is due so."""
+    found: list[float | None] = [flow.due_within for flow in model.tasks.flows.values()]
+    found.append(getattr(model.tasks.goods, "due_within", None))
+    return min((time for time in found if time is not None), default=None)
+
+
 def listed(model: Model) -> list[int]:
     """The storage places of the tasks of the list, in its order; none for drawn goods."""
     goods = model.tasks.goods

@@ -10,10 +10,12 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import options_of
+from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.report.text import cap_words, numbers, words
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study import rare
+from desim_warehouse.study.fleet.utilisation import TRIP
 from desim_warehouse.study.statistics import GLANCE
 
 if TYPE_CHECKING:
@@ -22,6 +24,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
+    from desim_warehouse.study.statistics import Estimate
 
 _LISTED = 8
 """Fleets that are named one by one."""
@@ -54,7 +57,7 @@ def sentences(plan: FleetPlan, model: Model) -> list[str]:
     if plan.untried:
         lines.append(f"The runs allowed ended before {spoken(plan.untried, 'and')} could be tried.")
     if (plan.grown or plan.today).utilisation:
-        lines.append(_bottleneck(plan))
+        lines.append(_bottleneck(plan, model))
     return lines + _cost(plan, model)
 
 
@@ -277,14 +280,25 @@ def _choice(strategy: Strategy) -> str:
     return strategy.label if others else words.policy(key, strategy.label)
 
 
-def _bottleneck(plan: FleetPlan) -> str:
-    """What is busiest at the last answer."""
+def _bottleneck(plan: FleetPlan, model: Model) -> str:
+    """What is busiest at the last answer; where nothing is scarce, what a task takes all the same."""
     sized = plan.grown or plan.today
     (part, most), *others = sized.utilisation.items()
     rest = ", ".join(f"{name} {numbers.PERCENT.estimate(estimate)}" for name, estimate in others)
     what, who = PARTS[part]
     time = "of the time within their hours" if sized.in_hours else "of the time"
-    return f"The bottleneck is {what}: {who} {numbers.PERCENT.estimate(most)} {time}" + (f" ({rest})." if rest else ".")
+    busy = f"{who} {numbers.PERCENT.estimate(most)} {time}" + (f" ({rest})" if rest else "")
+    if sized.trip is not None:
+        return f"Nothing is scarce: {busy.replace('they', part, 1)}. {_trip(sized.trip, model)}"
+    return f"The bottleneck is {what}: {busy}."
+
+
+def _trip(trip: Estimate, model: Model) -> str:
+    """What a task takes against the time in which it is due."""
+    due = due_within(model)
+    scale = words.scale(TRIP, model, (trip.mean,))
+    of = "" if due is None else f" where {scale.value(due)} are allowed"
+    return f"A trip takes {scale.value(trip.mean)}{of}, waits included: more robots do not help."
 
 
 def _reached(plan: FleetPlan, shown: Shown, model: Model) -> str:

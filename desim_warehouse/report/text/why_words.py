@@ -13,7 +13,7 @@ from desim_warehouse.report.text.root_words import root
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
-    from desim_warehouse.study.reliefs.suspects import Suspect
+    from desim_warehouse.study.reliefs.suspect import Suspect
     from desim_warehouse.study.statistics import Gain
     from desim_warehouse.study.why import Failure, Health, Why
 
@@ -29,9 +29,16 @@ def sentence(found: Why, units: Units) -> str:
     if failure is not None:
         return f"As it is, it {fails(failure)}. {_said(failure)}"
     if not found.is_held_up and found.state is not None:
-        known = found.gains.none or found.gains.clear
+        known = found.gains.none or found.is_clear
         return f"Nothing holds it up: {state(found.state)}.{f' {_gains(found, units)}' if known else ''}"
     return _gains(found, units)
+
+
+def batched(found: Why) -> str:
+    """How long tasks waited for others to go with them; empty where none did."""
+    if not found.batched:
+        return ""
+    return f"{numbers.PERCENT.value(found.batched)} of a task's time was waiting for a batch in the run looked at."
 
 
 def lost(found: Why, model: Model) -> str:
@@ -71,10 +78,10 @@ def _gains(found: Why, units: Units) -> str:
     (suspect, most), *others = competing
     if found.gains.none:
         return f"Nothing that was tried gains {amount(found, found.gains.delta)}{unit} or more."
-    if found.gains.clear and not found.is_held_up:
+    if found.is_clear and not found.is_held_up:
         return f"{suspect.relief.capitalize()} gains {amount(found, most.mean)}{unit} ({interval(found, most)})."
-    if found.gains.clear:
-        rest = max((gain.each.high for _, gain in others), default=None)
+    if found.is_clear:
+        rest = max((gain.each.high for one, gain in others if one.name != suspect.name), default=None)
         per = f" for {DOSE}" if any(one.dose is not None for one, _ in competing) else ""
         more = "" if rest is None else f"; nothing else gains more than {amount(found, max(rest, 0.0), up=True)}{per}"
         if len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
@@ -105,7 +112,8 @@ def _answer(found: Why, suspect: Suspect, gain: Gain, unit: str) -> str:
     name = f"{suspect.name[:1].upper()}{suspect.name[1:]}"
     whole = f"{amount(found, gain.mean)}{unit} ({interval(found, gain)})"
     if suspect.dose is None:
-        return f"{name} {_costs(suspect.name)} {whole}"
+        several = sum(one.name == suspect.name for one, _ in found.found) > 1
+        return f"{name} {_costs(suspect.name)} {whole}{f' against {suspect.relief}' if several else ''}"
     each = f", {amount(found, gain.each.mean)} for {DOSE}"
     return (
         f"{name} {'holds' if _costs(suspect.name) == 'costs' else 'hold'} it up: {suspect.relief} gains {whole}{each}"

@@ -42,6 +42,7 @@ class Sized:
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
     `worse`: designs with one robot or one charger more than the one found first that do worse, and by how much.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
+    `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
     """
 
     name: str
@@ -56,6 +57,7 @@ class Sized:
     open: tuple[tuple[int, int], ...] = ()
     worse: tuple[tuple[int, int, Estimate], ...] = ()
     capped: Capped | None = None
+    trip: Estimate | None = None
 
 
 @dataclass(frozen=True)

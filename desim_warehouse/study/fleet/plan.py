@@ -20,7 +20,7 @@ from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strateg
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, growth_of
-from desim_warehouse.study.fleet.utilisation import indicators_of, utilisation
+from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import SCOUTS
 from desim_warehouse.study.procedures import cannot_last
 from desim_warehouse.study.study import Study, under
@@ -122,16 +122,19 @@ class _Planner:
         base = study.plan.base
         rate = arrival_rate(base)
         hourly = None if rate is None else rate * base.units.hour
-        used = {}
+        used, trip = {}, None
         if shown:
             busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
             used = utilisation(study, study.points[busiest])
+            if best is None and nothing_scarce(used):
+                trip = study.results.estimate(study.results.by_point[busiest], TRIP)
         in_hours = base.layout.has_hours or base.fleet.has_hours
         shown_by = tuple(dict.fromkeys(indicator for part in used for indicator in indicators_of(base)[part]))
+        shown_by += () if trip is None else (TRIP,)
         left = tuple(counts[number] for number in found.open)
         worse = tuple((*counts[one.number], one.difference) for one in found.larger if one.worse)
         capped = self._capped(study, below[-1], name, changes) if best is None and below and not left else None
-        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes, left, worse, capped)
+        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes, left, worse, capped, trip)
 
     def _capped(self, study: Study, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
         """What a cap on the robots under way gives the largest fleet, where none is enough and robots wait much."""

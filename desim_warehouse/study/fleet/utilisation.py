@@ -12,13 +12,19 @@ from desim_warehouse.states import WAITING
 from desim_warehouse.study import statistics
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.statistics import Estimate
     from desim_warehouse.study.study import Study
     from desim_warehouse.study.table import Row
+
+
+SCARCE = 0.7
+"""Part of their time from which on robots, chargers or servers are scarce."""
+TRIP = "cycle_time_mean"
+"""What a task takes: little more than the trip of its robot where nothing is scarce."""
 
 
 def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
@@ -72,6 +78,11 @@ def busy_shares(runs: Sequence[Row], model: Model, confidence: float) -> dict[st
         else:
             del found["traffic"]
     return dict(sorted(found.items(), key=lambda item: -rank[item[0]]))
+
+
+def nothing_scarce(busy: Mapping[str, Estimate]) -> bool:
+    """Whether robots, chargers and servers all have time to spare, and robots do not stand in traffic instead."""
+    return "traffic" not in busy and all(share.mean < SCARCE for share in busy.values())
 
 
 def _unloads_only(model: Model) -> bool:

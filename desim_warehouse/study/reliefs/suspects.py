@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.facts.destinations import destinations
@@ -11,7 +10,9 @@ from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
+from desim_warehouse.study.reliefs.decisions import decisions
 from desim_warehouse.study.reliefs.steady import evenly, from_files, opened, without_breaks
+from desim_warehouse.study.reliefs.suspect import DOSE, Suspect
 from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:
@@ -29,36 +30,12 @@ LEAST_WAITING = 0.002
 """Part of the fleet's time that must be waited before an intersection for it to be looked at."""
 MOST_LANES = 3
 """Two-way lanes that are looked at one by one: those on which robots spend most time."""
-DOSE = 0.1
-"""The part of a capacity, or of the work, by which gains are compared."""
 ROUNDING = 1e-9
 CLEARED = 120.0
 """Seconds after which a broken robot is off the lanes, as a relief."""
+_LIMITS = ("speed", "speed_back")
 SOONER, FEWER = 0.1, 0.05
 """Parts by which handling times and demand are less."""
-
-
-@dataclass(frozen=True)
-class Suspect:
-    """Something that may hold the warehouse up: its name, the relief in words and in keys of the model.
-
-    `waited`: the part of the fleet's time that robots waited there, in the run that was looked at, None where robots do
-    not wait for it, such as handling. `dose`: the relief as a part of what is there, 1 for one server beside another;
-    None where something in the way is taken away as a whole. `beside`: it is no resource but the work itself, less of
-    which always gains: it stands beside the contest.
-    """
-
-    name: str
-    relief: str
-    overrides: Mapping[str, Any]
-    waited: float | None = None
-    dose: float | None = None
-    beside: bool = False
-
-    @property
-    def scale(self) -> float:
-        """What makes its gain into that of an equal dose: a tenth of a capacity or of the work, or all of the rest."""
-        return 1.0 if self.dose is None else DOSE / abs(self.dose)
 
 
 def suspects(run: Run) -> list[Suspect]:
@@ -83,16 +60,11 @@ def left_out(run: Run) -> list[str]:
 def _all(run: Run) -> list[Suspect]:
     model, nodes = run.model, run.account(by="node")
     whole = run.history.counted * model.fleet.size or 1.0
-    before = (nodes["before_intersection"] / whole).sort_values(ascending=False, kind="stable")
-    at_nodes = [
-        Suspect(f"intersection {node}", f"nobody waits at {node}", {f"traffic.nodes.{node}.free": True}, float(share))
-        for node, share in zip(map(str, before.index[:MOST_NODES]), before, strict=False)
-        if share >= LEAST_WAITING and "." not in node  # a name that cannot stand in a dotted key
-    ]
     stations = _stations(run)
     queued = {zone: _queued(nodes, SERVER, at) / whole for zone, at in stations.items()}
     closed = {zone: _queued(nodes, OPENING, at) / whole for zone, at in stations.items()}
     others = [
+        *_intersections(run, nodes["before_intersection"] / whole, whole),
         *_servers(model, queued),
         *_chargers(model, _queued(nodes, CHARGER, list(nodes.index)) / whole),
         *_workers(model, queued),
@@ -101,9 +73,29 @@ def _all(run: Run) -> list[Suspect]:
         *_on_the_way(run),
         *_lanes(run),
         *_failures(run),
+        *decisions(run),
     ]
-    waiting = sorted((*at_nodes, *others), key=lambda suspect: -(suspect.waited or 0.0))
+    waiting = sorted(others, key=lambda suspect: -(suspect.waited or 0.0))
     return [*waiting, *_plain(model)]
+
+
+def _intersections(run: Run, before: pd.Series[float], whole: float) -> Iterator[Suspect]:
+    """Nodes before which robots wait (`before`: the part of the fleet's time), or are longer than at others."""
+    usual, own = run.model.traffic.node_time, dict(run.model.traffic.node_times)
+    passages = run.nodes["passages"]
+    longer = {
+        node: max(time - usual, 0.0) * float(passages.get(node, 0.0)) / whole
+        for node, time in own.items()
+        if time > usual
+    }
+    spent = {str(node): float(share) + longer.get(str(node), 0.0) for node, share in before.items()}
+    for node in sorted(spent, key=lambda node: -spent[node])[:MOST_NODES]:
+        if spent[node] < LEAST_WAITING or "." in node:  # a name that cannot stand in a dotted key
+            continue
+        free, key = f"nobody waits at {node}", f"traffic.nodes.{node}"
+        relief = f"{free} or is longer there than elsewhere" if node in longer else free
+        as_others = {f"{key}.time": None} if node in longer else {}
+        yield Suspect(f"intersection {node}", relief, {f"{key}.free": True, **as_others}, float(before[node]))
 
 
 def _queued(nodes: pd.DataFrame, queue: Queue, at: list[str]) -> float:
@@ -193,6 +185,12 @@ def _on_the_way(run: Run) -> Iterator[Suspect]:
         yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, closed)
     if traffic.slow:
         yield Suspect("zones that are slow", "nothing slow", {"traffic.slow": {}})
+    if traffic.zones:
+        yield Suspect("zones with a rule", "no rule in any zone", {"traffic.zones": {}})
+    edges = enumerate(run.model.layout.edges)
+    limits = {f"layout.edges.{rank}.{key}": None for rank, edge in edges for key in _LIMITS if getattr(edge, key)}
+    if limits:
+        yield Suspect("speed limits", "no speed limits on edges", limits)
     if run.model.people:
         yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, run.kpis["share_waiting_person"])
 
@@ -263,6 +261,12 @@ def _plain(model: Model) -> Iterator[Suspect]:
     yield Suspect(
         "the number of robots", "one robot more", {"fleet.size": model.fleet.size + 1}, None, 1 / model.fleet.size
     )
+    for name, kind in model.fleet.kinds.items():
+        if "." not in name:
+            more = {"fleet.size": model.fleet.size + 1, f"fleet.kinds.{name}.count": kind.count + 1}
+            yield Suspect(f"robots of kind {name}", f"one {name} more", more, dose=1 / kind.count)
+    if model.fleet.exit_time:
+        yield Suspect("the way out of bays", "robots are out of bays at once", {"fleet.exit_time": 0})
     even = evenly(model)
     if even:
         yield Suspect("peaks", "the same orders evenly", even)

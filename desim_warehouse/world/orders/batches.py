@@ -89,6 +89,7 @@ class Batcher:
                 if batch.at > now + EPS:
                     then = min(then, batch.at)
                 else:
+                    self.dispatcher.log.batched(now, batch.tasks)
                     self.dispatcher.give_out(tour_of([tasks.pop(number) for number in batch.tasks]))
         if then < math.inf:
             self._ask_at(then)

@@ -1,0 +1,164 @@
+"""Planted bottlenecks of two dozen kinds are named first, and decisions and times of the model have reliefs."""
+
+import json
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.report.text import why_words
+from desim_warehouse.study.reliefs.suspect import Suspect
+from desim_warehouse.study.reliefs.suspects import suspects
+from desim_warehouse.study.statistics import Gain, Gains
+from desim_warehouse.study.why import Why
+from tests.docs import pages
+from tests.study.planted import CASES, named
+from tests.world.test_hours import SQUARE
+
+BY_TITLE = {case.title: case for case in CASES}
+
+
+def reliefs(over, name):
+    """What relieves a suspect in the square, by its relief in words."""
+    model = dw.load(SQUARE, {"tasks.goods": {"saturated": 4}, "run.length": 4000, "log": "all", **over})
+    run = dw.simulate(model)
+    found = {one.relief: one for one in suspects(run) if one.name == name}
+    for one in found.values():
+        dw.simulate(model.replace(one.overrides))
+    return {relief: dict(one.overrides) for relief, one in found.items()}
+
+
+# Reliefs
+
+
+def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits():
+    """One robot waits for nobody: it is 25 s at C, and 2 s at others."""
+    over = {"traffic.node_time": 2, "traffic.nodes.C.time": 25}
+    relief = "nobody waits at C or is longer there than elsewhere"
+    assert reliefs(over, "intersection C") == {relief: {"traffic.nodes.C.free": True, "traffic.nodes.C.time": None}}
+    assert reliefs({"traffic.node_time": 2, "traffic.nodes.C.time": 2}, "intersection C") == {}
+    assert reliefs({"traffic.node_time": 25}, "intersection C") == {}  # as everywhere: the work itself
+
+
+@pytest.mark.parametrize(
+    ("over", "name", "relief", "overrides"),
+    [
+        (
+            {"fleet.robot.capacity": 2, "policies.batching": "fixed-size"},
+            "batching",
+            "every task by itself",
+            {"policies.batching": "single"},
+        ),
+        ({"policies.interval": 90}, "the interval of decisions", "decisions at once", {"policies.interval": 0}),
+        (
+            {"traffic.most_out": 1},
+            "the cap on robots under way",
+            "no cap on robots under way",
+            {"traffic.most_out": None},
+        ),
+        (
+            {"traffic.zones": {"lift": {"members": [["A", "B"]], "rule": "one-robot"}}},
+            "zones with a rule",
+            "no rule in any zone",
+            {"traffic.zones": {}},
+        ),
+        ({"fleet.exit_time": 30}, "the way out of bays", "robots are out of bays at once", {"fleet.exit_time": 0}),
+        (
+            {"layout.edges.1.speed": 0.1},
+            "speed limits",
+            "no speed limits on edges",
+            {"layout.edges.1.speed": None},
+        ),
+        (
+            {"fleet.kinds": {"old": {"count": 1}}, "layout.bays.home.places": 2},
+            "robots of kind old",
+            "one old more",
+            {"fleet.size": 2, "fleet.kinds.old.count": 2},
+        ),
+    ],
+)
+def test_limits_and_decisions_of_the_model_have_a_relief(over, name, relief, overrides):
+    if "layout.edges.1.speed" in over:
+        edges = [["A", "B"], {"from": "B", "to": "C", "speed": 0.1}, ["C", "E"], ["E", "A"]]
+        over = {"layout.edges": edges}
+    assert reliefs(over, name) == {relief: overrides}
+    assert reliefs({}, name) == {}
+
+
+BATTERY = {"capacity": 100, "consumption": 0.2, "charge_rate": 0.4}
+
+
+def test_other_charging_policies_are_tried_where_tasks_wait_for_robots_that_charge():
+    own = {"name": "opportunity", "minimum": 0.9}
+    others = {f"charging by {name}": name for name in ("reach-aware", "opportunity", "four-thresholds")}
+    known = reliefs({"battery": BATTERY, "policies.charging": own}, "the charging policy")
+    assert known == {relief: {"policies.charging": name} for relief, name in others.items()}
+    # its own as it is by default is no other, and threshold has a default where the battery has a threshold
+    over = {"battery": {**BATTERY, "threshold": 30}, "policies.charging": "four-thresholds"}
+    assert reliefs(over, "the charging policy").keys() == {
+        *(f"charging by {name}" for name in ("threshold", "reach-aware", "opportunity"))
+    }
+    rare = {"tasks": {"goods": {"poisson": 5}, "unload_at": ["desk"], "load_time": 5, "unload_time": 30}}
+    assert reliefs({"battery": BATTERY, "policies.charging": "opportunity", **rare}, "the charging policy") == {}
+
+
+# In words
+
+
+def found(*reliefs):
+    """An answer by reliefs: name, relief, and the bounds of its gain."""
+    pairs = [
+        (Suspect(name, relief, {}, dose=dose), Gain(rank, (low + high) / 2, low, high, 20))
+        for rank, (name, relief, dose, low, high) in enumerate(reliefs, start=1)
+    ]
+    gains = Gains(tuple(gain for _, gain in pairs), 600, 6, 0.95, 80)
+    return Why("cycle_time_mean", tuple(pairs), gains)
+
+
+def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():
+    units = dw.load(SQUARE).units
+    policies = [("the charging policy", f"charging by {name}", None, 50 - n, 90 - n) for n, name in enumerate("ab")]
+    clear = found(*policies, ("chargers", "one charger more", 0.1, 5, 20))
+    assert clear.is_clear
+    assert not clear.gains.clear
+    assert why_words.sentence(clear, units).startswith(
+        "The charging policy costs 70 s of cycle time, mean (50 to 90) against charging by a; nothing else gains more "
+        "than 20 for each 10 %."
+    )
+    assert not found(*policies, ("chargers", "one charger more", 0.1, 5, 51)).is_clear
+    assert not found(("the charging policy", "charging by a", None, -1, 90)).is_clear
+    assert not found().is_clear
+
+
+# Planted
+
+
+@pytest.mark.parametrize("title", ["batches of six", "nothing"])
+def test_a_planted_bottleneck_is_named_first(title):
+    assert named(BY_TITLE[title]).right
+
+
+@pytest.mark.long
+def test_two_dozen_planted_bottlenecks():
+    """Some ten minutes of one processor."""
+    answers = [named(case) for case in CASES]
+    assert len(answers) == 24
+    assert sum(answer.right for answer in answers) >= 22, [answer.line() for answer in answers if not answer.right]
+
+
+@pytest.mark.long
+def test_the_advice_gains_on_other_days_what_was_said():
+    for title in ("batches of six", "a crossing that takes 25 s"):
+        answer = named(BY_TITLE[title], days=14)
+        assert answer.bounds[0] <= answer.gain <= answer.bounds[1], answer.line()
+
+
+def test_the_time_in_which_tasks_wait_for_a_batch_is_said_of_one_run(tmp_path, monkeypatch):
+    model = BY_TITLE["batches of six"].model()
+    part = dw.simulate(model).account("task").sum()
+    share = part["waiting_for_batch"] / part.sum()
+    (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")
+    monkeypatch.chdir(tmp_path)
+    said = pages.run_desim("desim why w.yaml --quiet --cap 10")[1]
+    assert f"{100 * share:.3g} % of a task's time was waiting for a batch in the run looked at." in said
+    assert "Batching costs " in said
+    assert json.loads(pages.run_desim("desim why w.yaml --quiet --cap 10 --json")[1])["waiting_for_batch"] == share
