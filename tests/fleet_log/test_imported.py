@@ -1,11 +1,14 @@
 """A plant that was imported, so storage stands at nodes, and edges have no places beside them."""
 
+import numpy as np
 import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.fleet_log.calibrate import calibrate
+from desim_warehouse.fleet_log.measures import measured, parts_of
+from desim_warehouse.fleet_log.ranks import LEVEL, ranked
 from desim_warehouse.fleet_log.runs import from_run
 from desim_warehouse.fleet_log.validate import validate
 
@@ -58,3 +61,22 @@ def test_storage_at_nodes_is_validated(ring, day):
 def test_a_place_at_a_node_is_where_the_node_is(ring):
     floor = dw.load(ring).floor
     assert [floor.position(place.edge, place.offset) for place in floor.storage] == [(10, 0), (20, 0)]
+
+
+def figures(model, seeds):
+    """A row of measures for each simulated hour."""
+    days = (from_run(dw.simulate(model, seed), 2.0) for seed in seeds)
+    return np.array([list(measured(model, one, parts_of(model, one)).figures.values()) for one in days])
+
+
+def test_right_models_stay_unrefuted_and_wrong_ones_are_refuted(ring):
+    """Of 20 hours of the fleet one refutes the right model, on average: more than three do once in 60 times."""
+    true = {"run.length": 3600, "log": "all", **OFTEN_AT_C}
+    real, right = figures(dw.load(ring, true), range(100, 120)), figures(dw.load(ring, true), range(39))
+    wrong = figures(dw.load(ring, true | {"tasks.unload_time": 20}), range(39))  # for 15
+    refuted = []
+    for pool in (right, wrong):
+        known = np.isfinite(real).all(axis=0) & np.isfinite(pool).all(axis=0) & (pool.std(axis=0) > 0)
+        refuted.append(sum(ranked(one[None, known], pool[None][:, :, known]).p_value <= LEVEL for one in real))
+    assert refuted[0] <= 3
+    assert refuted[1] >= 18
