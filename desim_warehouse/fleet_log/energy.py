@@ -23,7 +23,9 @@ _STATES = ("standing", "empty", "loaded", "handling")
 _WINDOW = 900.0
 """Seconds of discharging that count as one observation: what is wrong with it at one end is so at the other."""
 _POINTS = 60.0
-"""Seconds between two levels that are read: rounded levels further apart say different things."""
+"""Seconds between two levels that are read: those nearer say nothing more."""
+_BEYOND = 1000.0
+"""More than any level, in per cent."""
 _FULL = 0.8
 """Share of the capacity above which charging may slow down."""
 _SHARE = 0.01
@@ -81,10 +83,18 @@ def _consumption(tracks: Tracks, per_cent: float) -> list[KeyEstimate]:
     begin = np.maximum.accumulate(np.where(first, np.arange(len(kind)), 0))
     age = (tracks.time - tracks.time[begin]) * seconds
     window = np.unique(np.stack([run, age // _WINDOW]), axis=1, return_inverse=True)[1].ravel()
-    tick = (age // _POINTS).astype(np.int64)
-    point = usable & (np.diff(tick, prepend=-1) != 0)
+    falls = np.flatnonzero(usable & ~first & _falls(np.where(usable, tracks.charge, 0.0), run))
+    ticks = np.stack([run[falls], age[falls] // _POINTS])
+    point = falls[np.append(True, (np.diff(ticks) != 0).any(axis=0))] if len(falls) else falls
     hours = np.array([float(tracks.before[kind == state].sum()) for state in range(len(_STATES))])
-    return _regressed(since[point], tracks.charge[point] * per_cent, window[point], hours)
+    fell = (since[point] + since[point - 1]) / 2  # anywhere between two messages
+    return _regressed(fell, tracks.charge[point] * per_cent, window[point], hours)
+
+
+def _falls(level: Floats, run: NDArray[np.int64]) -> NDArray[np.bool_]:
+    """Messages whose level is below all before in their run, the first among them: between others falls are exact."""
+    lowest = np.minimum.accumulate(level - _BEYOND * run)
+    return np.diff(lowest, prepend=0.0) < 0
 
 
 def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: Floats) -> list[KeyEstimate]:
@@ -98,7 +108,7 @@ def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: F
 
     matrix = np.stack([apart(column) for column in spent.T], axis=1)
     drop = -apart(level)
-    windows = int((count > 2).sum())  # noqa: PLR2004 - two levels for a line, one that may contradict
+    windows = int((count > 1).sum())
     keys = [f"battery.consumption.{state}" for state in _STATES]
     use = hours > _SHARE * hours.sum()
     if windows < len(_STATES) + FEWEST:
@@ -138,17 +148,35 @@ def _charge_rate(tracks: Tracks, per_cent: float) -> KeyEstimate:
     key = "battery.charge_rate"
     taper = tracks.model.battery.taper if tracks.model.battery is not None else None
     most = 100 * min(_FULL, taper.start if taper is not None else 1.0)
-    found = episodes(tracks, (tracks.action == CHARGE) & (tracks.charge < most))
-    first, last = found.first, found.last
-    time, gain = tracks.time[last] - tracks.time[first], tracks.charge[last] - tracks.charge[first]
+    begun, ended, gain = _between_steps(tracks, (tracks.action == CHARGE) & (tracks.charge < most) & tracks.joined)
+    time = ended.mean(axis=1) - begun.mean(axis=1)
     long = time * tracks.model.units.seconds > _POINTS
-    time, gain, n = time[long], gain[long] * per_cent, int(long.sum())
+    begun, ended, time, gain = begun[long], ended[long], time[long], gain[long] * per_cent
+    n = len(time)
     if n < 2:  # noqa: PLR2004 - they must be able to differ
         return unknown(key, f"{n} charges of more than a minute below {most:g} % are too few", n, "charges")
     rate = float(gain.sum() / time.sum())
-    rounding = n * (0.1 * per_cent) ** 2 / 6  # of two levels each, where the log has tenths of a per cent
-    spread = math.sqrt(max(float(((gain - rate * time) ** 2).sum()) * n / (n - 1), rounding))
+    blur = rate**2 * sum(float((np.diff(ends, axis=1) ** 2).sum()) / 12 for ends in (begun, ended))
+    spread = math.sqrt(max(float(((gain - rate * time) ** 2).sum()) * n / (n - 1), blur))
     half = t_quantile(n - 1) * spread / float(time.sum())
     if rate <= half:
         return unknown(key, "levels do not rise at chargers", n, "charges")
     return KeyEstimate(key, short(rate), rate, rate - half, rate + half, n, f"charges below {most:g} %")
+
+
+def _between_steps(tracks: Tracks, so: NDArray[np.bool_]) -> tuple[Floats, Floats, Floats]:
+    """From the first rise of the level in each stretch to the last: the bounds of both instants, and the gain.
+
+    A rounded level rises between two messages. The gain from one rise to another is exact, however it is rounded.
+    """
+    stretches = episodes(tracks, so)
+    begun, ended, gain = [], [], []
+    for first, last in zip(stretches.first.tolist(), stretches.last.tolist(), strict=True):
+        level = np.maximum.accumulate(tracks.charge[first : last + 1])
+        rises = np.flatnonzero(np.diff(level) > 0) + 1
+        if len(rises) > 1:
+            one, other = rises[0], rises[-1]
+            begun.append(tracks.time[[first + one - 1, first + one]])
+            ended.append(tracks.time[[first + other - 1, first + other]])
+            gain.append(level[other] - level[one])
+    return np.reshape(begun, (-1, 2)), np.reshape(ended, (-1, 2)), np.array(gain)

@@ -6,13 +6,14 @@ wrong with a log is counted in `Notes`, and the first bad rows are named.
 
 from __future__ import annotations
 
+import datetime as dt
 from array import array
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ReportError, got
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -25,6 +26,13 @@ NOTHING, PICK, DROP, CHARGE = range(4)
 ACTIONS = ("", "pick", "drop", "charge")
 FAR = 3600.0
 """A single time stamp that is later than its neighbours by so many seconds is wrong."""
+DAY = 86_400.0
+MOST_DAYS = 31
+"""Days of a log: each is simulated as long as it is."""
+_MOST_JUMPS = 0.25
+"""Share of the messages that wrong clocks may take away."""
+_MOST_DUPLICATES = 0.9
+_NEARLY_ALL = 0.9
 GAP = 2.5
 """Messages further apart than this multiple of the usual step have a gap between them."""
 
@@ -35,6 +43,7 @@ class Notes:
 
     `late` are messages that came after later ones of their robot and stand in order now. `jumps` are those left out
     as the robot's clock ran back, or ahead for a moment. `gaps` are times without messages, `missing` seconds in all.
+    `backwards`: the file has its newest message first.
     """
 
     rows: int = 0
@@ -45,6 +54,7 @@ class Notes:
     jumps: int = 0
     gaps: int = 0
     missing: float = 0.0
+    backwards: bool = False
 
     def refuse(self, place: str, why: str) -> None:
         """Count a bad row, and name it if it is among the first."""
@@ -57,6 +67,8 @@ class Notes:
         found = [*self.problems]
         if self.bad > len(self.problems):
             found.append(f"and {self.bad - len(self.problems):,} more bad rows")
+        if self.backwards:
+            found.append("the newest message stands first: read from the end")
         said = {
             "duplicates left out": self.duplicates,
             "messages that came late": self.late,
@@ -143,13 +155,18 @@ class Collector:
         columns: dict[str, Any] = {
             name: np.frombuffer(column, column.typecode) for name, column in self._columns.items()
         }
-        keep = np.arange(len(columns["time"])) if trips else _in_order(columns["robot"], columns["time"], notes)
-        columns = {name: column[keep] for name, column in columns.items()}
+        if not trips:
+            notes.backwards = _backwards(columns["robot"], columns["time"])
+            columns = {name: column[:: -1 if notes.backwards else 1] for name, column in columns.items()}
+            keep = _in_order(columns["robot"], columns["time"], notes)
+            self._check_left()
+            columns = {name: column[keep] for name, column in columns.items()}
         if trips:
             keep = np.lexsort((columns["time"], columns["robot"]))
             columns = {name: column[keep] for name, column in columns.items()}
         if (columns["load"] == UNSAID).all():
             columns["load"] = _carried(columns["robot"], columns["action"])
+        self._check_length(columns["time"], columns["robot"])
         begin, step = float(columns["time"].min()), 0.0
         if not trips:
             gaps = np.diff(columns["time"])[np.diff(columns["robot"]) == 0]
@@ -159,6 +176,41 @@ class Collector:
         columns["time"] = columns["time"] - begin
         table = pd.DataFrame({name: value == 1 if name in _LOGICAL else value for name, value in columns.items()})
         return FleetLog(self.name, table, tuple(self._robots), tuple(self._nodes), begin, step, notes)
+
+    def _check_left(self) -> None:
+        """Refuse a log most of which would be left out."""
+        notes, rows = self.notes, len(self._columns["time"])
+        for count, most, why, cure in (
+            (notes.jumps, _MOST_JUMPS, "clocks run back or ahead", "in order of time; sort the file by time stamp"),
+            (notes.duplicates, _MOST_DUPLICATES, "their robot has another of the same time", "with the time of each"),
+        ):
+            if count > most * rows:
+                raise ReportError(
+                    f"{self.name}: {count:,} of {rows:,} messages would be left out, as {why}; expected messages {cure}"
+                )
+
+    def _check_length(self, time: NDArray[np.float64], robot: NDArray[Any]) -> None:
+        """Refuse a log of many days, which is nearly always one of wrong clocks."""
+        first, last = int(time.argmin()), int(time.argmax())
+        days = float(time[last] - time[first]) / DAY
+        if days > MOST_DAYS:
+            names = list(self._robots)
+            ends = " to ".join(f"{_date(float(time[row]))} ({got(names[robot[row]])})" for row in (first, last))
+            raise ReportError(
+                f"{self.name}: {days:,.0f} days, {ends}, expected {MOST_DAYS} at most; split the file by days, or "
+                "leave out robots whose clocks are wrong"
+            )
+
+
+def _date(time: float) -> str:
+    return dt.datetime.fromtimestamp(time, dt.UTC).strftime("%Y-%m-%d")
+
+
+def _backwards(robot: NDArray[Any], time: NDArray[np.float64]) -> bool:
+    """Whether nearly all messages of robots come before the one above them."""
+    by_robot = np.argsort(robot, kind="stable")
+    steps = np.diff(time[by_robot])[np.diff(robot[by_robot]) == 0]
+    return bool((steps < 0).sum() > _NEARLY_ALL * len(steps[steps != 0]))
 
 
 def _in_order(robot: NDArray[Any], time: NDArray[np.float64], notes: Notes) -> NDArray[np.int64]:

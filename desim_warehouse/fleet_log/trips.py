@@ -35,10 +35,12 @@ def read_trips(path: Path) -> FleetLog:
                     raise ReportError(f"{path}: no column '{name}', expected {', '.join(COLUMNS)}{hint}")
             for row in rows:
                 try:
+                    if None in row.values() or None in row:
+                        raise ValueError(f"a row with other than {len(rows.fieldnames or ())} cells")  # noqa: TRY301
                     start, end = _time(row["start"]), _time(row["end"])
                     if end < start:
                         raise ValueError(f"it ends before it starts (got {got(row['end'])})")  # noqa: TRY301
-                except (ValueError, TypeError) as error:
+                except ValueError as error:
                     found.notes.refuse(f"{path}:{rows.line_num}", str(error))
                     continue
                 found.add(start, row["robot"], math.nan, math.nan, row["pick"], False, True, PICK, math.nan, False)

@@ -9,12 +9,13 @@ from __future__ import annotations
 import datetime as dt
 import json
 import math
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
 from desim_warehouse.errors import ReportError, got, reason
 from desim_warehouse.fleet_log.table import CHARGE, DROP, NOTHING, PICK, UNSAID, Collector, FleetLog
+from desim_warehouse.model.json_text import JsonError, value_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -22,6 +23,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.run import Run
 
+V = TypeVar("V")
 _KINDS = {"pick": PICK, "drop": DROP, "startCharging": CHARGE}
 _MILLISECONDS = 1e11
 """A number above this is a time in milliseconds since 1970, below in seconds."""
@@ -29,6 +31,15 @@ _FIRST_DAY = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)
 """When a run begins whose model names no date."""
 GAP_LENGTH = (20.0, 90.0)
 """Least and largest length of the gaps that are written, in seconds."""
+
+
+LONGEST = 1_000_000
+"""Bytes of a line that is read; a state message has some thousands."""
+_LAST_TIME = 4_102_444_800.0
+"""The year 2100, in seconds since 1970: later times are none."""
+_FAR_OFF = 1e9
+"""Positions have smaller figures."""
+_FULL = 100.0
 
 
 def read_messages(path: Path) -> FleetLog:
@@ -40,60 +51,108 @@ def read_messages(path: Path) -> FleetLog:
     found = Collector(str(path))
     try:
         with path.open("rb") as lines:
-            for number, line in enumerate(lines, 1):
+            for number, line in enumerate(iter(lambda: lines.readline(LONGEST + 1), b""), 1):
+                if len(line) > LONGEST:
+                    raise ReportError(
+                        f"{path}:{number}: a line of more than {LONGEST:,} bytes, expected a state message of VDA 5050 "
+                        "on each line"
+                    )
                 if not line.strip():
                     continue
                 try:
-                    _take(json.loads(line), found)
-                except (ValueError, TypeError, KeyError, AttributeError, OverflowError) as error:
-                    found.notes.refuse(f"{path}:{number}", _why(error))
+                    _take(value_of(line), found)
+                except JsonError as error:
+                    why = f"{error.where.removeprefix(':').strip()}: {error}" if error.expected else str(error)
+                    found.notes.refuse(f"{path}:{number}", f"{why}, expected {error.expected or _STATE}")
+                except ValueError as error:
+                    found.notes.refuse(f"{path}:{number}", str(error))
     except OSError as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a log") from error
     return found.log()
 
 
-def _why(error: Exception) -> str:
-    if isinstance(error, KeyError):
-        return f"no {error.args[0]!r}, which every state message has"
-    if isinstance(error, json.JSONDecodeError | UnicodeDecodeError):
-        return "no JSON object, expected a state message of VDA 5050"
-    return str(error)
+_STATE = "a state message of VDA 5050"
+_WORDS = {dict: "an object", list: "a list of objects", str: "text", bool: "true or false", float: "a number"}
 
 
-def _take(message: dict[str, Any], found: Collector) -> None:
-    position = message.get("agvPosition") or {}
-    loads, errors = message.get("loads"), message["errors"]
-    x, y = position.get("x", math.nan), position.get("y", math.nan)
+def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
+    """What stands at a key of a message; None: nothing. Raises ValueError for what is of another kind."""
+    value = section.get(key)
+    if value is None:
+        return None
+    fits = isinstance(value, kind)
+    if kind is float:
+        fits = isinstance(value, int | float) and not isinstance(value, bool)
+    if kind is list and fits:
+        fits = all(isinstance(one, dict) for one in value)
+    if not fits:
+        raise ValueError(f"{within}{key}: expected {_WORDS[kind]} (got {got(value)})")
+    return value  # type: ignore[no-any-return]
+
+
+def _needed(section: Any, key: str, kind: type[V], within: str = "") -> V:
+    value = _of(section, key, kind, within)
+    if value is None:
+        raise ValueError(f"no '{within}{key}', which every state message has")
+    return value
+
+
+def _figure(section: Any, key: str, within: str, low: float, high: float) -> float:
+    """A number, nan where there is none; raises ValueError for one that cannot be."""
+    value = _of(section, key, float, within)
+    if value is None:
+        return math.nan
+    if not low <= value <= high:
+        raise ValueError(f"{within}{key}: expected a number from {low:g} to {high:g} (got {got(value)})")
+    return value
+
+
+def _take(message: Any, found: Collector) -> None:
+    """Put a message into a log; raises ValueError for one that is no state message."""
+    if not isinstance(message, dict):
+        raise ValueError(f"expected {_STATE}, a JSON object (got {got(message)})")  # noqa: TRY004 - as for its parts
+    stamp = message.get("timestamp")
+    if stamp is None:
+        raise ValueError("no 'timestamp', which every state message has")
+    position = _of(message, "agvPosition", dict) or {}
+    x, y = (_figure(position, axis, "agvPosition.", -_FAR_OFF, _FAR_OFF) for axis in ("x", "y"))
     if position.get("positionInitialized") is False:
         x = y = math.nan
-    battery = message["batteryState"]
+    loads, errors = _of(message, "loads", list), _needed(message, "errors", list)
+    battery = _needed(message, "batteryState", dict)
     action = CHARGE if battery.get("charging") else NOTHING
-    for state in message["actionStates"]:
-        if state["actionStatus"] == "RUNNING":
-            action = _KINDS.get(state.get("actionType", ""), action)
+    for state in _needed(message, "actionStates", list):
+        if _needed(state, "actionStatus", str, "actionStates.") == "RUNNING":
+            action = _KINDS.get(_of(state, "actionType", str, "actionStates.") or "", action)
     found.add(
-        seconds(message["timestamp"]),
-        message["serialNumber"],
+        seconds(stamp),
+        _needed(message, "serialNumber", str),
         x,
         y,
-        message["lastNodeId"],
-        message["driving"] is True,
+        _needed(message, "lastNodeId", str),
+        _needed(message, "driving", bool),
         UNSAID if loads is None else bool(loads),
         action,
-        battery.get("batteryCharge", math.nan),
-        any(error["errorLevel"] == "FATAL" for error in errors),
+        _figure(battery, "batteryCharge", "batteryState.", 0.0, _FULL),
+        any(_needed(error, "errorLevel", str, "errors.") == "FATAL" for error in errors),
     )
 
 
-def seconds(stamp: str | float) -> float:
+def seconds(stamp: Any) -> float:
     """A time stamp in seconds since 1970; one without a zone is UTC, as the standard asks for."""
-    if isinstance(stamp, int | float):
-        return stamp / 1000 if stamp > _MILLISECONDS else float(stamp)
     try:
-        time = dt.datetime.fromisoformat(stamp)
-    except (ValueError, TypeError):
-        raise ValueError(f"timestamp: no time (got {got(stamp)}), expected one such as 2026-03-02T06:15:00Z") from None
-    return (time if time.tzinfo else time.replace(tzinfo=dt.UTC)).timestamp()
+        if isinstance(stamp, str):
+            time = dt.datetime.fromisoformat(stamp)
+            found = (time if time.tzinfo else time.replace(tzinfo=dt.UTC)).timestamp()
+        else:
+            found = stamp / 1000 if stamp > _MILLISECONDS else float(stamp)
+    except (ValueError, TypeError, OverflowError):
+        found = math.nan
+    if not 0 <= found < _LAST_TIME:
+        raise ValueError(
+            f"timestamp: no time from 1970 to 2099 (got {got(stamp)}), expected one such as 2026-03-02T06:15:00Z"
+        )
+    return found
 
 
 def messages(run: Run, *, noise: float = 0.0, gaps: float = 0.0, every: float = 1.0) -> Iterator[str]:

@@ -168,9 +168,6 @@ def _join_twins(graph: nx.DiGraph, beside: set[frozenset[str]]) -> None:
 
 
 def _place(graph: nx.DiGraph, number: int, item: Storage | NodeStorage) -> StoragePlace:
-    if isinstance(item, NodeStorage):
-        at = graph.nodes[item.node]
-        return StoragePlace(number, (item.node, item.node), 0.0, at["x"], at["y"], item.popularity)
-    bare = Layout(graph, (), {}, {})
-    x, y = bare.position(item.edge, item.offset)
-    return StoragePlace(number, item.edge, item.offset, x, y, item.popularity)
+    edge, offset = ((item.node, item.node), 0.0) if isinstance(item, NodeStorage) else (item.edge, item.offset)
+    x, y = Layout(graph, (), {}, {}).position(edge, offset)
+    return StoragePlace(number, edge, offset, x, y, item.popularity)

@@ -167,8 +167,10 @@ class Layout:
         return tuple(node for node, station in self.stations.items() if station.zone == name)
 
     def position(self, edge: Edge, offset: float) -> tuple[float, float]:
-        """The point `offset` length units along an edge drawn straight."""
+        """The point `offset` length units along an edge drawn straight; of a storage place at a node, that node."""
         source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
+        if source is target:
+            return source["x"], source["y"]
         part = offset / self.graph.edges[edge]["length"]
         return (
             source["x"] + part * (target["x"] - source["x"]),

@@ -7,7 +7,6 @@ no other page, and no name that leads here, can ask. Nothing is allowed to other
 from __future__ import annotations
 
 import asyncio
-import json
 import math
 import secrets
 from dataclasses import replace
@@ -24,6 +23,7 @@ from starlette.routing import Route
 from desim_warehouse.errors import CheckError, ModelError, StudyError, WarehouseError
 from desim_warehouse.live.desk import MOST_RUNS, Design, Desk, Listener
 from desim_warehouse.live.messages import Ask, Calculated, Message, ShareAsk, openapi
+from desim_warehouse.model.json_text import JsonError, value_of
 from desim_warehouse.report.text.words import scale
 from desim_warehouse.report.web import joined
 
@@ -260,12 +260,12 @@ async def _read(request: Request, kind: type[M]) -> M:
         if len(body) > MOST_BODY:
             raise HTTPException(413, f"body: longer than {MOST_BODY:,} bytes")
     try:
-        return kind.model_validate(json.loads(body))
+        return kind.model_validate(value_of(body))
     except ValidationError as error:
         said = [f"{'.'.join(map(str, one['loc'])) or 'body'}: {one['msg']}" for one in error.errors()[:5]]
         raise HTTPException(400, "\n".join(said)) from None
-    except (ValueError, RecursionError):
-        raise HTTPException(400, "body: not JSON") from None
+    except JsonError as error:
+        raise HTTPException(400, f"body{error.where}: {error}") from None
 
 
 def _number(text: str, name: str, *, whole: bool = False) -> float:

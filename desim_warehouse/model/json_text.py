@@ -15,6 +15,15 @@ if TYPE_CHECKING:
     from pathlib import Path
 
 
+class JsonError(ValueError):
+    """Text that is no JSON as strangers may send it: `where` in the text, "" for all of it, and what was `expected`."""
+
+    def __init__(self, said: str, where: str = "", expected: str | None = None) -> None:
+        super().__init__(said)
+        self.where = where
+        self.expected = expected
+
+
 def read_json(path: Path, content: bytes, expected: str, most: int = LIMITS["values"][0]) -> Any:
     """The value that a file holds.
 
@@ -27,6 +36,14 @@ def read_json(path: Path, content: bytes, expected: str, most: int = LIMITS["val
     Raises:
         ModelError: where it is not JSON, has too many values, or a key twice in an object.
     """
+    try:
+        return value_of(content, most)
+    except JsonError as error:
+        raise ModelError([f"{path}{error.where}: {error}, expected {error.expected or expected}"]) from None
+
+
+def value_of(content: bytes, most: int = LIMITS["values"][0]) -> Any:
+    """The value of a JSON text; raises JsonError, as for `read_json`."""
     doubled: list[tuple[dict[str, Any], str]] = []
     strange: list[str] = []
 
@@ -44,22 +61,24 @@ def read_json(path: Path, content: bytes, expected: str, most: int = LIMITS["val
     try:
         text = content.decode(json.detect_encoding(content))
         if sum(map(text.count, ",[{")) > most:
-            raise ModelError([f"{path}: too many values, expected {most:,} at most"])
+            raise JsonError("too many values", expected=f"{most:,} at most")  # noqa: TRY301 - said as the others
         value = json.loads(text.removeprefix("\ufeff"), object_pairs_hook=made, parse_constant=constant)
     except json.JSONDecodeError as error:
-        said = f"not JSON ({error.msg[:1].lower()}{error.msg[1:]}), expected {expected}"
-        raise ModelError([f"{path}:{error.lineno}:{error.colno}: {said}"]) from None
+        said = f"not JSON ({error.msg[:1].lower()}{error.msg[1:]})"
+        raise JsonError(said, f":{error.lineno}:{error.colno}") from None
     except RecursionError:
-        raise ModelError([f"{path}: too many lists or objects inside one another, expected {expected}"]) from None
+        raise JsonError("too many lists or objects inside one another") from None
+    except JsonError:
+        raise
     except ValueError as error:  # not text, or a number of thousands of digits
-        raise ModelError([f"{path}: not JSON ({reason(error)}), expected {expected}"]) from None
+        raise JsonError(f"not JSON ({reason(error)})") from None
     if doubled:
         item, key = doubled[-1]  # whatever is around it is read later, and has every key once
         where = _path(value, lambda one: one is item)
-        raise ModelError([f"{path}: {where}: key {key!r} given twice, expected once"])
+        raise JsonError(f"key {key!r} given twice", f": {where}", "once")
     if strange:
         where = _path(value, lambda one: isinstance(one, float) and math.isnan(one))
-        raise ModelError([f"{path}: {where}: not a number (got {strange[0]}), expected one"])
+        raise JsonError(f"not a number (got {strange[0]})", f": {where}", "one")
     return value
 
 

@@ -171,8 +171,9 @@ def _turn_storage(section: MutableMapping[str, Any], layout: Layout, closed: Con
     storage = section.get("storage", ())
     if isinstance(storage, dict):  # a file: its places are few words each, and other models may read it
         storage = section["storage"] = [
-            {"edge": list(place.edge), "offset": place.offset, "popularity": place.popularity}
+            ({"node": a} if a == b else {"edge": [a, b], "offset": place.offset}) | {"popularity": place.popularity}
             for place in layout.storage
+            for a, b in [place.edge]
         ]
     for item in storage:
         edge = tuple(item.get("edge", ()))

@@ -77,6 +77,18 @@ def test_goods_stay_where_they_are(file: Path) -> None:
         assert new.popularity == old.popularity
 
 
+def test_places_at_nodes_of_a_storage_file_stay_there(file: Path) -> None:
+    file.with_name("places.csv").write_text("node,from,to,offset\nE,,,\n,A,B,3\n,E,D,4\n", encoding="utf-8")
+    listed = FLOOR[FLOOR.index("  storage:") : FLOOR.index("  bays:")]
+    file.write_text(FLOOR.replace(listed, "  storage: {file: places.csv}\n"), encoding="utf-8")
+    out = file.with_name("one-way.yaml")
+    told("orient", str(file), "-o", str(out), "--runs", "0")
+    before, after = (dw.load(path).floor for path in (file, out))
+    assert after.storage[0].edge == ("E", "E")
+    for old, new in zip(before.storage, after.storage, strict=True):
+        assert (old.x, old.y) == (new.x, new.y)
+
+
 def test_a_model_is_oriented_in_python(file: Path) -> None:
     model = dw.orient(dw.load(file))
     assert dw.simulate(model).layout.two_way == [("E", "dock")]

@@ -17,7 +17,10 @@ ACTIONS = {"loading": "pick", "unloading": "drop", "charging": "startCharging"}
 
 @dataclass(frozen=True)
 class Radio:
-    """How a fleet reports: see above. `turned`: the angle of its axes; `scale`: of its unit of length."""
+    """How a fleet reports: see above. `turned`: the angle of its axes; `scale`: of its unit of length.
+
+    `digits`: of levels of charge.
+    """
 
     noise: float = 0.03
     jitter: float = 0.05
@@ -26,6 +29,7 @@ class Radio:
     turned: float = 0.3
     shift: tuple[float, float] = (12.0, -7.0)
     scale: float = 1.0
+    digits: int = 1
 
 
 def states_of(run, robot):
@@ -97,7 +101,10 @@ def write(run, path, seed=0, radio=Radio()):
                         "actionStates": [{"actionId": f"a{at}", "actionType": action, "actionStatus": "RUNNING"}]
                         if action
                         else [],
-                        "batteryState": {"batteryCharge": round(float(level[k]), 1), "charging": state == "charging"},
+                        "batteryState": {
+                            "batteryCharge": round(float(level[k]), radio.digits),
+                            "charging": state == "charging",
+                        },
                         "operatingMode": "AUTOMATIC",
                         "errors": [{"errorType": "motor", "errorLevel": "FATAL"}] if state == "broken" else [],
                         "safetyState": {"eStop": "NONE", "fieldViolation": False},

@@ -55,9 +55,89 @@ def test_bad_rows_are_named_twenty_at_most(tmp_path):
     bad = [message(1, timestamp="yesterday"), {"serialNumber": "R1"}, "not JSON", *["{"] * 30]
     notes = log_of(tmp_path, [message(0), message(1), *bad]).notes
     assert (notes.rows, notes.bad, len(notes.problems)) == (35, 33, 20)
-    assert "log.jsonl:3: timestamp: no time (got 'yesterday')" in notes.problems[0]
-    assert "log.jsonl:4: no 'actionStates'" in notes.problems[1] or "log.jsonl:4: no 'errors'" in notes.problems[1]
+    assert "log.jsonl:3: timestamp: no time from 1970 to 2099 (got 'yesterday')" in notes.problems[0]
+    assert "log.jsonl:4: no 'timestamp', which every state message has" in notes.problems[1]
     assert notes.lines()[20] == "and 13 more bad rows"
+
+
+STRANGE = {
+    "deep": ("[" * 100_000, "too many lists or objects inside one another, expected a state message of VDA 5050"),
+    "a list": ([], "expected a state message of VDA 5050, a JSON object (got []"),
+    "a number": (7, "expected a state message of VDA 5050, a JSON object (got 7)"),
+    "cut off": ('{"timestamp": 1', "not JSON (expecting ',' delimiter), expected a state message of VDA 5050"),
+    "a key twice": ('{"errors": [], "errors": []}', "the top level: key 'errors' given twice, expected once"),
+    "not a number": (message(2, agvPosition={"x": float("nan"), "y": 0.0}), "agvPosition.x: not a number (got NaN)"),
+    "far away": (message(2, agvPosition={"x": 1e300, "y": 0.0}), "agvPosition.x: expected a number from -1e+09 to"),
+    "a list for a position": (message(2, agvPosition=[1, 2]), "agvPosition: expected an object (got [1, 2])"),
+    "text for a position": (message(2, agvPosition={"x": "1,5"}), "agvPosition.x: expected a number (got '1,5')"),
+    "text for a truth": (message(2, driving="yes"), "driving: expected true or false (got 'yes')"),
+    "text for states": (message(2, actionStates="none"), "actionStates: expected a list of objects (got 'none')"),
+    "texts for errors": (message(2, errors=["motor"]), "errors: expected a list of objects (got [motor])"),
+    "a state without status": (message(2, actionStates=[{}]), "no 'actionStates.actionStatus', which every"),
+    "a number for a robot": (message(2, serialNumber=5), "serialNumber: expected text (got 5)"),
+    "charge": (
+        message(2, batteryState={"batteryCharge": 101}),
+        "batteryCharge: expected a number from 0 to 100 (got 101)",
+    ),
+    "a time beyond all": (message(2, timestamp=1e300), "timestamp: no time from 1970 to 2099 (got 1e+300)"),
+    "year 9999": (message(2, timestamp="9999-12-31T23:59:59Z"), "timestamp: no time from 1970 to 2099"),
+    "year 1": (message(2, timestamp="0001-01-01T00:00:00+14:00"), "timestamp: no time from 1970 to 2099"),
+    "no time": (message(2, timestamp=[1]), "timestamp: no time from 1970 to 2099 (got [1])"),
+    "no robot": (message(2, serialNumber=None), "no 'serialNumber', which every state message has"),
+}
+
+
+@pytest.mark.parametrize("name", STRANGE)
+def test_a_line_that_is_no_state_message_is_one_line_of_place_and_cure(tmp_path, name):
+    line, said = STRANGE[name]
+    log = log_of(tmp_path, [message(0), message(1), line, message(3)])
+    [problem] = log.notes.problems
+    assert f"log.jsonl:3: {said}" in problem or f"log.jsonl:3: batteryState.{said}" in problem
+    assert log.table["time"].tolist() == [0, 1, 3]
+
+
+def test_a_line_without_an_end_is_not_read_to_it(tmp_path):
+    with pytest.raises(
+        ReportError, match=r"log.jsonl:2: a line of more than 1,000,000 bytes, expected a state message"
+    ):
+        log_of(tmp_path, [message(0), "[" + "1," * 1_000_000])
+
+
+def test_a_log_with_its_newest_message_first_is_read_from_the_end(tmp_path):
+    lines = [message(second, robot, "AB"[second // 10 % 2]) for second in range(90) for robot in ("R1", "R2")]
+    there, back = log_of(tmp_path, lines), log_of(tmp_path, lines[::-1])
+    assert (back.notes.jumps, back.notes.late, back.begin) == (0, 0, there.begin)
+    assert back.notes.lines() == ["the newest message stands first: read from the end"]
+    assert sorted(zip(*(back.table[name] for name in ("time", "x")), strict=True)) == sorted(
+        zip(*(there.table[name] for name in ("time", "x")), strict=True)
+    )
+
+
+def test_a_log_in_no_order_is_refused_and_not_read_in_part(tmp_path):
+    seconds = np.random.default_rng(0).permutation(1000).tolist()
+    with pytest.raises(ReportError, match=r"of 1,000 messages would be left out, as clocks run back or ahead; .*sort"):
+        log_of(tmp_path, [message(second) for second in seconds])
+
+
+def test_a_log_whose_messages_all_have_one_time_is_refused(tmp_path):
+    with pytest.raises(ReportError, match="99 of 100 messages would be left out, as their robot has another of the"):
+        log_of(tmp_path, [message(0) for _ in range(100)])
+
+
+def test_a_robot_whose_clock_is_years_ahead_is_named(tmp_path):
+    ahead = [message(second, "R7", timestamp=f"2031-03-02T06:00:{second:02}Z") for second in range(30)]
+    said = r"1,826 days, 2026-03-02 \('?R1'?\) to 2031-03-02 \('?R7'?\), expected 31 at most; split"
+    with pytest.raises(ReportError, match=said):
+        log_of(tmp_path, [*map(message, range(30)), *ahead])
+
+
+def test_a_row_of_trips_without_all_cells_is_refused_in_words(tmp_path):
+    path = tmp_path / "trips.csv"
+    path.write_text("robot,pick,drop,start,end\nR1,A,B,10,70\nR1,A\nR1,A,B,80,90,100\nR1,A,B,80,1e300\n")
+    short, long, late = read_log(path).notes.problems
+    assert short.endswith("trips.csv:3: a row with other than 5 cells")
+    assert long.endswith("trips.csv:4: a row with other than 5 cells")
+    assert "trips.csv:5: timestamp: no time from 1970 to 2099 (got 1e+300)" in late
 
 
 def test_a_log_without_a_good_row_is_refused(tmp_path):
