@@ -51,7 +51,7 @@ def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[F
     yield from _spread(model)
     if model.battery is not None:
         yield from of_kinds.warnings(model, layout, found.power)
-    yield from unused.warnings(model)
+    yield from unused.warnings(model, layout)
     yield from magnitudes.warnings(model, found)
     yield from clashes.warnings(model)
     yield from crowds.warnings(model, found)

@@ -23,7 +23,7 @@ from desim_warehouse.study.fleet.utilisation import indicators_of, utilisation
 from desim_warehouse.study.limits import SCOUTS
 from desim_warehouse.study.procedures import cannot_last
 from desim_warehouse.study.study import Study, under
-from desim_warehouse.study.target import read_target
+from desim_warehouse.study.target import check_zone, read_target
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -281,7 +281,7 @@ def plan_fleet(
         where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
 
     Raises:
-        StudyError: a bad target, demand that cannot grow, a run that failed, too few runs to search.
+        StudyError: a bad target or zone, demand that cannot grow, a run that failed, too few runs to search.
 
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
     """
@@ -314,6 +314,7 @@ def _indifference(goal: Target, zone: float | None) -> float:
     """The indifference zone of a target, at most half of what is possible beyond it."""
     if zone is None:
         zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
+    check_zone(goal.indicator, zone, goal.value)
     least, largest = within(goal.indicator)
     return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
 
