@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -144,6 +145,16 @@ class Blocks(Part):
         "ring",
         description="ring: outer aisles clockwise, inner ones alternating; alternating; or by hand",
     )
+
+    @field_validator("directions", mode="before")
+    @classmethod
+    def _one_way(cls, directions: Any) -> Any:
+        if isinstance(directions, str) and re.fullmatch(r"(two|both|bi).*", directions.lower()):
+            cure = (
+                "'ring' or 'alternating'; two-way lanes are given as layout.nodes and layout.edges with two_way: true"
+            )
+            raise wrong(f"the aisles of blocks are one-way (got {got(directions)}), expected {cure}")
+        return directions
 
     @property
     def places(self) -> int:

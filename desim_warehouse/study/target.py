@@ -5,12 +5,16 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import INDICATORS, find, look_up
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import MOST_ZONE
-from desim_warehouse.values.units import UnitNames, quantity
+from desim_warehouse.values.units import SECONDS, UnitNames, quantity
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
 
 _WITH_UNIT = re.compile(r"(?P<bound>.*[<>=≥≤]\s*)(?P<number>[+-]?[\d.]+)\s*(?!e[+-]?\d)(?P<unit>[A-Za-z%/].*?)\s*")
 _KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}
@@ -60,6 +64,20 @@ def check_zone(indicator: str, zone: float, aim: float | None = None) -> None:
     least = f"{most:.0%}" if share else f"{most:g}, a fifth of the target"
     meant = f"; did you mean {zone:g} %?" if share and 0 < zone <= 100 * MOST_ZONE else ""
     raise StudyError(f"indifference zone {said} of {indicator}: expected at most {least}{meant}")
+
+
+def too_short(text: str, model: Model) -> str:
+    """What is wrong with a target for cycle times that no task can meet, as its handling takes longer; else nothing."""
+    goal, units = read_target(text, model.units.names), model.units
+    handled = model.tasks.mean_load + model.tasks.mean_unload
+    if "cycle_time_" not in goal.indicator or goal.indicator.endswith("cv") or goal.sign > 0 or goal.value >= handled:
+        return ""
+    times = ((name, float(SECONDS[name]) / units.seconds) for name in ("min", "h"))
+    meant = next((f"; did you mean {goal.value:g} {name}?" for name, size in times if goal.value * size > handled), "")
+    return (
+        f"target {text!r}: {goal.value:g} {units.time}, and loading and unloading alone take {handled:g}, so no fleet "
+        f"meets it{meant}"
+    )
 
 
 def _right_way_round(text: str, goal: statistics.Target) -> None:
