@@ -139,14 +139,56 @@ def first_of(names: Sequence[str], most: int) -> str:
     return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
+_ALSO_CALLED = {
+    "service_level": ("on_time",),
+    "punctuality": ("on_time",),
+    "late": ("tardiness_mean", "on_time"),
+    "makespan": ("T",),
+    "lead_time": ("cycle_time_mean", "cycle_time_p95"),
+    "throughput_time": ("cycle_time_mean",),
+    "costs": ("annual_cost",),
+    "closest": ("nearest",),
+    "fifo": ("in-order",),
+    "first_come": ("in-order",),
+    "edd": ("earliest-due",),
+    "due_date": ("earliest-due", "due_within"),
+    "deadline": ("due_within", "due_at"),
+    "dijkstra": ("shortest",),
+    "shortest_path": ("shortest",),
+    "duration": ("length", "stay", "lasts"),
+    "count": ("size", "count"),
+    "number": ("size", "count"),
+    "robots": ("size", "fleet"),
+    "velocity": ("speed",),
+    "width": ("radius", "aisle_width"),
+    "diameter": ("radius",),
+    "mtbf": ("every",),
+    "mttr": ("repair",),
+    "pick_time": ("load_time",),
+    "drop_time": ("unload_time",),
+    "orders_per_hour": ("poisson", "per_hour"),
+    "slots": ("places",),
+    "pickers": ("workers", "servers"),
+}
+"""What people call things that have another name here; the first one that there is where it is said is meant."""
+
+
 def nearest(word: str, words: Iterable[str]) -> str | None:
-    """The word most like the given one, if any is."""
-    lower = {known.lower(): known for known in words}
-    near = difflib.get_close_matches(word.lower(), lower, n=1, cutoff=_ALIKE)
-    if near:
-        return lower[near[0]]
-    longer = [known for known in lower if len(word) >= _LONG and known.startswith(word.lower())]
-    return lower[longer[0]] if longer else None
+    """The word that was probably meant: another name for the same, the one most like it, or one that has it in it."""
+    lower = {_plain(known): known for known in words}
+    said = _plain(word)
+    near = [*(_plain(name) for name in _ALSO_CALLED.get(said, ()) if _plain(name) in lower)]
+    near = near or difflib.get_close_matches(said, lower, n=1, cutoff=_ALIKE)
+    if not near and len(word) >= _LONG:
+        near = [known for known in lower if known.startswith(said)] or [
+            known for known in lower if said in known.split("_")
+        ]
+    return lower[near[0]] if near else None
+
+
+def _plain(word: str) -> str:
+    """A name whatever its case, and with one sign between its parts."""
+    return word.lower().replace("-", "_").replace(" ", "_")
 
 
 def got(value: Any) -> str:

@@ -37,6 +37,14 @@ def warn(
     return None if found is None else [{"code": item.code, "text": item.problem} for item in found]
 
 
+def warn_of_target(text: str | None, model: Model) -> None:
+    """Say on standard error what no fleet can meet."""
+    from desim_warehouse.study.target import too_short
+
+    if text is not None and (said := too_short(text, model)):
+        click.echo(f"warning: {said}", err=True)
+
+
 def _line(found: list[Finding] | None) -> str:
     if found is None:
         return f"warnings by hand: left out, as the hand calculation takes more than {MOST_TIME:g} s"

@@ -25,7 +25,7 @@ _WORKED_OUT = "worked out by hand"
 @click.option("--chargers", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
 @click.option(
     "--due",
-    type=TimeIn("min"),
+    type=TimeIn("min", most=120),
     default="15min",
     show_default=True,
     metavar="TIME",

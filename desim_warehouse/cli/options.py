@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from pathlib import Path
@@ -92,8 +93,9 @@ class TimeIn(click.ParamType[float]):
 
     name = "time"
 
-    def __init__(self, unit: str) -> None:
-        self.unit = unit
+    def __init__(self, unit: str, most: float = math.inf) -> None:
+        """`most`: a larger number without a unit is asked about."""
+        self.unit, self.most = unit, most
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         """The time in the unit of the option."""
@@ -107,6 +109,8 @@ class TimeIn(click.ParamType[float]):
             self.fail(str(error), param, ctx)
         if not time > 0:
             self.fail(f"{value} is not above 0", param, ctx)
+        if time > self.most and value.strip()[-1:].isdecimal():
+            click.echo(f"warning: {value} is {value} {self.unit}; for seconds write {value}s", err=True)
         return time
 
 

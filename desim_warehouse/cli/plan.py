@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.by_hand import warn
+from desim_warehouse.cli.by_hand import warn, warn_of_target
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -99,6 +99,7 @@ def command(
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, question.assignments, as_json=as_json)
+    warn_of_target(target, loaded)
     began = monotonic()
     ranges = _ranges(uncertain, loaded)
     with interruptible(None, execution.kept):

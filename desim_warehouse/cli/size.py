@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.best import show_best
-from desim_warehouse.cli.by_hand import warn
+from desim_warehouse.cli.by_hand import warn, warn_of_target
 from desim_warehouse.cli.options import load_model
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -84,6 +84,7 @@ def command(
     if target is None and search is not None:
         raise click.UsageError("--search is for a --target: without one every value is looked at")
     warn(study.plan.base, model, question.assignments)
+    warn_of_target(target, study.plan.base)
     if target is None:
         with interruptible(study, execution.kept):
             best = most(study, share=ALIKE, first=first, cap=cap, **execution.where())

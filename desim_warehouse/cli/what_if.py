@@ -6,7 +6,7 @@ from typing import Any
 
 import click
 
-from desim_warehouse.cli.by_hand import warn
+from desim_warehouse.cli.by_hand import warn, warn_of_target
 from desim_warehouse.cli.options import with_indicator
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -82,6 +82,7 @@ def command(
     )
     refuse_page(page, study.plan)
     warn(study.plan.base, model, question.assignments)
+    warn_of_target(target, study.plan.base)
     with interruptible(study, execution.kept):
         study.run(**execution.where())
     show_summary(study.results, indicators)

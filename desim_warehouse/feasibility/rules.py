@@ -28,6 +28,8 @@ LARGEST, SMALLEST = 2000.0, 2.0
 """Sides of a floor in metres between which warehouses lie."""
 FEW = 30
 """A run should be long enough for more tasks than this."""
+SHORTEST = 1500.0
+"""Seconds: a run without end that is counted for less shows no pattern of a day, and hardly a queue."""
 HOUR = 3600.0
 
 
@@ -51,7 +53,7 @@ def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[F
     yield from _spread(model)
     if model.battery is not None:
         yield from of_kinds.warnings(model, layout, found.power)
-    yield from unused.warnings(model)
+    yield from unused.warnings(model, layout)
     yield from magnitudes.warnings(model, found)
     yield from clashes.warnings(model)
     yield from crowds.warnings(model, found)
@@ -133,7 +135,8 @@ def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
         return
     counted = length - model.run.warm_up
     done = counted * min(found.capacity, math.inf if found.rate is None else found.rate)
-    if counted < 3 * found.cycle.time or (done < FEW and model.tasks.never_end):
+    few = done < FEW or (counted * units.seconds < SHORTEST and units.has_seconds and found.metre is not None)
+    if counted < 3 * found.cycle.time or (few and model.tasks.never_end):
         warm_up = f", of which {counted:g} are counted" if model.run.warm_up else ""
         yield Finding(
             "SHORT_RUN",

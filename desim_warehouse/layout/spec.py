@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -36,6 +37,7 @@ from desim_warehouse.values.fields import (
     NotNegative,
     Part,
     Speed,
+    Usual,
     Whole,
     at_most,
     by_type,
@@ -131,9 +133,11 @@ class Blocks(Part):
     rows: Count = Field(description="blocks one below the other")
     block_width: Annotated[int, Field(strict=True, ge=1, le=2)] = Field(2, description="goods across a block: 1 or 2")
     block_depth: Count = Field(description="goods in a block's depth")
-    goods_size: Length = Field(description="side of a good's square")
-    aisle_width: Length = Field(description="width of the aisles (columns)")
-    cross_aisle_width: Length | None = Field(None, description="width of the rows; default: aisle_width")
+    goods_size: Annotated[Length, Usual("10 cm", "10 m")] = Field(description="side of a good's square")
+    aisle_width: Annotated[Length, Usual("20 cm", "20 m")] = Field(description="width of the aisles (columns)")
+    cross_aisle_width: Annotated[Length | None, Usual("20 cm", "50 m")] = Field(
+        None, description="width of the rows; default: aisle_width"
+    )
     directions: Annotated[
         Annotated[Literal["alternating", "ring"], form("rule")] | Annotated[Directions, form("hand")],
         Forms("'ring', 'alternating', or a section with rows and columns", pick=by_type(rule=str, hand=SECTION)),
@@ -141,6 +145,16 @@ class Blocks(Part):
         "ring",
         description="ring: outer aisles clockwise, inner ones alternating; alternating; or by hand",
     )
+
+    @field_validator("directions", mode="before")
+    @classmethod
+    def _one_way(cls, directions: Any) -> Any:
+        if isinstance(directions, str) and re.fullmatch(r"(two|both|bi).*", directions.lower()):
+            cure = (
+                "'ring' or 'alternating'; two-way lanes are given as layout.nodes and layout.edges with two_way: true"
+            )
+            raise wrong(f"the aisles of blocks are one-way (got {got(directions)}), expected {cure}")
+        return directions
 
     @property
     def places(self) -> int:
@@ -431,9 +445,16 @@ class StationSpec(PlacesSpec):
         "finish",
         description="what has begun when it closes is finished, or pauses until it opens again",
     )
-    load_time: Varying | None = Field(None, description="loading there; default: that of the flow or of tasks")
-    unload_time: Varying | None = Field(None, description="unloading there; default: that of the flow or of tasks")
-    work_time: Varying | None = Field(None, description="work on each load unit that is put down there; default: none")
+    load_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(
+        None, description="loading there; default: that of the flow or of tasks"
+    )
+    unload_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(
+        None, description="unloading there; default: that of the flow or of tasks"
+    )
+    # one piece into a tote takes 2 s or more; a pallet is repacked in hours
+    work_time: Annotated[Varying | None, Usual("2 s", "8 h")] = Field(
+        None, description="work on each load unit that is put down there; default: none"
+    )
     workers: Count = Field(1, description="with work_time: load units worked on at a time, at each node")
     buffer: Count | None = Field(
         None,

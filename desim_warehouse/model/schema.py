@@ -56,12 +56,13 @@ from desim_warehouse.values.fields import (
     Quantity,
     Text,
     Time,
+    Usual,
     all_wrong,
     at_most,
     known,
     wrong,
 )
-from desim_warehouse.values.units import METRES, UnitNames
+from desim_warehouse.values.units import METRES, SECONDS, UnitNames
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -82,6 +83,11 @@ class Units(Part):
         return float(METRES[self.length]) if self.length in METRES else None
 
     @property
+    def has_seconds(self) -> bool:
+        """Whether it is known how long a time unit is: by its name, or given. A model in steps may not say."""
+        return self.time in SECONDS or self.seconds != 1
+
+    @property
     def names(self) -> UnitNames:
         """What quantities with units are converted to."""
         return UnitNames(self.length, self.time, self.seconds)
@@ -97,7 +103,7 @@ class Tasks(Part):
 
     goods: GoodsRule | None = Field(None, description="the goods to fetch, one by one or drawn; this or flows")
     flows: Named[FlowSpec] = Field(FrozenMap(), description="instead of goods: what is brought from where to where")
-    demand: Annotated[Positive, Quantity("share")] = Field(
+    demand: Annotated[Positive, Quantity("share"), Usual(0.65, 10)] = Field(
         1.0,
         description="multiplies all rates of arrival, schedules, and resampled orders; what is always open stays so",
     )
@@ -113,9 +119,12 @@ class Tasks(Part):
         "each",
         description="each: one for all or one each, of flows the nearest; else any of several, chosen for every task",
     )
-    load_time: Varying = Field(description="at the storage place")
-    unload_time: Varying = Field(description="at the station")
-    clear_time: Time = Field(0.0, description="after unloading, before driving on; the next task is assigned before it")
+    # a roller takes over a tote in 1 s; from an hour on it is LONG_HANDLING
+    load_time: Annotated[Varying, Usual("1 s")] = Field(description="at the storage place")
+    unload_time: Annotated[Varying, Usual("1 s")] = Field(description="at the station")
+    clear_time: Annotated[Time, Usual(0, "10 min")] = Field(
+        0.0, description="after unloading, before driving on; the next task is assigned before it"
+    )
     done_when: Literal["delivered", "worked"] = Field(
         "worked",
         description="when a load is done, for due times and cycle times: delivered, or (worked) also worked on, where "
@@ -225,7 +234,9 @@ class Tasks(Part):
 class RunSpec(Part):
     """How long a run lasts; lifelong demand needs a length."""
 
-    length: Duration | None = Field(None, title="run length", description="default: until all work is done")
+    length: Annotated[Duration | None, Usual("1 min", "400 d")] = Field(
+        None, title="run length", description="default: until all work is done"
+    )
     start: Text = Field(
         "00:00",
         title="start of the run",
@@ -277,25 +288,39 @@ class Cost(Part):
     collisions: NotNegative = Field(1.0, title="weight of collisions", description="w_c, for each collision")
 
 
+BY_YEAR = "what it costs to buy, divided by the years of use, in whole units of the currency"
+# small robots cost 2,000 to buy and last ten years; for the upper end see PRICE_A_YEAR
+ROBOT_PRICE = Usual(100, price=True, cure=BY_YEAR)
+
+
 class Prices(Part):
     """What running the warehouse costs, in any one currency: for annual_cost and cost_per_task."""
 
     currency: Name | None = Field(None, description="its name, such as EUR, for sums on pages and in sentences")
-    hours: Positive = Field(title="hours a year", description="hours a year that the warehouse runs as in this model")
-    robot: NotNegative = Field(
+    # a shift a week is 400 hours a year, a leap year 8,784
+    hours: Annotated[Positive, Usual(200, 8784, cure="all year are 8,760 hours, a shift of 8 h on 250 days 2,000")] = (
+        Field(title="hours a year", description="hours a year that the warehouse runs as in this model")
+    )
+    robot: Annotated[NotNegative, ROBOT_PRICE] = Field(
         0.0, title="price of a robot", description="a robot, per year: price / years of use, and maintenance"
     )
-    kinds: Named[NotNegative] = Field(
+    kinds: Annotated[Named[NotNegative], ROBOT_PRICE] = Field(
         FrozenMap(), title="price of a robot", description="robots of a kind, per year; default: robot"
     )
-    charger: NotNegative = Field(0.0, title="price of a charger", description="a charger, per year")
+    charger: Annotated[NotNegative, Usual(20, price=True, cure=BY_YEAR)] = Field(
+        0.0, title="price of a charger", description="a charger, per year"
+    )
     energy: NotNegative = Field(0.0, title="price of energy", description="a unit of the energy that robots draw")
-    station_hour: NotNegative = Field(
+    station_hour: Annotated[
+        NotNegative, Usual(2, 300, price=True, cure="of an hour: wages a year divided by the hours worked")
+    ] = Field(
         0.0,
         title="price of a station hour",
         description="an hour of a server of a station that is open, and of a worker there",
     )
-    late_order: NotNegative = Field(
+    late_order: Annotated[
+        NotNegative, Usual(0.01, 1000, price=True, cure="of one order, not of a year or of all of them")
+    ] = Field(
         0.0,
         title="price of a late order",
         description="an order delivered late, or due and not delivered; without orders from a file a task",

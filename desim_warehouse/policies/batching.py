@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated
 
 from desim_warehouse.policies.protocols import TaskBatch
-from desim_warehouse.values.fields import Unit
+from desim_warehouse.values.fields import Unit, Usual
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator, Sequence
@@ -64,7 +64,7 @@ class TimeWindow:
     carries. `by`: flow, only tasks of one flow.
     """
 
-    window: Annotated[float, Unit("time")]
+    window: Annotated[float, Unit("time"), Usual("5 s", "2 h")]
     size: int | None = None
     by: str | None = None
 

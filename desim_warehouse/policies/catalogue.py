@@ -142,11 +142,16 @@ def quantities_of(kind: str, name: str) -> dict[str, str]:
 
     Of the user's own nothing is known before its code is run.
     """
+    return {key: note.kind for key, note in notes_of(kind, name) if hasattr(note, "kind")}
+
+
+@lru_cache(maxsize=64)
+def notes_of(kind: str, name: str) -> tuple[tuple[str, Any], ...]:
+    """What stands beside the types of the parameters of a policy of ours: kinds of units, and what is usual."""
     if name not in OURS[kind]:
-        return {}
+        return ()
     hints = get_type_hints(_find(kind, name), include_extras=True)
-    notes = [(key, note) for key, hint in hints.items() for note in getattr(hint, "__metadata__", ())]
-    return {key: note.kind for key, note in notes if hasattr(note, "kind")}
+    return tuple((key, note) for key, hint in hints.items() for note in getattr(hint, "__metadata__", ()))
 
 
 def reads_threshold(name: str, parameters: Mapping[str, Any]) -> bool:

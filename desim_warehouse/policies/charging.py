@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Annotated, ClassVar
 
 from desim_warehouse.policies.protocols import CHARGERS, Levels, RobotView
-from desim_warehouse.values.fields import Unit
+from desim_warehouse.values.fields import Unit, Usual
 
 ShareOfCapacity = Annotated[float, Unit("share")]
 
@@ -138,7 +138,7 @@ class Swap:
     capacity at which a robot goes to swap. `margin`: share to be left after a task on reaching a charger.
     """
 
-    time: Annotated[float, Unit("time")]
+    time: Annotated[float, Unit("time"), Usual("5 s", "1 h")]
     level: ShareOfCapacity = 0.2
     margin: ShareOfCapacity = 0.1
     charger: str = "nearest"

@@ -12,7 +12,7 @@ from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.statistics.procedure import request
-from desim_warehouse.study.target import read_target
+from desim_warehouse.study.target import check_zone, read_target
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -77,6 +77,8 @@ def best(
     find(indicator)
     if delta is not None and not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
+    if delta is not None:
+        check_zone(indicator, delta)
     more = more_is_better(indicator) if maximise is None else maximise
     zone = {"share": ZONE} if delta is None else {"delta": delta}
     return _race(study, indicator, more, first, cap, where, **zone)

@@ -2,13 +2,19 @@
 
 from __future__ import annotations
 
+import math
 import re
 from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.indicators import INDICATORS, find, look_up
 from desim_warehouse.study import statistics
-from desim_warehouse.values.units import UnitNames, quantity
+from desim_warehouse.study.limits import MOST_ZONE
+from desim_warehouse.values.units import SECONDS, UnitNames, quantity
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
 
 _WITH_UNIT = re.compile(r"(?P<bound>.*[<>=≥≤]\s*)(?P<number>[+-]?[\d.]+)\s*(?!e[+-]?\d)(?P<unit>[A-Za-z%/].*?)\s*")
 _KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}
@@ -35,7 +41,55 @@ def read_target(text: str, units: UnitNames | None = None) -> statistics.Target:
     if find(goal.indicator).is_share and not 0 <= goal.value <= 1:
         meant = f"; did you mean {goal.value:g} %?" if not written and 1 < goal.value <= 100 else ""  # noqa: PLR2004
         raise StudyError(f"target {text!r}: {goal.indicator} is a share, expected a number from 0 to 1, or a %{meant}")
+    _right_way_round(text, goal)
     return replace(goal, unit=_unit(goal.indicator, units))
+
+
+def check_zone(indicator: str, zone: float, aim: float | None = None) -> None:
+    """Refuse an indifference zone in which nearly all designs lie.
+
+    Args:
+        indicator: its name.
+        zone: in the indicator's unit.
+        aim: the target; None: there is none, and only shares have a largest zone.
+
+    Raises:
+        StudyError: above a fifth of the target, or of all there is of a share.
+    """
+    share = find(indicator).is_share
+    most = MOST_ZONE if share else math.inf if aim is None else MOST_ZONE * abs(aim)
+    if zone <= most:
+        return
+    said = f"{zone:g} ({zone:.0%})" if share else f"{zone:g}"
+    least = f"{most:.0%}" if share else f"{most:g}, a fifth of the target"
+    meant = f"; did you mean {zone:g} %?" if share and 0 < zone <= 100 * MOST_ZONE else ""
+    raise StudyError(f"indifference zone {said} of {indicator}: expected at most {least}{meant}")
+
+
+def too_short(text: str, model: Model) -> str:
+    """What is wrong with a target for cycle times that no task can meet, as its handling takes longer; else nothing."""
+    goal, units = read_target(text, model.units.names), model.units
+    handled = model.tasks.mean_load + model.tasks.mean_unload
+    if "cycle_time_" not in goal.indicator or goal.indicator.endswith("cv") or goal.sign > 0 or goal.value >= handled:
+        return ""
+    times = ((name, float(SECONDS[name]) / units.seconds) for name in ("min", "h"))
+    meant = next((f"; did you mean {goal.value:g} {name}?" for name, size in times if goal.value * size > handled), "")
+    return (
+        f"target {text!r}: {goal.value:g} {units.time}, and loading and unloading alone take {handled:g}, so no fleet "
+        f"meets it{meant}"
+    )
+
+
+def _right_way_round(text: str, goal: statistics.Target) -> None:
+    """Refuse a target that is met by doing worse."""
+    better = find(goal.indicator).better
+    if better is None or (better == "more") == (goal.sign > 0):
+        return
+    turned = goal.sense.translate(str.maketrans("<>", "><"))
+    meant = text.replace("≤", "<=").replace("≥", ">=").replace(goal.sense, turned).strip()
+    raise StudyError(
+        f"target {text!r}: {better} {goal.indicator} is better, expected {turned}; did you mean {meant!r}?"
+    )
 
 
 def amount_of(indicator: str, text: str, units: UnitNames | None, where: str) -> float:

@@ -17,7 +17,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got, nearest, spoken
-from desim_warehouse.values.fields import SECTION, Duration, Forms, Name, Part, Time, form, known, wrong
+from desim_warehouse.values.fields import SECTION, Duration, Forms, Name, Part, Time, Usual, form, known, wrong
 
 Stretch = tuple[float, float]
 
@@ -113,9 +113,13 @@ class Shifts(Part):
 class Pattern(Part):
     """`every: 8 h, lasts: 30 min`: again and again from the start of the run."""
 
-    every: Duration = Field(description="from the beginning of one to the beginning of the next")
-    lasts: Duration = Field(description="how long each lasts")
-    first: Time = Field(0.0, description="when the first begins, from the start of the run")
+    every: Annotated[Duration, Usual("5 min", "366 d")] = Field(
+        description="from the beginning of one to the beginning of the next"
+    )
+    lasts: Annotated[Duration, Usual("1 min", "366 d")] = Field(description="how long each lasts")
+    first: Annotated[Time, Usual("1 min", instant=True)] = Field(
+        0.0, description="when the first begins, from the start of the run"
+    )
 
     @field_validator("lasts")
     @classmethod
@@ -138,7 +142,9 @@ class Pattern(Part):
 class Stretches(Part):
     """`between: [[2 h, 3 h], [5 h, 6 h]]`: these times of the run, and then no more."""
 
-    between: tuple[tuple[Time, Time], ...] = Field(min_length=1, description="[from, to], from the start of the run")
+    between: Annotated[tuple[tuple[Time, Time], ...], Usual("1 min", instant=True)] = Field(
+        min_length=1, description="[from, to], from the start of the run"
+    )
 
     @field_validator("between")
     @classmethod

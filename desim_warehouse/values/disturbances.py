@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field
 
 from desim_warehouse.errors import got
 from desim_warehouse.values.distributions import Varying, mean_of
-from desim_warehouse.values.fields import Part, Share, wrong
+from desim_warehouse.values.fields import Part, Share, Usual, wrong
 
 
 def _not_at_once(time: Varying) -> Varying:
@@ -24,12 +24,15 @@ Between = Annotated[Varying, AfterValidator(_not_at_once)]
 class BreakdownSpec(Part):
     """How often a robot breaks down, and how long it stands until it is repaired."""
 
-    every: Between = Field(
+    # AMRs run for some hundred hours between failures, worn fleets need help several times a shift
+    every: Annotated[Between, Usual("30 min", "1000 d")] = Field(
         title="time between breakdowns",
         description="time in operation between breakdowns: driving, loading and unloading, waits not counted",
     )
-    repair: Varying = Field(title="repair time", description="from a breakdown until the robot can go on")
-    clear: Varying | None = Field(
+    repair: Annotated[Varying, Usual("1 min", "3 d")] = Field(
+        title="repair time", description="from a breakdown until the robot can go on"
+    )
+    clear: Annotated[Varying | None, Usual("1 min", "1 d")] = Field(
         None,
         title="time until cleared",
         description="from a breakdown until the robot is off the lanes, where it is in nobody's way until it is "
@@ -40,11 +43,11 @@ class BreakdownSpec(Part):
 class OutageSpec(Part):
     """How often a charger fails, and how long until it is repaired."""
 
-    every: Between = Field(
+    every: Annotated[Between, Usual("30 min", "1000 d")] = Field(
         title="time between outages of a charger",
         description="from one repair to the next failure of a charger, in use or not",
     )
-    repair: Varying = Field(
+    repair: Annotated[Varying, Usual("1 min", "30 d")] = Field(
         title="repair time of a charger", description="from a failure of a charger until it is repaired"
     )
 
@@ -55,7 +58,9 @@ class DelaySpec(Part):
     share: Share = Field(
         title="share of nodes with a delay", description="the share of the nodes at which it loses time"
     )
-    time: Varying = Field(title="delay at a node", description="how much it loses there")
+    time: Annotated[Varying, Usual("0.1 s", "10 min")] = Field(
+        title="delay at a node", description="how much it loses there"
+    )
 
     def is_random(self, model: Any) -> bool:
         """Whether it is left to chance at which nodes time is lost, or how much."""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import math
 import re
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -13,7 +14,7 @@ from pydantic import AfterValidator, BaseModel, ConfigDict, Discriminator, Field
 from pydantic_core import CoreSchema, InitErrorDetails, PydanticCustomError, core_schema
 
 from desim_warehouse.errors import got
-from desim_warehouse.values.units import EXAMPLES, TABLE, UnitNames, converted
+from desim_warehouse.values.units import EXAMPLES, TABLE, UnitNames, converted, quantity
 
 if TYPE_CHECKING:
     from pydantic import ValidationInfo
@@ -143,6 +144,34 @@ class Quantity(Unit):
         units = "|".join(re.escape(unit) for unit in TABLE[self.kind]).replace("/", " ?/ ?")
         written = {"type": "string", "pattern": rf"^\s*[+-]?[\d.]+\s*({units})\s*$", "examples": [EXAMPLES[self.kind]]}
         return {"anyOf": [handler(core), written]}
+
+
+@dataclass(frozen=True)
+class Usual:
+    """Between which values a key usually lies in a warehouse; beyond them `desim check` asks about its unit.
+
+    It stands beside the type of the key, and rules out what is hardly ever meant, not what is rare. 0 is always usual.
+
+    Args:
+        low: as a model says it: `1 min`, or 0.5 where the key has no unit.
+        high: the same.
+        instant: it is a time of the run; of several the last is looked at, as the first may be at the very start.
+        price: it is in a currency, which is worth about as much as EUR.
+        cure: what is probably meant, where a unit does not say it.
+    """
+
+    low: float | str
+    high: float | str = math.inf
+    instant: bool = False
+    price: bool = False
+    cure: str = ""
+
+    def between(self, kind: str) -> tuple[float, float]:
+        """Both as numbers, in seconds and metres."""
+        low, high = (
+            quantity(value, kind, UnitNames()) if isinstance(value, str) else value for value in (self.low, self.high)
+        )
+        return low, high
 
 
 Time = Annotated[NotNegative, Quantity("time")]

@@ -171,6 +171,12 @@ def _due(model: Model) -> Iterator[Finding]:
             yield Finding(
                 "NEVER_LATE", f"tasks.flows.{name}.due_at", text, f"times in {unit} from the start of the run"
             )
+        elif flow.due_at and flow.never_ends and max(flow.due_at) < run.end / 2:
+            text = (
+                f"tasks come until {amount(run.end)} {unit}, and those after {amount(max(flow.due_at))} are never due"
+            )
+            cure = f"times in {unit} from the start of the run, on to its end"
+            yield Finding("NEVER_LATE", f"tasks.flows.{name}.due_at", text, cure)
 
 
 # What may be meant

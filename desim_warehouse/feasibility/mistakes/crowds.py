@@ -14,6 +14,11 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
 
+BESIDE = 0.1
+"""Metres on either side of a robot in an aisle, at least: where people walk, rules ask for half a metre."""
+EPS = 1e-9
+
+
 def warnings(model: Model, found: HandCalculation) -> Iterator[Finding]:
     """What cannot all be used at once."""
     fleet, batching = model.fleet, model.policies.batching
@@ -25,8 +30,23 @@ def warnings(model: Model, found: HandCalculation) -> Iterator[Finding]:
     if isinstance(size, int) and not batching.own and size > most > 1:
         text = f"tours of {size} loads, and a robot carries {most}: tours have {most}"
         yield Finding("MORE_THAN_FIT", "policies.batching.size", text, "fleet.robot.capacity, or a smaller size")
+    yield from _aisles(model, found)
     yield from _chargers(model)
     yield from _pace(model)
+
+
+def _aisles(model: Model, found: HandCalculation) -> Iterator[Finding]:
+    """Aisles that are hardly wider than a robot."""
+    blocks = model.layout.blocks
+    if blocks is None or found.metre is None:
+        return
+    width = 2 * max(robot.radius for robot in model.fleet.distinct())
+    for key in ("aisle_width", "cross_aisle_width"):
+        aisle = getattr(blocks, key)
+        if aisle is not None and width <= aisle < width + 2 * BESIDE / found.metre * (1 - EPS):
+            unit = model.units.length
+            text = f"an aisle is {aisle:g} {unit} wide, a robot {amount(width)} (2 x its radius)"
+            yield Finding("NARROW_AISLES", f"layout.blocks.{key}", text, "fleet.robot.radius is half of its width")
 
 
 def _chargers(model: Model) -> Iterator[Finding]:

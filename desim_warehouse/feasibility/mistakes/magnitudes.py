@@ -1,31 +1,23 @@
-"""Values outside the usual range of robots and warehouses, and the unit in which they would be usual."""
+"""Values that do not go together: two times, rates and what they fill, prices and what is paid for."""
 
 from __future__ import annotations
 
 import math
 from dataclasses import replace
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.batteries import MINUTE
+from desim_warehouse.feasibility.mistakes import unusual
+from desim_warehouse.feasibility.mistakes.unusual import with_unit
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.layout.spec import Blocks, StationSpec
 from desim_warehouse.model.facts.charging import levels, start_energy
 from desim_warehouse.model.facts.demand import order_files
 from desim_warehouse.model.facts.kinds import by_kind, said
-from desim_warehouse.model.schema import Prices, RunSpec, Tasks
-from desim_warehouse.model.sections.fleet import Fleet, Kind, RobotSpec
-from desim_warehouse.model.sections.flows import FlowSpec, Profile
-from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
-from desim_warehouse.model.sections.people import GiveWay, PeopleSpec
-from desim_warehouse.model.sections.policy import Policies
-from desim_warehouse.model.sections.traffic import SlowSpec, TrafficSpec
-from desim_warehouse.policies import catalogue
-from desim_warehouse.values.calendars import Pattern
 from desim_warehouse.values.distributions import Distribution, mean_of
 from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec, OutageSpec
-from desim_warehouse.values.fields import Part, parts_in
-from desim_warehouse.values.units import METRES, SECONDS
+from desim_warehouse.values.fields import parts_in
+from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -33,92 +25,40 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import HandCalculation
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Units
+    from desim_warehouse.model.sections.battery import BatterySpec
 
-HOUR, DAY = 3600.0, 86400.0
-
-
-class Usual(NamedTuple):
-    """Between which values a quantity usually lies, in seconds and metres; 0 and none given are usual, too."""
-
-    low: float
-    high: float
-    kind: str = "time"
-
-
-_ROBOT = {
-    "radius": Usual(0.05, 2.5, "length"),
-    "acceleration": Usual(0.05, 5, "acceleration"),
-    "deceleration": Usual(0.05, 10, "acceleration"),
-}
-_HANDLED = Usual(0.5, HOUR)
-_AT_LEAST = Usual(0.5, math.inf)  # of LONG_HANDLING there is a finding already
-_DUE = Usual(1, 7 * DAY)
-_FAILS = {"every": Usual(600, 1000 * DAY), "repair": Usual(10, 3 * DAY)}
-USUAL: dict[type[Part], dict[str, Usual]] = {
-    RobotSpec: {**_ROBOT, "margin": Usual(0, 2, "length")},
-    Kind: _ROBOT,
-    BreakdownSpec: _FAILS,
-    OutageSpec: _FAILS,
-    DelaySpec: {"time": Usual(0.1, 600)},
-    PeopleSpec: {"stay": Usual(2, 4 * HOUR), "per_hour": Usual(0, 2000, "")},
-    GiveWay: {"after": Usual(0.5, 600)},
-    Fleet: {"exit_time": Usual(0, 600), "first_exit_time": Usual(0, 600)},
-    TrafficSpec: {"node_time": Usual(0, 20), "turn_time": Usual(0, 30)},
-    SlowSpec: {"speed": Usual(0.05, 3, "speed")},
-    Policies: {"interval": Usual(0, 600)},
-    PoissonGoods: {"due_within": _DUE},
-    SaturatedGoods: {"due_within": _DUE},
-    FlowSpec: {"due_within": _DUE, "load_time": _HANDLED, "unload_time": _HANDLED, "stop_time": _HANDLED},
-    StationSpec: {"load_time": _HANDLED, "unload_time": _HANDLED, "work_time": Usual(0.5, 8 * HOUR)},
-    Profile: {"every": Usual(60, 7 * DAY)},
-    Pattern: {"every": Usual(60, 366 * DAY), "lasts": Usual(20, 366 * DAY)},
-    Tasks: {
-        "demand": Usual(0.01, 20, ""),
-        "load_time": _AT_LEAST,
-        "unload_time": _AT_LEAST,
-        "clear_time": Usual(0, 600),
-    },
-    RunSpec: {"length": Usual(60, 400 * DAY)},
-    Prices: {"hours": Usual(200, 8784, "hours a year")},
-    Blocks: {"goods_size": Usual(0.1, 10, "length"), "aisle_width": Usual(0.2, 20, "length")},
-}
-"""Keys by section."""
-_PARAMETERS = {"swap": {"time": Usual(5, HOUR)}, "time-window": {"window": Usual(0.1, 2 * HOUR)}}
-"""Parameters of policies, by the policy's name."""
-_CURES = {
-    "length": "units.length says what lengths are in",
-    "hours a year": "all year are 8,760, a shift of 8 h on 250 days 2,000",
-    "": "is it as large as that?",
-}
+HOUR = 3600.0
 MOST_CV = 3.0
 """Times of which the standard deviation is more than three times the mean are hardly ever seen."""
 LONGEST_BATTERY, LONGEST_CHARGE = 100 * HOUR, 16 * HOUR
 """A battery of robots lasts no longer at work, and takes no longer to charge."""
 FAST_CHARGE, MOST_TO_ONE = 300.0, 20.0
 """A battery that is full within these seconds lasts at most this many times as long."""
+SHORT_LIFE, LEAST_TO_ONE = 1800.0, 8.0
+"""What lasts for fewer seconds of work than this are capacitors, which are full in an eighth of that time or less."""
+MOST_LOST = 20.0
+"""Seconds that robots lose at a node on average, at most: they slip at a few nodes, for seconds."""
 ROBOT_A_YEAR, CHARGER_A_YEAR = 15_000.0, 8_000.0
 """More than that a year is rather what they cost to buy."""
+FULL_BATTERY = 10.0
+"""What a full battery costs at most in EUR or the like: 20 kWh or so."""
 
 
 def warnings(model: Model, found: HandCalculation) -> Iterator[Finding]:
     """What is unusual. Models whose unit of length is not known are of no certain size, and have none."""
     if found.metre is None:
         return
-    yield from _keys(model)
-    yield from _parameters(model)
+    yield from unusual.warnings(model)
     for place, part in parts_in(model, tuple(Distribution.__subclasses__())):
         assert isinstance(part, Distribution)
         if part.cv > MOST_CV:
             meant = f"; did you mean {part.cv / 100:g} ({part.cv:g} %)?" if MOST_CV < part.cv <= 100 else ""  # noqa: PLR2004
             text = f"a coefficient of variation of {amount(part.cv)}: most times would be far below the mean"
             yield Finding("UNUSUAL", place, text, f"it is standard deviation / mean, mostly 0.1 to 1{meant}")
-    for place, part in parts_in(model, (BreakdownSpec, OutageSpec)):
-        assert isinstance(part, BreakdownSpec | OutageSpec)
-        every, repair = mean_of(part.every), mean_of(part.repair)
-        if repair > every:
-            text = f"{amount(every)} {model.units.time} from one failure to the next, and {amount(repair)} to repair it"
-            yield Finding("UNUSUAL", place, text, f"times are in {model.units.time}")
+    yield from _disturbances(model)
+    yield from _handling(model)
+    yield from _kinds(model)
+    yield from _energy_price(model)
     yield from _warm_up(model, found)
     yield from _battery(model, found)
 
@@ -143,68 +83,42 @@ def notes(model: Model) -> Iterator[Finding]:
             )
 
 
-# Keys
+# Times
 
 
-def _keys(model: Model) -> Iterator[Finding]:
-    for place, part in parts_in(model, tuple(USUAL)):
-        usual = next(table for kind, table in USUAL.items() if isinstance(part, kind))
-        for key, between in usual.items():
-            value = getattr(part, key)
-            if value is not None:
-                yield from _unusual(f"{place}.{key}", mean_of(value), between, model.units)
+def _disturbances(model: Model) -> Iterator[Finding]:
+    """Repairs that outlast what they mend, and delays that are most of a day."""
+    unit = model.units.time
+    for place, part in parts_in(model, (BreakdownSpec, OutageSpec)):
+        assert isinstance(part, BreakdownSpec | OutageSpec)
+        every, repair = mean_of(part.every), mean_of(part.repair)
+        if repair > every:
+            text = f"{amount(every)} {unit} from one failure to the next, and {amount(repair)} to repair it"
+            yield Finding("UNUSUAL", place, text, f"times are in {unit}")
+        if isinstance(part, BreakdownSpec) and part.clear is not None and mean_of(part.clear) > repair:
+            text = f"it is cleared from the lanes after {amount(mean_of(part.clear))} {unit}, and repaired after "
+            cure = "clear: until it is off the lanes; repair: until it works again, both from the breakdown on"
+            yield Finding("UNUSUAL", f"{place}.clear", f"{text}{amount(repair)}", cure)
+    for place, part in parts_in(model, (DelaySpec,)):
+        assert isinstance(part, DelaySpec)
+        lost = part.share * mean_of(part.time)
+        if lost * model.units.seconds > MOST_LOST and model.units.has_seconds:
+            text = f"robots lose {amount(lost)} {unit} at every node on average: {part.share:.0%} of {part.time}"
+            if isinstance(part.time, Distribution):
+                text = f"robots lose {amount(lost)} {unit} at every node on average"
+            yield Finding("UNUSUAL", place, text, f"a smaller share of nodes, or a shorter time; times are in {unit}")
 
 
-def _parameters(model: Model) -> Iterator[Finding]:
-    for kind, spec in model.policies.specs().items():
-        for key, between in _PARAMETERS.get(spec.name, {}).items():
-            value = spec.params.get(key)
-            if isinstance(value, int | float) and key in catalogue.quantities_of(kind, spec.name):
-                yield from _unusual(f"policies.{kind}.{key}", float(value), between, model.units)
-
-
-def _unusual(place: str, value: float, usual: Usual, units: Units) -> Iterator[Finding]:
-    real = value * _si(usual.kind, units)
-    if value == 0 or usual.low <= real <= usual.high:
+def _handling(model: Model) -> Iterator[Finding]:
+    """Loading or unloading in no time, where nothing else says how long it takes."""
+    tasks, stations = model.tasks, model.layout.stations.values()
+    if not tasks.never_end:  # a list of tasks may be one of a benchmark of routes
         return
-    low = real < usual.low
-    meant = _meant(value, usual)
-    yield Finding(
-        "UNUSUAL",
-        place,
-        f"{_said(real, usual.kind)} is unusual: {'less' if low else 'more'} than "
-        f"{_said(usual.low if low else usual.high, usual.kind)}",
-        f"did you mean {meant}?" if meant else _CURES.get(usual.kind, f"times are in {units.time}"),
-    )
-
-
-def _si(kind: str, units: Units) -> float:
-    """Seconds or metres in a unit of a model."""
-    metre, second = units.metre or 1.0, units.seconds
-    return {"time": second, "length": metre, "speed": metre / second, "acceleration": metre / second**2}.get(kind, 1.0)
-
-
-def _meant(value: float, usual: Usual) -> str:
-    """The number with the units in which it would be usual."""
-    if usual.kind == "" and usual.low <= value / 100 <= usual.high:
-        return f"{value:g} %"
-    least = usual.low or usual.high / 40
-    table = {"time": SECONDS, "length": METRES}.get(usual.kind, {})
-    fits = [f"{value:g} {name}" for name, size in table.items() if least <= value * float(size) <= usual.high]
-    return spoken(fits[:2], "or") if fits else ""
-
-
-def _said(amount_of: float, kind: str) -> str:
-    """A quantity in seconds or metres with its unit; times in the largest that is whole or two at least."""
-    if kind != "time":
-        unit = {"length": " m", "speed": " m/s", "acceleration": " m/s²"}.get(kind, f" {kind}".rstrip())
-        return f"{amount_of:,g}{unit}"
-    sizes = [(unit, float(size)) for unit, size in reversed(SECONDS.items()) if unit != "ms"]
-    unit, size = next((one for one in sizes if amount_of == one[1] or amount_of >= 2 * one[1]), ("s", 1.0))
-    return f"{amount(amount_of / size)} {unit}"
-
-
-# Warm-up and batteries
+    for key in ("load_time", "unload_time"):
+        others = [*(getattr(flow, key) for flow in tasks.flows.values()), *(getattr(one, key) for one in stations)]
+        if mean_of(getattr(tasks, key)) == 0 and not any(others):
+            doing = key.removesuffix("_time")
+            yield Finding("UNUSUAL", f"tasks.{key}", f"robots {doing} in no time", f"a time such as {key}: 10 s")
 
 
 def _warm_up(model: Model, found: HandCalculation) -> Iterator[Finding]:
@@ -217,6 +131,36 @@ def _warm_up(model: Model, found: HandCalculation) -> Iterator[Finding]:
     if meant:
         text = f"{run.warm_up:g} {units.time}: one task takes {amount(found.cycle.time)} {units.time}"
         yield Finding("UNUSUAL", "run.warm_up", text, f"did you mean {run.warm_up:g} {meant[0]}?")
+
+
+# Totals
+
+
+def _kinds(model: Model) -> Iterator[Finding]:
+    """Kinds that are nearly the whole fleet: a few robots are left that are of none."""
+    fleet = model.fleet
+    counted = sum(kind.count for kind in fleet.kinds.values())
+    left = fleet.size - counted
+    if len(fleet.kinds) > 1 and 0 < left <= counted / 2:
+        text = (
+            f"{' + '.join(str(kind.count) for kind in fleet.kinds.values())} of fleet.size, {fleet.size}: "
+            f"{number_of(left, 'robot')} of no kind, as fleet.robot says"
+        )
+        yield Finding("KINDS_AND_SIZE", "fleet.kinds", text, f"fleet.size: {counted}, or counts that add up to it")
+
+
+def _energy_price(model: Model) -> Iterator[Finding]:
+    """A price for a unit of energy by which a full battery costs more than any does."""
+    prices, battery = model.prices, model.battery
+    if prices is None or battery is None or not unusual.comparable(prices.currency):
+        return
+    full = prices.energy * battery.capacity
+    if full > FULL_BATTERY:
+        text = f"a full battery of {amount(battery.capacity)} would cost {amount(full)}"
+        yield Finding("UNUSUAL", "prices.energy", text, "the price of one unit of battery.capacity, such as a Wh")
+
+
+# Batteries
 
 
 def _battery(model: Model, found: HandCalculation) -> Iterator[Finding]:
@@ -236,12 +180,15 @@ def _of_battery(model: Model, power: Power) -> Iterator[Finding]:
     seconds = model.units.seconds
     lasts, fills = power.lasts * seconds, battery.capacity / battery.charge_rate * seconds
     unit = f"capacity, consumption and charge_rate are in one unit of energy, the latter two per {model.units.time}"
+    work_and_charge = f"lasts {with_unit(lasts, 'time')} of work, and takes {with_unit(fills, 'time')} to charge"
     if LONGEST_BATTERY < lasts < math.inf or fills > LONGEST_CHARGE:
-        text = f"a full battery lasts {_said(lasts, 'time')} of work, and takes {_said(fills, 'time')} to charge"
-        yield Finding("BATTERY_RATES", "battery", text, unit)
+        yield Finding("BATTERY_RATES", "battery", f"a full battery {work_and_charge}", unit)
     elif MINUTE <= fills < FAST_CHARGE and lasts > MOST_TO_ONE * fills:
-        text = f"an empty battery is full in {_said(fills, 'time')}, and lasts {_said(lasts, 'time')} of work"
+        text = f"an empty battery is full in {with_unit(fills, 'time')}, and lasts {with_unit(lasts, 'time')} of work"
         yield Finding("BATTERY_RATES", "battery.charge_rate", text, unit)
+    elif lasts < SHORT_LIFE and lasts < LEAST_TO_ONE * fills:
+        yield Finding("BATTERY_RATES", "battery.consumption", f"a full battery {work_and_charge}", unit)
+    yield from _states(battery)
     known = levels(model)
     start = max(start_energy(model)) * battery.capacity
     if known is not None and start <= known.critical:
@@ -250,3 +197,17 @@ def _of_battery(model: Model, power: Power) -> Iterator[Finding]:
             f"{amount(known.critical)}: none works before it has charged"
         )
         yield Finding("START_LOW", "fleet.start_energy", text, "a share of the capacity, such as {uniform: [0.4, 1]}")
+
+
+def _states(battery: BatterySpec) -> Iterator[Finding]:
+    """States in which a robot draws less than in others that need less work."""
+    draws, place = battery.draws, "battery.consumption"
+    if not any((draws.standing, draws.empty, draws.loaded, draws.handling)):
+        text = "robots draw no energy at all, so none ever has to charge"
+        yield Finding("CHANGES_NOTHING", place, text, "what they draw, or a model without battery")
+    elif draws.loaded < draws.empty:
+        text = f"robots draw {draws.loaded:g} with a load, and {draws.empty:g} without"
+        yield Finding("BATTERY_RATES", f"{place}.loaded", text, f"at least as much as empty, {draws.empty:g}")
+    elif draws.standing > draws.empty:
+        text = f"robots draw {draws.standing:g} standing, and {draws.empty:g} driving"
+        yield Finding("BATTERY_RATES", f"{place}.standing", text, f"at most as much as empty, {draws.empty:g}")

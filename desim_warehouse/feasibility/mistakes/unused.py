@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.errors import spoken
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout.spec import BaySpec
 from desim_warehouse.model.facts.demand import order_files
@@ -24,7 +25,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.battery import BatterySpec
 
 
-def warnings(model: Model) -> Iterator[Finding]:
+def warnings(model: Model, layout: Layout) -> Iterator[Finding]:
     """Warnings on keys that were surely given for a purpose, and have no effect."""
     unnamed = _unnamed_calendars(model)
     if len(unnamed) == len(model.calendars):
@@ -33,6 +34,8 @@ def warnings(model: Model) -> Iterator[Finding]:
             yield Finding("CHANGES_NOTHING", f"calendars.{name}", text, f"hours: {name} where it should hold")
     yield from _priorities(model)
     yield from _by_order(model)
+    yield from _same_ends(model)
+    yield from _nothing_to_work_on(model, layout)
     if model.prices is not None and not (model.prices.any or model.prices.turned_aisle):
         text = "nothing has a price, so all costs are 0"
         yield Finding("CHANGES_NOTHING", "prices", text, "robot, charger, energy, station_hour or late_order")
@@ -40,6 +43,28 @@ def warnings(model: Model) -> Iterator[Finding]:
         if zone.speed >= model.fleet.fastest:
             text = f"no robot drives faster than {model.fleet.fastest:g} anyway"
             yield Finding("CHANGES_NOTHING", f"traffic.slow.{name}.speed", text, "a lower limit")
+
+
+def _nothing_to_work_on(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Stations with a time for work at which no load is ever put down."""
+    flows = model.tasks.flows.values()
+    if not flows or order_files(model):
+        return
+    ends = {node for flow in flows for route in flow.routes if isinstance(route.target, tuple) for node in route.target}
+    for name, station in model.layout.stations.items():
+        if station.work_time is not None and not {*layout.nodes_of(name)} & ends:
+            text = "no flow leads there (to), so nothing is put down there to be worked on"
+            yield Finding("CHANGES_NOTHING", f"layout.stations.{name}.work_time", text, f"to: {name}, not from")
+
+
+def _same_ends(model: Model) -> Iterator[Finding]:
+    """Flows that lead from nodes to themselves."""
+    for name, flow in model.tasks.flows.items():
+        for route in flow.routes:
+            if isinstance(route.source, tuple) and not flow.via and set(route.source) == set(route.target):
+                text = f"from {spoken(route.source)} to the same: loads stay where they are, or go to and fro"
+                yield Finding("SAME_ENDS", f"tasks.flows.{name}", text, "from: storage, or where loads really go (to)")
+                break
 
 
 def notes(model: Model, layout: Layout) -> Iterator[Finding]:

@@ -36,6 +36,7 @@ from desim_warehouse.values.fields import (
     Share,
     Speed,
     Time,
+    Usual,
     by_type,
     form,
     known,
@@ -53,22 +54,31 @@ LoadTypes = tuple[Name, ...]
 Keeps = Literal["distance", "braking"]
 
 
+GATHERS = Usual("0.05 m/s^2", "5 m/s^2")
+BRAKES = Usual("0.05 m/s^2", "10 m/s^2")
+"""Loads slip above 1 m/s² or so; 10 is an emergency stop."""
+
+
 class RobotSpec(Part):
     """A robot's size and speed."""
 
-    radius: Length = Field(description="half of its diameter")
+    radius: Annotated[Length, Usual("5 cm", "2.5 m")] = Field(description="half of its diameter")
     speed: Speed = Field(description="length units per time unit")
-    margin: Distance = Field(0.0, description="added to r_i + r_j: the distance at which robots stop")
+    margin: Annotated[Distance, Usual(0, "2 m")] = Field(
+        0.0, description="added to r_i + r_j: the distance at which robots stop"
+    )
     speed_loaded: Speed | None = Field(
         None,
         title="speed with a load",
         description="speed from the first load of a task or tour to the end of it; default: speed",
     )
-    acceleration: Acceleration | None = Field(
+    acceleration: Annotated[Acceleration | None, GATHERS] = Field(
         None,
         description="how it gathers speed, in length units per time unit squared; default: at once",
     )
-    deceleration: Acceleration | None = Field(None, description="how it brakes; default: as it accelerates")
+    deceleration: Annotated[Acceleration | None, BRAKES] = Field(
+        None, description="how it brakes; default: as it accelerates"
+    )
     keeps: Keeps = Field(
         "distance",
         title="distance kept",
@@ -116,15 +126,15 @@ class Kind(Part):
     """Some robots of the fleet that differ, in size, speed or load (the first `count`, then the next kind's)."""
 
     count: Annotated[Count, limited("robots")] = Field(title="number of robots", description="robots of this kind")
-    radius: Length | None = Field(None, description="default: fleet.robot.radius")
+    radius: Annotated[Length | None, Usual("5 cm", "2.5 m")] = Field(None, description="default: fleet.robot.radius")
     speed: Speed | None = Field(None, description="default: fleet.robot.speed")
     speed_loaded: Speed | None = Field(
         None,
         title="speed with a load",
         description="default: its own speed, if it has one, else fleet.robot.speed_loaded",
     )
-    acceleration: Acceleration | None = Field(None, description="default: fleet.robot.acceleration")
-    deceleration: Acceleration | None = Field(
+    acceleration: Annotated[Acceleration | None, GATHERS] = Field(None, description="default: fleet.robot.acceleration")
+    deceleration: Annotated[Acceleration | None, BRAKES] = Field(
         None,
         description="default: its own acceleration, if it has one, else fleet.robot.deceleration",
     )
@@ -227,8 +237,12 @@ class Fleet(Part):
     )
     robot: RobotSpec
     kinds: Named[Kind] = Field(FrozenMap(), description="robots that differ, by the name of their kind")
-    first_exit_time: Time = Field(0.0, description="from the start of a run to standing at the start node")
-    exit_time: Time = Field(0.0, description="from being sent out of a bay to standing at its node")
+    first_exit_time: Annotated[Time, Usual(0, "10 min")] = Field(
+        0.0, description="from the start of a run to standing at the start node"
+    )
+    exit_time: Annotated[Time, Usual(0, "10 min")] = Field(
+        0.0, description="from being sent out of a bay to standing at its node"
+    )
     start_energy: Annotated[
         Annotated[Share, form("number")]
         | Annotated[SpreadEnergy, form("spread")]

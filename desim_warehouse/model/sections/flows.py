@@ -19,6 +19,7 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
+from desim_warehouse.model.sections.goods import DUE
 from desim_warehouse.model.sections.popularity import PopularityRule, is_drawn
 from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours
 from desim_warehouse.values.distributions import Varying
@@ -37,6 +38,7 @@ from desim_warehouse.values.fields import (
     Share,
     Time,
     Unit,
+    Usual,
     at_most,
     by_type,
     form,
@@ -124,7 +126,7 @@ class Profile(Part):
     per_hour: tuple[HourlyRate, ...] = Field(
         min_length=1, title="tasks", description="tasks per hour, one rate after the other"
     )
-    every: Duration | None = Field(
+    every: Annotated[Duration | None, Usual("5 min", "7 d")] = Field(
         None, title="time for each rate", description="how long each rate lasts; default: an hour"
     )
 
@@ -149,7 +151,9 @@ class ProfileArrivals(Part):
 class Batch(Part):
     """Some tasks at one time, as a lorry brings or fetches them."""
 
-    at: Time = Field(title="release time", description="when they are released, from the start of the run")
+    at: Annotated[Time, Usual("1 min", instant=True)] = Field(
+        title="release time", description="when they are released, from the start of the run"
+    )
     tasks: Annotated[Count, limited("tasks")] = Field(1, description="how many")
 
 
@@ -192,7 +196,7 @@ class OrdersFile(Part):
     pieces_per_load: Count | None = Field(
         None, description="with quantity: pieces: how many fit on one load; default: all pieces of a row"
     )
-    resample: Duration | None = Field(
+    resample: Annotated[Duration | None, Usual("5 min", "7 d")] = Field(
         None,
         title="stretch of orders drawn anew",
         description="draw the orders of each stretch of this length anew from those in it: replications differ, and "
@@ -288,10 +292,12 @@ class FlowSpec(Part):
     arrivals: Arrivals | None = Field(
         None, description="when they are asked for; default for from_to: at random, at its rates"
     )
-    load_time: Varying | None = Field(None, description="default: tasks.load_time")
-    unload_time: Varying | None = Field(None, description="default: tasks.unload_time")
-    due_within: Duration | None = Field(None, title="time until due", description="due so long after release")
-    due_at: tuple[Time, ...] = Field(
+    load_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(None, description="default: tasks.load_time")
+    unload_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(None, description="default: tasks.unload_time")
+    due_within: Annotated[Duration | None, DUE] = Field(
+        None, title="time until due", description="due so long after release"
+    )
+    due_at: Annotated[tuple[Time, ...], Usual("1 min", instant=True)] = Field(
         (), title="times due", description="due at the next of these times, such as departures of lorries"
     )
     priority: Annotated[
@@ -305,7 +311,7 @@ class FlowSpec(Part):
     via: Annotated[tuple[NodeOrStation, ...], AfterValidator(_few_stops)] = Field(
         (), description="stops in between with the load, in order: nodes or names of stations"
     )
-    stop_time: Varying = Field(0.0, description="handling at each stop of via")
+    stop_time: Annotated[Varying, Usual("1 s", "1 h")] = Field(0.0, description="handling at each stop of via")
     hours: CalendarName | None = Field(
         None,
         description="hours, a calendar: tasks are asked for only then; what a schedule or a file asks for outside it "

@@ -20,6 +20,7 @@ from desim_warehouse.values.fields import (
     Part,
     Rate,
     Time,
+    Usual,
     Whole,
     by_type,
     form,
@@ -77,6 +78,10 @@ def _open_form(value: Any) -> str:
     return "\0fleet" if value == "fleet" else "\0number"
 
 
+DUE = Usual("1 s", "7 d")
+"""What is sooner than a robot can do it is DUE_TOO_SOON."""
+
+
 class SaturatedGoods(Part):
     """`saturated: n`: lifelong; n tasks are always open, a new one is released as one is taken."""
 
@@ -84,7 +89,9 @@ class SaturatedGoods(Part):
         Annotated[Count, limited("open"), form("number")] | Annotated[Literal["fleet"], form("fleet")],
         Forms("a whole number, or fleet", pick=_open_form),
     ] = Field(title="open tasks", description="number of open tasks; fleet: as many as there are robots")
-    due_within: Duration | None = Field(None, title="time until due", description="time from release to due")
+    due_within: Annotated[Duration | None, DUE] = Field(
+        None, title="time until due", description="time from release to due"
+    )
 
     def open(self, robots: int) -> int:
         """How many tasks are always open with a fleet of this size."""
@@ -99,7 +106,9 @@ class PoissonGoods(Part):
     """`poisson: n`: lifelong; tasks arrive at random, n per hour on average."""
 
     poisson: Annotated[Rate, limited("hourly")] = Field(title="tasks", description="tasks per hour")
-    due_within: Duration | None = Field(None, title="time until due", description="time from release to due")
+    due_within: Annotated[Duration | None, DUE] = Field(
+        None, title="time until due", description="time from release to due"
+    )
     hours: CalendarName | None = Field(
         None, description="hours, a calendar: tasks arrive only then; default: at all times"
     )

@@ -11,7 +11,7 @@ from desim_warehouse.errors import got
 from desim_warehouse.layout.spec import NodeName
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
-from desim_warehouse.values.fields import Part, Rate, Time, known, wrong
+from desim_warehouse.values.fields import Part, Rate, Time, Usual, known, wrong
 
 
 def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:
@@ -30,7 +30,7 @@ Aisle = Annotated[tuple[NodeName, ...], Field(min_length=1), AfterValidator(_lin
 class GiveWay(Part):
     """People step aside for a robot that has waited before their aisle, and for the next when that has waited, too."""
 
-    after: Time = Field(
+    after: Annotated[Time, Usual("0.5 s", "10 min")] = Field(
         title="wait until people step aside", description="how long the robot has waited since both are there"
     )
 
@@ -49,14 +49,17 @@ class PeopleSpec(Part):
         "directions where there are two; a visit is as likely to any; default: all edges with storage places, as "
         "likely as demand there",
     )
-    per_hour: Rate | None = Field(
+    per_hour: Annotated[Rate | None, Usual(0, 2000)] = Field(
         None, title="visits", description="visits an hour, on average, at random; this or times"
     )
-    times: tuple[Time, ...] = Field(
+    times: Annotated[tuple[Time, ...], Usual("1 min", instant=True)] = Field(
         (), title="times of visits", description="the times of the run at which people come"
     )
     hours: CalendarName | None = Field(None, description="with per_hour: people come only then; default: always")
-    stay: Varying = Field(title="length of a visit", description="how long each stays in the aisle")
+    # one pick takes 10 s or more, with the walk into the aisle and out of it
+    stay: Annotated[Varying, Usual("10 s", "4 h")] = Field(
+        title="length of a visit", description="how long each stays in the aisle"
+    )
     give_way: GiveWay | None = Field(
         None, description="they let robots pass; default: robots wait until they have left"
     )

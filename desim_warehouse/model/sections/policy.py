@@ -18,6 +18,7 @@ from desim_warehouse.values.fields import (
     Interval,
     Name,
     Part,
+    Usual,
     as_json,
     known,
     writable,
@@ -116,7 +117,7 @@ class Policies(Part):
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
     batching: Policy = Field(PolicySpec(name="single"), description="which tasks a robot does on one tour")
-    interval: Interval = Field(
+    interval: Annotated[Interval, Usual(0, "10 min")] = Field(
         0.0,
         title="time between decisions",
         description="time between allocation decisions; 0: whenever a task or a robot becomes free. Else a robot that "

@@ -19,6 +19,7 @@ from desim_warehouse.values.fields import (
     Speed,
     Time,
     Unit,
+    Usual,
     limited,
 )
 
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
 class NodeTraffic(Part):
     """What is special about one node."""
 
-    time: Time | None = Field(
+    time: Annotated[Time | None, Usual(0, "10 min")] = Field(
         None, title="node time", description="turning and re-planning there; default: traffic.node_time"
     )
     free: Flag = Field(False, description="nobody waits there for another: what if it were no bottleneck?")
@@ -59,7 +60,7 @@ class SlowSpec(Part):
     members: Members = Field(
         description="edges as [A, B], in both directions where there are two, and nodes: all edges that lead to them"
     )
-    speed: Speed = Field(
+    speed: Annotated[Speed, Usual("0.05 m/s", "3 m/s")] = Field(
         title="speed limit", description="the speed limit; a robot that is on an edge already keeps its speed there"
     )
     hours: CalendarName | None = Field(None, description="when it holds; default: always")
@@ -72,8 +73,12 @@ class TrafficSpec(Part):
         30.0, description="theta, degrees"
     )
     # Without an acceleration speeds change at once, as in the paper; what that leaves out can be put into `node_time`
-    node_time: Time = Field(0.0, description="turning and re-planning at every node reached")
-    turn_time: Time = Field(0.0, description="for every 90 degrees that a robot turns on a node, beside node_time")
+    node_time: Annotated[Time, Usual(0, "20 s")] = Field(
+        0.0, description="turning and re-planning at every node reached"
+    )
+    turn_time: Annotated[Time, Usual(0, "30 s")] = Field(
+        0.0, description="for every 90 degrees that a robot turns on a node, beside node_time"
+    )
     gridlock: Literal["auto", "rotate", "avoid", "stop"] = Field(
         "auto",
         description="full rings of robots turn (rotate), cannot form (avoid), or are an error (stop); auto: avoid "

@@ -18,7 +18,7 @@ from desim_warehouse.study.procedures import best as race
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.study import Study, under
-from desim_warehouse.study.target import read_target
+from desim_warehouse.study.target import check_zone, read_target
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -167,6 +167,8 @@ def best_of(
     space = DesignSpace(model, parts)
     if space.many < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
+    if delta is not None:
+        check_zone(indicator, delta)
     goal = None if target is None else read_target(target, model.units.names)
     search = _Search(space, indicator, more, goal, runs, seed, plan)
     return search.answer(delta, where)

@@ -24,7 +24,7 @@ from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing
 from desim_warehouse.study.limits import SCOUTS
 from desim_warehouse.study.procedures import cannot_last
 from desim_warehouse.study.study import Study, under
-from desim_warehouse.study.target import amount_of, read_target
+from desim_warehouse.study.target import amount_of, check_zone, read_target
 from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
@@ -287,7 +287,7 @@ def plan_fleet(
         where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
 
     Raises:
-        StudyError: a bad target, demand that cannot grow, a run that failed, too few runs to search.
+        StudyError: a bad target or zone, demand that cannot grow, a run that failed, too few runs to search.
 
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
     """
@@ -322,6 +322,7 @@ def _indifference(goal: Target, zone: float | str | None, model: Model) -> float
         zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
     if isinstance(zone, str):
         zone = amount_of(goal.indicator, zone, model.units.names, "zone")
+    check_zone(goal.indicator, zone, goal.value)
     least, largest = within(goal.indicator)
     return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
 

@@ -1,0 +1,177 @@
+"""Slips of planners are said, each with its cure, and nothing of them is said of 45 random drafts."""
+
+import random
+from functools import cache
+
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.draft import Draft, draft
+from desim_warehouse.errors import ModelError, StudyError
+from desim_warehouse.findings import CODES
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.model.schema import Model
+from desim_warehouse.run import check
+from desim_warehouse.study.fleet import plan_fleet
+from desim_warehouse.study.target import check_zone, read_target, too_short
+from desim_warehouse.values.fields import Usual, sections_in
+from desim_warehouse.values.units import UnitNames
+from tests.feasibility import slips
+
+SLIPS = tuple(CODES)[tuple(CODES).index("BATTERY_RATES") :]
+BANK = {**slips.KNOWN, **slips.OURS}
+
+
+@cache
+def base(name):
+    return dw.load(slips.PLANNER, slips.BASES[name])
+
+
+@pytest.mark.parametrize("name", slips.BASES)
+def test_the_warehouses_themselves_have_no_slips(name):
+    assert [str(item) for item in check(base(name)).findings if item.code in SLIPS or item.level != "note"] == []
+
+
+@pytest.mark.parametrize("slip", BANK)
+def test_a_slip_is_said_with_its_cure(slip):
+    name, changes, code, cure = BANK[slip]
+    found = [item for item in check(base(name).replace(changes)).findings if item.code == code]
+    assert any(cure in item.problem for item in found), [str(item) for item in found]
+
+
+def test_the_bank_has_60_of_our_own():
+    others = len(slips.TARGETS) + len(slips.ZONES)
+    assert len(slips.OURS) + others >= 60
+
+
+# Targets, zones, names
+
+
+@pytest.mark.parametrize("target", slips.TARGETS)
+def test_a_target_the_wrong_way_round_is_refused(target):
+    with pytest.raises(StudyError, match=slips.TARGETS[target]) as error:
+        read_target(target, UnitNames())
+    turned = target.translate(str.maketrans("<>", "><"))
+    assert f"did you mean {turned!r}?" in str(error.value)
+    assert read_target(turned, UnitNames()).indicator in target
+
+
+@pytest.mark.parametrize(("target", "zone"), slips.ZONES)
+def test_a_zone_of_more_than_a_fifth_is_refused(target, zone):
+    with pytest.raises(StudyError, match="expected at most") as error:
+        plan_fleet(base("goods"), target, zone=zone, runs=10)
+    assert slips.ZONES[target, zone] in str(error.value)
+
+
+def test_smaller_zones_are_taken():
+    check_zone("on_time", 0.2, 0.95)
+    check_zone("cycle_time_p95", 60.0, 300.0)
+    check_zone("T", 1e6)  # without a target nothing is known of times
+
+
+@pytest.mark.parametrize("target", slips.NAMES)
+def test_an_indicator_by_another_name_is_named(target):
+    with pytest.raises(StudyError, match=f"did you mean '{slips.NAMES[target]}'"):
+        read_target(target, UnitNames())
+
+
+@pytest.mark.parametrize("key", slips.KEYS)
+def test_a_key_or_policy_by_another_name_is_named(key):
+    key, _, value = (key if "=" in key else f"{key}=1").partition("=")
+    with pytest.raises(ModelError, match=slips.KEYS.get(f"{key}={value}", slips.KEYS.get(key))):
+        dw.load(slips.PLANNER, {key: value})
+
+
+def test_a_cycle_time_below_the_handling_is_asked_about():
+    model = base("goods")  # 15 s to load and 30 s to unload
+    assert too_short("cycle_time_p95 <= 3", model).endswith("take 45, so no fleet meets it; did you mean 3 min?")
+    assert too_short("cycle_time_p95 <= 46", model) == ""
+    assert too_short("on_time >= 95 %", model) == ""
+    assert too_short("cycle_time_cv <= 0.5", model) == ""
+
+
+def test_a_due_time_of_300_minutes_is_asked_about(tmp_path):
+    said = CliRunner().invoke(desim, ["new", str(tmp_path / "w.yaml"), "--due", "300"])
+    assert "300 is 300 min; for seconds write 300s" in said.stderr
+    for right in ("300s", "5h", "20"):
+        said = CliRunner().invoke(desim, ["new", str(tmp_path / "w.yaml"), "--force", "--due", right])
+        assert said.stderr == "", right
+
+
+# What is usual
+
+
+def usual_of_the_model():
+    left, seen = [Model], set()
+    while left:
+        section = left.pop()
+        if section not in seen:
+            seen.add(section)
+            fields = section.model_fields.values()
+            left += [inner for field in fields for inner in sections_in(field.annotation)]
+            yield from ((section, note) for field in fields for note in field.metadata if isinstance(note, Usual))
+
+
+def test_every_range_can_be_read():
+    found = list(usual_of_the_model())
+    assert len(found) > 40
+    for section, usual in found:
+        for kind in ("time", "length", "speed", "acceleration", "share"):
+            try:
+                low, high = usual.between(kind)
+            except ValueError:
+                continue
+            assert 0 <= low < high, section
+            break
+        else:
+            pytest.fail(f"{section.__name__}: {usual}")
+
+
+@pytest.mark.parametrize(
+    ("units", "said"),
+    [
+        ({"time": "min", "seconds": 60}, False),  # 40 min
+        ({"time": "step", "seconds": 0.05}, True),  # 2 s
+        ({"time": "step"}, False),  # nobody knows how long a step is
+        ({"length": "px"}, False),
+        ({}, True),
+    ],
+)
+def test_a_time_is_held_against_seconds_only_where_the_model_says_how_long_its_unit_is(units, said):
+    changes = {"units": units, slips.BREAKS: {"every": 1e6, "repair": 40}, "accept": ["BATTERY_TOO_SMALL", "NO_CHARGER"]}
+    found = check(base("goods").replace(changes)).findings
+    assert any("repair" in item.place and "is unusual" in item.text for item in found) is said
+
+
+def test_prices_in_other_currencies_are_not_judged():
+    yen = slips.prices(currency="JPY", robot=600_000, station_hour=2_500, late_order=1_500)
+    found = check(base("goods").replace(yen)).findings
+    assert not [item for item in found if item.code == "UNUSUAL"]
+
+
+def drafts(count):
+    """Random drafts with what people add to them, from one seed."""
+    dice = random.Random(39)
+    for _ in range(count):
+        size = dice.randint(20, 70), dice.randint(15, 50)
+        words = Draft(size=size, orders=float(dice.randint(20, 200)), due=float(dice.choice([5, 8, 15, 30, 60, 120])))
+        added = [
+            {"fleet.robot.breakdowns": {"every": f"{dice.randint(1, 200)} h", "repair": f"{dice.randint(2, 60)} min"}},
+            {"tasks.load_time": {"lognormal": {"mean": dice.randint(3, 40), "cv": 0.5}}},
+            {"layout.stations.packing.work_time": dice.randint(5, 60)},
+            {"people": {"pickers": {"per_hour": dice.randint(1, 20), "stay": f"{dice.randint(15, 90)} s"}}},
+            {"fleet.robot.delays": {"share": dice.choice([0.01, 0.05, 0.1]), "time": dice.choice([1, 5, 20])}},
+            {"tasks.demand": dice.choice([0.7, 0.8, 1.2, 1.3, 2])},
+            {"prices": {**slips.MONEY, "currency": dice.choice(["EUR", "USD"]), "robot": dice.randint(500, 12_000)}},
+        ]
+        changes = {key: value for one in dice.sample(added, 2) for key, value in one.items()}
+        yield words, changes
+
+
+def test_nothing_is_said_of_45_random_drafts():
+    for words, changes in drafts(45):
+        model = Model.model_validate(read_yaml(draft(words), "draft").data).replace(changes)
+        found = [str(item) for item in check(model).findings if item.code in SLIPS]
+        assert found == [], (words, changes)
