@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.naming import block_nodes
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility import HandCalculation
@@ -117,6 +118,10 @@ def _floor(words: Draft) -> _Floor:
     depth = math.floor((height - (down + 1) * AISLE) / down / PLACE)
     if depth < 1:
         problems.append(f"--size {width:g}x{height:g}: too small, expected at least {2 * AISLE + PLACE:g} m each way")
+    if aisles * (down + 1) > LIMITS["nodes"][0]:
+        most = LIMITS["nodes"][0]
+        nodes = f"{aisles:,} aisles with {aisles * (down + 1):,} nodes"
+        problems.append(f"--size {width:g}x{height:g}: {nodes}, expected at most {most:,}; sizes are in metres")
     if problems:
         raise ModelError(problems)
     return _Floor(aisles, down, depth, aisle, (height - down * depth * PLACE) / (down + 1))
@@ -144,7 +149,7 @@ def _worked_out(words: Draft) -> Draft:
         raise ModelError(problems)
     from desim_warehouse.feasibility.power import needed_at_rest
 
-    given = words.chargers
+    given, given_robots = words.chargers, words.robots
     if words.robots is None or words.chargers is None:
         # As many robots and chargers as there could be, so that the hand calculation says how many are needed.
         found = _by_hand(replace(words, robots=words.robots or 50, chargers=words.chargers or 50))
@@ -155,7 +160,24 @@ def _worked_out(words: Draft) -> Draft:
             found = _by_hand(most)
             needed = found.power.needed if found.power is not None else None
             words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(most))))
+    _fits(words, given_robots)
     return _lasts_a_night(words, given)
+
+
+def _fits(words: Draft, given: int | None) -> None:
+    """Refuse more robots than the lanes hold."""
+    from desim_warehouse.layout.checks import room
+
+    assert words.robots is not None
+    model = _model(words)
+    if words.robots > (most := room(model.floor, model.fleet.contact)):
+        floor = f"the lanes of {words.size[0]:g} x {words.size[1]:g} m hold {most}"
+        if given is None:
+            takes = f"--orders {words.orders:g}/h: takes {number_of(words.robots, 'robot')}"
+            problem = f"{takes}, and {floor}; expected fewer orders, or a larger floor"
+        else:
+            problem = f"--robots {given}: {floor}; expected at most {most}, or a larger floor"
+        raise ModelError([problem])
 
 
 def _lasts_a_night(words: Draft, given: int | None) -> Draft:
@@ -215,10 +237,11 @@ def _text(words: Draft) -> str:
     servers = max(math.ceil(words.orders * UNLOAD_TIME / 3600 / words.stations / BUSY), 1)
     width, height = words.size
     blocks = f"{floor.aisles - 1} x {floor.blocks_down} blocks of 2 x {floor.depth} places, one-way aisles around each"
+    due = f"{words.due / 60:g} h" if words.due >= 60 else f"{words.due:g} min"  # noqa: PLR2004 - minutes
     parts = {"packing station": words.stations, "robot": words.robots, "charger": words.chargers}
     counted = ", ".join(number_of(number, name) for name, number in parts.items())
     return f"""\
-# {width:g} x {height:g} m, {floor.aisles} aisles, {counted}, {words.orders:g} orders an hour.
+# {width:g} x {height:g} m, {floor.aisles} aisles, {counted}, {words.orders:g} orders an hour, due in {due}.
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then
 #   desim check FILE                              errors, and what can be worked out by hand
 #   desim draw FILE -o floor.svg                  the floor
@@ -240,7 +263,7 @@ layout:                       # metres; every key: docs/reference/model.md
     charging: {{at: [{", ".join(charging)}], total_chargers: {words.chargers}}}   # a slot for each charger
     parking: {{at: [{", ".join(parking)}], chargers: 0}}
   stations:                   # beside the south ends; places: robots that may be there or on the way, at each
-    packing: {{at: [{", ".join(packing)}], places: {max(10, math.ceil(2 * words.robots / words.stations))}, \
+    packing: {{at: [{", ".join(packing)}], places: {max(10, math.ceil(2 * words.robots / words.stations), servers)}, \
 servers: {servers}}}   # (!) servers: people who pack, at each
 
 fleet:
