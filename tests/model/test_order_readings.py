@@ -164,4 +164,8 @@ def test_a_workbook_of_one_huge_cell_is_refused_before_it_is_opened(hall, tmp_pa
     assert len(small) < 100_000
     assert "too large when it is unfolded" in refused(tmp_path, hall, small, "day.xlsx")
     large = stuffed(SHEET.format("x" * 2_000_000), stored=True)
-    assert "a cell of more than 1,000,000 characters" in refused(tmp_path, hall, large, "day.xlsx")
+    assert "a cell or row longer than Excel writes them" in refused(tmp_path, hall, large, "day.xlsx")
+    wide = SHEET.format("</t></is></c>" + '<c r="B2"><v>1</v></c>' * 1_200_000 + "<c><is><t>")
+    assert "a cell or row longer than Excel writes them" in refused(
+        tmp_path, hall, stuffed(wide, stored=True), "a.xlsx"
+    )

@@ -52,7 +52,8 @@ _LARGEST_SHEET = 1_000_000_000  # bytes that a workbook may unfold to
 _LARGEST_PART = 10_000_000  # bytes from which on a part of it may not unfold to too many times its size
 _FOLDED = 100  # times; sheets of orders are some 5 to 25
 _LARGEST_CELL = 1_000_000  # bytes; Excel writes 32,767 characters at most
-_LARGEST_WORDS = 200_000_000  # bytes of its texts, which are held in memory
+_LARGEST_ROW = 20  # megabytes
+_LARGEST_WORDS = 200_000_000  # bytes of its texts and formats, which are held in memory
 BEYOND = "\0beyond"
 """The column of a chunk with what stands in cells beyond the header."""
 
@@ -356,24 +357,29 @@ def _sheet(spec: OrdersFile) -> Iterator[tuple[Any, ...]]:
 def _check_sizes(path: Path) -> None:
     """Refuse a workbook that would take gigabytes of memory; raises ValueError."""
     with zipfile.ZipFile(path) as file:
-        parts = file.infolist()
-        sizes = {part.filename: part.file_size for part in parts}
-        folded = any(part.file_size > max(_LARGEST_PART, _FOLDED * part.compress_size) for part in parts)
-        if folded or sum(sizes.values()) > _LARGEST_SHEET or sizes.get("xl/sharedStrings.xml", 0) > _LARGEST_WORDS:
+        parts = {part.filename: part for part in file.infolist()}
+        sizes = {name: part.file_size for name, part in parts.items()}
+        folded = any(part.file_size > max(_LARGEST_PART, _FOLDED * part.compress_size) for part in parts.values())
+        at_once = sum(sizes.get(f"xl/{name}.xml", 0) for name in ("sharedStrings", "styles", "workbook"))
+        if folded or sum(sizes.values()) > _LARGEST_SHEET or at_once > _LARGEST_WORDS:
             raise ValueError("too large when it is unfolded")
-        for part in parts:
-            if part.file_size > _LARGEST_CELL:
-                with file.open(part) as content:
+        for name, size in sizes.items():
+            if size > _LARGEST_CELL and name.startswith(("xl/worksheets/", "xl/sharedStrings")):
+                with file.open(name) as content:
                     _check_cells(content)
 
 
+_ROW = re.compile(rb"<(?:\w+:)?(?:row|si)\b")
+
+
 def _check_cells(content: Any) -> None:
-    """Refuse a part of a workbook in which a text is longer than any cell."""
-    length = 0
+    """Refuse a part of a workbook with a text longer than any cell, or a row longer than any row."""
+    length, blocks = 0, 0
     for block in iter(lambda: content.read(1 << 20), b""):
         first, *others = map(len, block.split(b"<"))
-        if max(length + first, *others, 0) > _LARGEST_CELL:
-            raise ValueError(f"a cell of more than {_LARGEST_CELL:,} characters")
+        blocks = 0 if _ROW.search(block) else blocks + 1
+        if max(length + first, *others, 0) > _LARGEST_CELL or blocks > _LARGEST_ROW:
+            raise ValueError("a cell or row longer than Excel writes them")
         length = others[-1] if others else length + first
 
 
