@@ -14,7 +14,8 @@ from desim_warehouse.model.parse import from_file
 from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
 from desim_warehouse.model.sections.flows import STORAGE, OrdersFile, StorageEnd
 from desim_warehouse.model.sections.order_file import BEYOND, check_there, chunks, table_of
-from desim_warehouse.model.sections.orders import Chunk, OrderLine, Problems, clock, first_day
+from desim_warehouse.model.sections.order_problems import Problems
+from desim_warehouse.model.sections.orders import Chunk, OrderLine, clock, first_day
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:

@@ -9,22 +9,22 @@ from __future__ import annotations
 import datetime as dt
 import hashlib
 import math
-from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import groupby, islice, pairwise, starmap
+from itertools import groupby, pairwise, starmap
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.errors import ModelError, got, nearest
+from desim_warehouse.errors import ModelError, nearest
 from desim_warehouse.model.sections.dates import SLASHES, ZONE, read_dates
 from desim_warehouse.model.sections.flows import STORAGE, OrdersArrivals
 from desim_warehouse.model.sections.order_file import BEYOND, check_there, chunks, table_of
+from desim_warehouse.model.sections.order_problems import Problems
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     import pandas as pd
     from numpy.random import Generator
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.flows import FlowSpec, OrdersFile
     from desim_warehouse.model.sections.order_file import Table
 
-MOST_PROBLEMS = 20
-"""Kinds of problems of one file that are listed."""
 NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 """Columns of whole numbers, and the least of each."""
 
@@ -206,50 +204,6 @@ def resampled(
             for line in orders[which]:
                 due = None if line.due is None else line.due - line.release + time
                 yield line._replace(release=time, due=due, order=f"{line.order}.{number}.{copy}")
-
-
-@dataclass
-class Problems:
-    """What is wrong with a file, summed up by kind: how often, with which values, first where.
-
-    A kind is a column, "" for whole rows, and what is wrong. By column also how the file is read: the mark of
-    `decimals`, whether points stand between `thousands` for all that is known, the time zone that is left out.
-    """
-
-    file: str
-    kinds: dict[tuple[str, str], list[Any]] = field(default_factory=dict)
-    values: dict[tuple[str, str], Counter[str]] = field(default_factory=dict)
-    decimals: dict[str, str] = field(default_factory=dict)
-    thousands: set[str] = field(default_factory=set)
-    zones: dict[str, str] = field(default_factory=dict)
-
-    def add(self, column: str, wrong: str, expected: str, rows: Sequence[int], values: Iterable[Any]) -> None:
-        """Some rows that have the same problem, and what stands there."""
-        kind = column, wrong
-        self.kinds.setdefault(kind, [0, rows[0], expected])[0] += len(rows)
-        counts = self.values.setdefault(kind, Counter())
-        for value in values:
-            if (said := got(_plain(value))) in counts or len(counts) < _DISTINCT:
-                counts[said] += 1
-
-    def told(self) -> list[str]:
-        """A line for each kind, up to 20."""
-        lines = []
-        for (column, wrong), (count, row, expected) in islice(self.kinds.items(), MOST_PROBLEMS):
-            counts = self.values[column, wrong]
-            if count == 1:
-                where, said = f"{self.file}, row {row}", f"got {next(iter(counts))}"
-            else:
-                where, number = self.file, f"{len(counts)}{' or more' * (len(counts) == _DISTINCT)}"
-                common = ", ".join(value for value, _ in counts.most_common(_COMMON)) + ", ..." * (
-                    len(counts) > _COMMON
-                )
-                many = "values" if len(counts) > 1 else "value"
-                said = f"{count:,} rows from row {row} on, {number} {many}: {common}"
-            where += f", {column}" * bool(column)
-            lines.append(f"{where}: {wrong} ({said}), expected {expected}")
-        more = len(self.kinds) - MOST_PROBLEMS
-        return [*lines, *[f"{self.file}: and {more} more kinds of problems"] * (more > 0)]
 
 
 # Chunks
@@ -550,13 +504,8 @@ _EXAMPLE = "2026-03-02T06:15"
 _DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
 _LATEST = 10 * 365 * 86_400.0
 _COMPARED = 1000
-_DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart, and that are shown
 _COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
 """Quantities with a word for pieces; kilograms, cartons or pallets are none."""
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if hasattr(value, "item") else str(value) if hasattr(value, "isoformat") else value
 
 
 def clock(start: str) -> float:
