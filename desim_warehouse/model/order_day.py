@@ -9,12 +9,13 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.errors import ModelError, reason, spoken
 from desim_warehouse.model.parse import from_file
 from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
-from desim_warehouse.model.sections.flows import OrdersFile
+from desim_warehouse.model.sections.flows import STORAGE, OrdersFile, StorageEnd
 from desim_warehouse.model.sections.order_file import BEYOND, check_there, chunks, table_of
-from desim_warehouse.model.sections.orders import Chunk, OrderLine, Problems, clock, first_day
+from desim_warehouse.model.sections.order_problems import Problems
+from desim_warehouse.model.sections.orders import Chunk, OrderLine, clock, first_day
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
@@ -144,6 +145,7 @@ def order_day(
     if quantity is None and "quantity" in table.titles:
         loads = f"{pieces_per_load} on a load" if pieces_per_load else "all of a row on one load"
         assumed.append(f"'{table.titles['quantity']}' counts pieces, {loads}")
+    assumed += [*day.readings(), *_priorities(table, lines), *_turned(loaded, lines)]
     return OrderDay(
         tuple(sorted(lines, key=attrgetter("release"))),
         day.pieces,
@@ -169,6 +171,30 @@ def _without_orders(path: Path) -> Model:
         if isinstance(flow, dict) and isinstance(flow.get("arrivals"), dict) and "orders" in flow["arrivals"]
     }
     return model_of(document, overrides)
+
+
+def _priorities(table: Table, lines: list[OrderLine]) -> list[str]:
+    """How priorities are read, where they differ."""
+    given = {line.priority for line in lines if line.priority is not None}
+    title = table.titles.get("priority", "priority")
+    return [f"'{title}' is higher where it is more urgent: {max(given)} before {min(given)}"] if len(given) > 1 else []
+
+
+def _turned(model: Model, lines: list[OrderLine]) -> list[str]:
+    """Tasks from a station to storage, where all flows of the model lead the other way."""
+    zones = {station.zone for station in model.floor.stations.values()}
+    flows = model.tasks.flows
+    outward = [name for name, flow in flows.items() if isinstance(flow.source, StorageEnd) and flow.target is not None]
+    turned = sum(
+        (line.target == STORAGE or isinstance(line.target, int))
+        and isinstance(line.source, str)
+        and (line.source in zones or line.source in model.floor.stations)
+        for line in lines
+    )
+    if not turned or not outward or len(outward) < len(flows):
+        return []
+    flow = f"flow {spoken(outward)} {'leads' if len(outward) == 1 else 'lead'}"
+    return [f"{turned:,} of {len(lines):,} lines go from a station to storage, though {flow} the other way"]
 
 
 class _Day:
@@ -217,6 +243,17 @@ class _Day:
             if bad.any():
                 skipped.append(numbered[bad])
         return lines, skipped
+
+    def readings(self) -> list[str]:
+        """How times and numbers are read that may be meant otherwise."""
+        called = self.table.titles
+        return [
+            *(
+                f"'{called[name]}' is as on the clock of the hall: {zone} is left out"
+                for name, zone in self.found.zones.items()
+            ),
+            *(f"points in '{called[name]}' stand between thousands" for name in sorted(self.found.thousands)),
+        ]
 
     def totals(self, frame: pd.DataFrame) -> Any:
         """Which rows are totals: no place and no order, but a word for a sum."""

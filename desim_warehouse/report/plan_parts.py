@@ -89,7 +89,7 @@ def read(folder: str | Path | None) -> PlanFolder:
         names = [demand["study"] for demand in _demands(content)]
         studies = (tuple(Results.load(path.parent / f"{name}{end}") for name in names) for end in ("", "-scout"))
         return PlanFolder(content, *studies)
-    except (OSError, ValueError, KeyError, TypeError, StudyError) as error:
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, StudyError) as error:
         raise ReportError(f"{path}: not the plan of desim plan --out ({reason(error)})") from error
 
 

@@ -36,21 +36,24 @@ _WRITTEN = (
     r"(?:[ T,]+(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d+)?))?"
     r" ?(?:(?P<half>[AaPp])\.?[Mm]\.?)?)?$"
 )
+ZONE = r"^(\d{4}-?\d\d-?\d\d[T ]\d\d(?::?\d\d){0,2}(?:[.,]\d+)?) ?([Zz]|[+-]\d\d(?::?\d\d)?)$"
+"""A date with a time, and the time zone behind it."""
 SLASHES = re.compile(r"\d{1,2}([/-])\d{1,2}\1\d{2}")
 """Dates with slashes or hyphens, which may be meant in two ways."""
 
 
 def read_dates(text: pd.Series[Any], slashes: str | None) -> pd.Series[Any]:
-    """Dates with times, as people write them: ISO, 02.03.2026 14:00, 2 Mar 2026, and with slashes if it is said how."""
+    """Dates with times, as people write them: ISO, 02.03.2026 14:00, 2 Mar 2026, and with slashes if it is said how.
+
+    Time zones are left out.
+    """
     import pandas as pd
 
-    text = text.str.replace(_AROUND, "", regex=True)
+    text = text.str.replace(_AROUND, "", regex=True).str.replace(ZONE, r"\1", regex=True)
     with_words = text.str.contains(_WORD, na=False)
     if with_words.any():
         text = text.where(~with_words, text[with_words].map(_month_as_number))
-    found = pd.to_datetime(text.where(text.str.match(_ISO)), format="ISO8601", errors="coerce", utc=False)
-    if getattr(found.dtype, "tz", None) is not None:
-        found = found.dt.tz_localize(None)
+    found = pd.to_datetime(text.where(text.str.match(_ISO)), format="ISO8601", errors="coerce")
     parts = text.str.extract(_WRITTEN)
     dotted = parts["mark"] == "."
     if not (parts["mark"].notna() & (dotted | (slashes is not None))).any():

@@ -21,7 +21,7 @@ from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
 
     import pandas as pd
 
@@ -48,15 +48,22 @@ They are looked for where a file has no column `release`, so in none that is wri
 """
 _HEAD = 20  # rows in which the header is looked for
 _SAMPLE = 65_536  # bytes that show how a file is written
-_LARGEST_SHEET = 2_000_000_000  # bytes that a workbook may unfold to
-_LARGEST_WORDS = 200_000_000  # bytes of its texts, which are held in memory
+_LARGEST_SHEET = 1_000_000_000  # bytes that a workbook may unfold to
+_LARGEST_PART = 10_000_000  # bytes from which on a part of it may not unfold to too many times its size
+_FOLDED = 100  # times; sheets of orders are some 5 to 25
+_LARGEST_CELL = 1_000_000  # bytes; Excel writes 32,767 characters at most
+_LARGEST_ROW = 20  # megabytes
+_LARGEST_WORDS = 200_000_000  # bytes of its texts and formats, which are held in memory
 BEYOND = "\0beyond"
 """The column of a chunk with what stands in cells beyond the header."""
 
 
 @dataclass(frozen=True)
 class Table:
-    """How a file is written: our names of the columns that are read, by their ranks, and what was `assumed`."""
+    """How a file is written: our names of the columns that are read, by their ranks, and what was `assumed`.
+
+    `twice`: headings of such columns that stand there more than once.
+    """
 
     path: Path
     columns: dict[int, str]
@@ -66,6 +73,7 @@ class Table:
     encoding: str = "utf-8-sig"
     delimiter: str = ","
     assumed: tuple[str, ...] = ()
+    twice: tuple[str, ...] = ()
 
     @property
     def decimal_comma(self) -> bool:
@@ -77,12 +85,25 @@ def table_of(spec: OrdersFile) -> Table:
     """How a file is written; raises ModelError where it cannot be read, or has no column of releases."""
     path = Path(spec.file)
     check_there(path)
+    if spec.sheet is not None and not _is(path, ".xlsx", ".xlsm"):
+        raise ModelError([f"{path}: sheet (got {got(spec.sheet)}) of a file that is no Excel file, expected none"])
+    table = _table(path, spec)
+    if table.twice:
+        text = f"column {got(table.twice[0])} given twice, expected it once"
+        raise ModelError([f"{path}: {text}; columns says which other is meant (--map)"])
+    return table
+
+
+def _table(path: Path, spec: OrdersFile) -> Table:
     try:
         if _is(path, ".parquet", ".pq"):
             from pyarrow import parquet
 
             with parquet.ParquetFile(path) as file:
-                return _headed(path, spec, [file.schema_arrow.names])
+                found = _headed(path, spec, [file.schema_arrow.names])
+                for rank in found.columns:
+                    _check_kind(path, file.schema_arrow.field(rank))
+                return found
         if _is(path, ".xlsx", ".xlsm"):
             return _headed(path, spec, islice(_sheet(spec), _HEAD))
         encoding = _encoding(path)
@@ -119,7 +140,7 @@ def chunks(spec: OrdersFile, table: Table) -> Iterator[pd.DataFrame]:
                 names = [file.schema_arrow.names[rank] for rank in table.columns]
                 begin = 1
                 for batch in file.iter_batches(CHUNK, columns=names):
-                    frame = batch.to_pandas()[names].set_axis([*table.columns.values()], axis=1)
+                    frame = _texts(batch).to_pandas()[names].set_axis([*table.columns.values()], axis=1)
                     yield _whole(frame.set_axis(range(begin, begin + len(frame))))
                     begin += len(frame)
         elif _is(path, ".xlsx", ".xlsm"):
@@ -129,6 +150,33 @@ def chunks(spec: OrdersFile, table: Table) -> Iterator[pd.DataFrame]:
                 yield from _rows(table, csv.reader(lines, delimiter=table.delimiter))
     except (OSError, ValueError, KeyError, csv.Error, zipfile.BadZipFile) as error:
         raise ModelError([_unread(path, error)]) from None
+
+
+def _check_kind(path: Path, field: Any) -> None:
+    """Refuse a column of lists and the like."""
+    from pyarrow import types
+
+    if types.is_nested(field.type):
+        text = f"column {got(field.name)} has lists or sections, expected text, numbers or times"
+        raise ModelError([f"{path}: {text}"])
+
+
+def _texts(batch: Any) -> Any:
+    """Rows of Parquet with bytes as the text that they are; raises ValueError for bytes that are none."""
+    import pyarrow as pa
+
+    kinds = pa.types.is_binary, pa.types.is_large_binary, pa.types.is_fixed_size_binary
+    columns = []
+    for name, column in zip(batch.schema.names, batch.columns, strict=True):
+        plain = column.dictionary_decode() if pa.types.is_dictionary(column.type) else column
+        try:
+            if any(is_bytes(plain.type) for is_bytes in kinds):
+                plain = plain.cast(pa.binary()).cast(pa.string())
+            plain.validate(full=True)
+        except pa.ArrowInvalid:
+            raise ValueError(f"column {got(name)} has bytes that are no text") from None
+        columns.append(plain)
+    return pa.RecordBatch.from_arrays(columns, batch.schema.names)
 
 
 def _rows(table: Table, rows: Iterator[Sequence[Any]]) -> Iterator[pd.DataFrame]:
@@ -212,14 +260,31 @@ def _headed(
                     raise _missing(path, theirs, names)
             said = [f"'{names[rank]}' is {ours}" for ours, rank in ranks.items() if heading(names[rank])[0] != ours]
             assumed = [", ".join(said)] if said and not spec.columns else []
+            assumed += _rivals(names, ranks, spec)
             assumed += [f"encoding {encoding}"] if encoding == "cp1252" else []
             assumed += [f"cells end with {delimiter!r}"] if delimiter != "," else []
             assumed += [f"the header is row {head + 1}"] if head else []
             columns = {rank: ours for ours, rank in sorted(ranks.items(), key=lambda item: item[1])}
             titles_of = {ours: names[rank] for ours, rank in ranks.items()}
-            return Table(path, columns, titles_of, head, len(names), encoding, delimiter, tuple(assumed))
+            twice = tuple(name for name in titles_of.values() if names.count(name) > 1)
+            return Table(path, columns, titles_of, head, len(names), encoding, delimiter, tuple(assumed), twice)
     names = [str(title) for title in rows[0]] if rows else []
     raise _missing(path, spec.columns.get("release", "release"), names)
+
+
+def _rivals(names: Sequence[str], ranks: Mapping[str, int], spec: OrdersFile) -> list[str]:
+    """Columns that are left though their heading may mean one of ours, too."""
+    found = []
+    for ours, rank in ranks.items():
+        words = HEADINGS.get(ours, ours).split() if ours not in spec.columns else []
+        others = [
+            got(name)
+            for other, name in enumerate(names)
+            if heading(name)[0] in words and other not in ranks.values() and name != names[rank]
+        ]
+        if others:
+            found.append(f"{got(names[rank])} is {ours}, and {', '.join(others)} left out")
+    return found
 
 
 def _missing(path: Path, name: str, names: Sequence[str]) -> ModelError:
@@ -258,10 +323,7 @@ def _sheet(spec: OrdersFile) -> Iterator[tuple[Any, ...]]:
     except ImportError:
         cure = "install it: pip install 'desim-warehouse[excel]'"
         raise ModelError([f"{path}: orders in Excel, which need the package openpyxl; {cure}"]) from None
-    with zipfile.ZipFile(path) as file:
-        sizes = {item.filename: item.file_size for item in file.infolist()}
-    if sum(sizes.values()) > _LARGEST_SHEET or sizes.get("xl/sharedStrings.xml", 0) > _LARGEST_WORDS:
-        raise ValueError("too large when it is unfolded")
+    _check_sizes(path)
     try:
         book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
     except (KeyError, ValueError, TypeError, AttributeError, SyntaxError, EOFError) as error:  # of damaged XML
@@ -290,6 +352,35 @@ def _sheet(spec: OrdersFile) -> Iterator[tuple[Any, ...]]:
         raise ValueError(f"damaged: {reason(error)}") from None
     finally:
         book.close()
+
+
+def _check_sizes(path: Path) -> None:
+    """Refuse a workbook that would take gigabytes of memory; raises ValueError."""
+    with zipfile.ZipFile(path) as file:
+        parts = {part.filename: part for part in file.infolist()}
+        sizes = {name: part.file_size for name, part in parts.items()}
+        folded = any(part.file_size > max(_LARGEST_PART, _FOLDED * part.compress_size) for part in parts.values())
+        at_once = sum(sizes.get(f"xl/{name}.xml", 0) for name in ("sharedStrings", "styles", "workbook"))
+        if folded or sum(sizes.values()) > _LARGEST_SHEET or at_once > _LARGEST_WORDS:
+            raise ValueError("too large when it is unfolded")
+        for name, size in sizes.items():
+            if size > _LARGEST_CELL and name.startswith(("xl/worksheets/", "xl/sharedStrings")):
+                with file.open(name) as content:
+                    _check_cells(content)
+
+
+_ROW = re.compile(rb"<(?:\w+:)?(?:row|si)\b")
+
+
+def _check_cells(content: Any) -> None:
+    """Refuse a part of a workbook with a text longer than any cell, or a row longer than any row."""
+    length, blocks = 0, 0
+    for block in iter(lambda: content.read(1 << 20), b""):
+        first, *others = map(len, block.split(b"<"))
+        blocks = 0 if _ROW.search(block) else blocks + 1
+        if max(length + first, *others, 0) > _LARGEST_CELL or blocks > _LARGEST_ROW:
+            raise ValueError("a cell or row longer than Excel writes them")
+        length = others[-1] if others else length + first
 
 
 _MERGED = re.compile(rb'<mergeCell ref="([A-Z]{1,3})(\d{1,7}):([A-Z]{1,3})(\d{1,7})"')

@@ -9,22 +9,22 @@ from __future__ import annotations
 import datetime as dt
 import hashlib
 import math
-from collections import Counter
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from itertools import groupby, islice, pairwise, starmap
+from itertools import groupby, pairwise, starmap
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.errors import ModelError, got, nearest
-from desim_warehouse.model.sections.dates import SLASHES, read_dates
+from desim_warehouse.errors import ModelError, nearest
+from desim_warehouse.model.sections.dates import SLASHES, ZONE, read_dates
 from desim_warehouse.model.sections.flows import STORAGE, OrdersArrivals
 from desim_warehouse.model.sections.order_file import BEYOND, check_there, chunks, table_of
+from desim_warehouse.model.sections.order_problems import Problems
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Iterator, Mapping
 
     import pandas as pd
     from numpy.random import Generator
@@ -33,8 +33,6 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.flows import FlowSpec, OrdersFile
     from desim_warehouse.model.sections.order_file import Table
 
-MOST_PROBLEMS = 20
-"""Kinds of problems of one file that are listed."""
 NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 """Columns of whole numbers, and the least of each."""
 
@@ -208,46 +206,6 @@ def resampled(
                 yield line._replace(release=time, due=due, order=f"{line.order}.{number}.{copy}")
 
 
-@dataclass
-class Problems:
-    """What is wrong with a file, summed up by kind: how often, with which values, first where.
-
-    A kind is a column, "" for whole rows, and what is wrong.
-    """
-
-    file: str
-    kinds: dict[tuple[str, str], list[Any]] = field(default_factory=dict)
-    values: dict[tuple[str, str], Counter[str]] = field(default_factory=dict)
-
-    def add(self, column: str, wrong: str, expected: str, rows: Sequence[int], values: Iterable[Any]) -> None:
-        """Some rows that have the same problem, and what stands there."""
-        kind = column, wrong
-        self.kinds.setdefault(kind, [0, rows[0], expected])[0] += len(rows)
-        counts = self.values.setdefault(kind, Counter())
-        for value in values:
-            if (said := got(_plain(value))) in counts or len(counts) < _DISTINCT:
-                counts[said] += 1
-
-    def told(self) -> list[str]:
-        """A line for each kind, up to 20."""
-        lines = []
-        for (column, wrong), (count, row, expected) in islice(self.kinds.items(), MOST_PROBLEMS):
-            counts = self.values[column, wrong]
-            if count == 1:
-                where, said = f"{self.file}, row {row}", f"got {next(iter(counts))}"
-            else:
-                where, number = self.file, f"{len(counts)}{' or more' * (len(counts) == _DISTINCT)}"
-                common = ", ".join(value for value, _ in counts.most_common(_COMMON)) + ", ..." * (
-                    len(counts) > _COMMON
-                )
-                many = "values" if len(counts) > 1 else "value"
-                said = f"{count:,} rows from row {row} on, {number} {many}: {common}"
-            where += f", {column}" * bool(column)
-            lines.append(f"{where}: {wrong} ({said}), expected {expected}")
-        more = len(self.kinds) - MOST_PROBLEMS
-        return [*lines, *[f"{self.file}: and {more} more kinds of problems"] * (more > 0)]
-
-
 # Chunks
 
 
@@ -321,6 +279,7 @@ class Chunk:
         self.bad = np.zeros(len(table), dtype=bool)
         self.pieces: list[int] = []
         self.unread: frozenset[int] = frozenset()
+        self.told = self.bad & False  # rows of the column at hand whose cell is refused already
 
     def lines(self) -> list[OrderLine]:
         """The rows that could be read."""
@@ -374,21 +333,27 @@ class Chunk:
         if column not in self.table:
             return np.full(len(self.table), np.nan)
         cells = self.table[column]
+        self.told = self.bad & False
         if pd.api.types.is_datetime64_any_dtype(cells):
             found, empty = self._of_dates(cells), cells.isna().to_numpy()
+            if getattr(cells.dt, "tz", None) is not None:
+                self.found.zones[column] = str(cells.dt.tz)
         elif pd.api.types.is_numeric_dtype(cells):
             found, empty = cells.to_numpy(dtype=float), cells.isna().to_numpy()
         else:
             text = _texts(cells)
             empty = (text == "").to_numpy()
-            found = self._plain_numbers(text)
-            left = np.isnan(found) & ~empty
+            found = self._plain_numbers(text, column)
+            left = np.isnan(found) & ~empty & ~self.told
             if left.any():
+                self._check_zones(text[left], column)
                 found[left] = self._of_text(text[left])
+        late = found > _LATEST / self.how.seconds
+        self.problem(late, column, "later than 10 years after the start of the run", "seconds from it, or a date")
         early = found < 0
         cure = f"a number of at least 0, or a time such as 06:15 or {_EXAMPLE}"
         self.problem(early, column, "before the start of the run", cure)
-        bad = ~empty & ~early & ~(found >= 0)
+        bad = ~empty & ~early & ~(found >= 0) & ~self.told
         slashes = self._text(column) if bad.any() and self.spec.dates is None else []
         if slashes:
             unsaid = bad & np.array([bool(SLASHES.match(one)) for one in slashes], dtype=bool)
@@ -397,7 +362,16 @@ class Chunk:
             )
             bad &= ~unsaid
         self.problem(bad | (empty if needed else False), column, "not a time", cure)
-        return np.where(found >= 0, found, np.nan)
+        return np.where((found >= 0) & ~late, found, np.nan)
+
+    def _check_zones(self, text: pd.Series[Any], column: str) -> None:
+        """Refuse times of another zone than those before; that of all is left out, and said."""
+        zones = text.str.extract(ZONE)[1].dropna()
+        if len(zones):
+            zone = self.found.zones.setdefault(column, zones.iloc[0])
+            others = self._mask(zones.index[zones != zone])
+            self.told |= others
+            self.problem(others, column, f"a time of another zone than {zone}", "all as on the clock of the hall")
 
     def _of_text(self, text: pd.Series[Any]) -> Any:
         """Times of day, and dates with times."""
@@ -416,21 +390,37 @@ class Chunk:
         start = pd.Timestamp(self.midnight or _DAY) + pd.Timedelta(seconds=clock(self.how.start))
         return (dates - start).dt.total_seconds().to_numpy(dtype=float) / self.how.seconds
 
-    def _plain_numbers(self, text: pd.Series[Any]) -> Any:
+    def _plain_numbers(self, text: pd.Series[Any], column: str) -> Any:
         """Cells as numbers, nan where they are none; with decimal commas, and points or commas between thousands."""
         import pandas as pd
 
         marks = ",." if self.file.decimal_comma else ","
         odd = [any(mark in cell for mark in marks) for cell in text]
         if any(odd):
-            text = text.where(~pd.Series(odd, text.index), self._with_points(text[odd]))
+            text = text.where(~pd.Series(odd, text.index), self._with_points(text[odd], column))
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float, copy=True)
 
-    def _with_points(self, text: pd.Series[Any]) -> pd.Series[Any]:
-        if self.file.decimal_comma:
-            text = text.where(~text.str.fullmatch(r"[+-]?\d{1,3}(\.\d{3})+(,\d+)?"), text.str.replace(".", ""))
-            return text.where(~text.str.fullmatch(r"[+-]?\d+,\d+"), text.str.replace(",", "."))
-        return text.where(~text.str.fullmatch(r"[+-]?\d{1,3}(,\d{3})+(\.\d+)?"), text.str.replace(",", ""))
+    def _with_points(self, text: pd.Series[Any], column: str) -> pd.Series[Any]:
+        """Numbers as programs write them; one reading for all of a column."""
+        if not self.file.decimal_comma:
+            return text.where(~text.str.fullmatch(r"[+-]?\d{1,3}(,\d{3})+(\.\d+)?"), text.str.replace(",", ""))
+        grouped = text.str.fullmatch(r"[+-]?[1-9]\d{0,2}(\.\d{3})+")  # or a decimal point
+        point = text.str.fullmatch(r"[+-]?\d*\.\d+") & ~grouped
+        comma = text.str.fullmatch(r"[+-]?(\d+|\d{1,3}(\.\d{3})+),\d+")
+        mark = self.found.decimals.get(column) or ("," if comma.any() else "." if point.any() else "")
+        if mark:
+            self.found.decimals[column] = mark
+        mixed = comma if mark == "." else point
+        if mark == "." and column in self.found.thousands:
+            mixed = mixed | point
+        if mark != ".":
+            if grouped.any() and not mark:
+                self.found.thousands.add(column)
+            text = text.where(~(grouped | comma), text.str.replace(".", "").str.replace(",", "."))
+        rows = self._mask(text.index[mixed])
+        self.told |= rows
+        self.problem(rows, column, "a decimal point and a decimal comma in one column", "the same in all rows")
+        return text.where(~mixed, "")
 
     def _numbers(self, column: str) -> list[int | None]:
         import numpy as np
@@ -439,17 +429,21 @@ class Chunk:
         if column not in self.table:
             return [None] * len(self.table)
         text = _texts(self.table[column])
+        self.told = self.bad & False
         is_number = pd.api.types.is_numeric_dtype(self.table[column])
-        found = self.table[column].to_numpy(dtype=float) if is_number else self._plain_numbers(text)
+        found = self.table[column].to_numpy(dtype=float) if is_number else self._plain_numbers(text, column)
         least = NUMBERS[column]
         empty = (text == "").to_numpy()
-        left = np.isnan(found) & ~empty
+        left = np.isnan(found) & ~empty & ~self.told
         if column == "quantity" and left.any():
-            found[left] = self._plain_numbers(text[left].str.replace(_COUNTED, r"\1", regex=True))
-        bad = ~empty & ~((found >= least) & (found == np.floor(found)) & (found <= LIMITS["number"][0]))
+            found[left] = self._plain_numbers(text[left].str.replace(_COUNTED, r"\1", regex=True), column)
+        bad = ~empty & ~self.told & ~((found >= least) & (found == np.floor(found)) & (found <= LIMITS["number"][0]))
         expected = "a whole number" if column == "priority" else "a whole number of at least 1, alone or with ST or pcs"
         self.problem(bad, column, "not a number of this kind", expected)
-        return [None if none or wrong else int(value) for value, none, wrong in zip(found, empty, bad, strict=True)]
+        return [
+            None if none or wrong else int(value)
+            for value, none, wrong in zip(found, empty, bad | self.told, strict=True)
+        ]
 
     def _stops(self) -> list[tuple[str | int, ...] | None]:
         """The places of `B > C`, in order."""
@@ -508,14 +502,10 @@ class Chunk:
 
 _EXAMPLE = "2026-03-02T06:15"
 _DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
+_LATEST = 10 * 365 * 86_400.0
 _COMPARED = 1000
-_DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart, and that are shown
 _COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
 """Quantities with a word for pieces; kilograms, cartons or pallets are none."""
-
-
-def _plain(value: Any) -> Any:
-    return value.item() if hasattr(value, "item") else str(value) if hasattr(value, "isoformat") else value
 
 
 def clock(start: str) -> float:

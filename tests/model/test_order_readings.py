@@ -1,0 +1,171 @@
+"""Orders files that can be read in two ways: one reading for a column, said or refused; and files that harm."""
+
+import io
+import zipfile
+
+import pandas as pd
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.model.order_day import order_day
+from tests.model.test_order_day import book
+
+
+def read(folder, model, text, name="day.csv", **options):
+    path = folder / name
+    path.write_bytes(text if isinstance(text, bytes) else text.encode())
+    return order_day(path, model, **options)
+
+
+def refused(folder, model, content, name="day.csv", **options):
+    """Why a file is refused as a whole."""
+    with pytest.raises(dw.ModelError) as error:
+        read(folder, model, content, name, **options)
+    return str(error.value)
+
+
+def test_a_heading_that_is_there_twice_is_refused(hall, tmp_path):
+    said = refused(tmp_path, hall, "release,release,order\n60,120,1\n")
+    assert "column 'release' given twice, expected it once" in said
+    assert "column 'Menge' given twice" in refused(tmp_path, hall, "Anlagedatum;Menge;Menge\n60;1;2\n")
+    assert read(tmp_path, hall, "release,note,note\n60,a,b\n").problems == ()  # nobody reads them
+
+
+def test_of_headings_that_mean_the_same_the_one_that_was_taken_is_said(hall, tmp_path):
+    day = read(tmp_path, hall, "RELEASE,Timestamp,release\n70,80,60\n")
+    assert [line.release for line in day.lines] == [60]
+    assert "'release' is release, and 'RELEASE', 'Timestamp' left out" in day.assumed
+    day = read(tmp_path, hall, "Lagerplatz;Von;Anlagedatum\n1;2;60\n")
+    assert [line.source for line in day.lines] == [1]
+    assert "'Lagerplatz' is from, and 'Von' left out" in day.assumed
+    said = read(tmp_path, hall, "RELEASE,x\n60,70\n", columns={"release": "x"}).assumed
+    assert not any("left out" in one for one in said)  # it was said which is meant
+
+
+@pytest.mark.parametrize(
+    ("cells", "releases", "wrong"),
+    [
+        (["1,5", "2,5"], [1.5, 2.5], []),
+        (["1.5", "2.25"], [1.5, 2.25], []),
+        (["1,5", "1.234,5", "1.234"], [1.5, 1234, 1234.5], []),
+        (["2.5", "1.234"], [1.234, 2.5], []),
+        (["0.125", "1.234"], [0.125, 1.234], []),
+        (["1.234", "2.000"], [1234, 2000], []),
+        (["1,5", "2.5", "3"], [1.5, 3], ["2.5"]),
+        (["1.234,5", "2.5", "1,5"], [1.5, 1234.5], ["2.5"]),
+    ],
+    ids=str,
+)
+def test_a_column_has_one_reading_of_points_and_commas(hall, tmp_path, cells, releases, wrong):
+    day = read(tmp_path, hall, "release;from\n" + "".join(f"{cell};1\n" for cell in cells))
+    assert [line.release for line in day.lines] == releases
+    said = "release: a decimal point and a decimal comma in one column (got '{}'), expected the same in all rows"
+    assert [problem.split("row 2, ")[1] for problem in day.problems] == [said.format(cell) for cell in wrong]
+    assert ("points in 'release' stand between thousands" in day.assumed) == (cells == ["1.234", "2.000"])
+
+
+def test_a_reading_of_the_first_rows_holds_for_those_that_are_read_later(hall, tmp_path, monkeypatch):
+    monkeypatch.setattr("desim_warehouse.model.sections.order_file.CHUNK", 2)
+    [problem] = read(tmp_path, hall, "release;from\n1.234;1\n2;1\n2.5;1\n3;1\n").problems
+    assert "row 3, release: a decimal point and a decimal comma in one column (got '2.5')" in problem
+    [problem] = read(tmp_path, hall, "release;from\n1,5;1\n2;1\n2.5;1\n3;1\n").problems
+    assert "row 3, release: a decimal point" in problem
+
+
+@pytest.mark.parametrize("cell", ["1e308", "1e300", "1772431205", "1772431205000", "2040-01-01T00:00"])
+def test_a_release_beyond_all_days_is_refused(hall, tmp_path, cell):
+    day = read(tmp_path, hall, f"release,from\n2026-03-02T07:00,1\n{cell},1\n")
+    assert any("row 2, release: later than 10 years after the start of the run" in one for one in day.problems)
+
+
+def test_a_time_zone_that_is_left_out_is_said_and_another_one_refused(hall, tmp_path):
+    day = read(tmp_path, hall, "release,from\n2026-03-02T07:00:00Z,1\n2026-03-02T07:30:00Z,1\n")
+    assert [line.release for line in day.lines] == [3600, 5400]
+    assert "'release' is as on the clock of the hall: Z is left out" in day.assumed
+    day = read(tmp_path, hall, "release,from\n2026-03-02T07:00:00Z,1\n2026-03-02T07:30:00+01:00,1\n")
+    assert len(day.lines) == 1
+    [problem] = day.problems
+    assert "row 2, release: a time of another zone than Z (got '2026-03-02T07:30:00+01:00')" in problem
+    frame = pd.DataFrame({"release": pd.to_datetime(["2026-03-02T07:00:00Z"])})
+    frame.to_parquet(tmp_path / "day.parquet")
+    assert (
+        "'release' is as on the clock of the hall: UTC is left out" in order_day(tmp_path / "day.parquet", hall).assumed
+    )
+
+
+def test_which_priority_is_first_is_said(hall, tmp_path):
+    day = read(tmp_path, hall, "release,Prio\n60,1\n70,3\n", columns={"release": "release", "priority": "Prio"})
+    assert "'Prio' is higher where it is more urgent: 3 before 1" in day.assumed
+    assert read(tmp_path, hall, "release,priority\n60,1\n70,1\n").assumed == ()
+
+
+def test_lines_that_go_the_other_way_than_the_flow_are_said(hall, tmp_path):
+    day = read(tmp_path, hall, "release,from,to\n60,pack,1\n70,2,pack\n80,pack,storage\n")
+    assert "2 of 3 lines go from a station to storage, though flow day leads the other way" in day.assumed
+    assert not any("other way" in one for one in read(tmp_path, hall, "release,from,to\n70,2,pack\n").assumed)
+
+
+def test_a_sheet_is_of_excel_alone(hall, tmp_path):
+    said = refused(tmp_path, hall, "release\n60\n", sheet="orders")
+    assert "sheet (got 'orders') of a file that is no Excel file, expected none" in said
+
+
+def parquet(**columns):
+    out = io.BytesIO()
+    pd.DataFrame(columns).to_parquet(out)
+    return out.getvalue()
+
+
+def test_bytes_in_parquet_are_text_or_refused(hall, tmp_path):
+    day = read(tmp_path, hall, parquet(release=[b"60", b"07:30"], **{"from": [b"1", b"2"]}), "day.parquet")
+    assert [(line.release, line.source) for line in day.lines] == [(60, 1), (5400, 2)]
+    said = refused(tmp_path, hall, parquet(release=[60, 70], order=[b"\xff\xfe\x00", b"\x80"]), "day.parquet")
+    assert "cannot be read (column 'order' has bytes that are no text)" in said
+    frame = pd.DataFrame({"release": [60, 70], "order": pd.Categorical([b"a", b"b"])})
+    frame.to_parquet(tmp_path / "kinds.parquet")
+    assert [line.order for line in order_day(tmp_path / "kinds.parquet", hall).lines] == ["a", "b"]
+    said = refused(tmp_path, hall, parquet(release=[60, 70], order=[[1], [2]]), "day.parquet")
+    assert "column 'order' has lists or sections, expected text, numbers or times" in said
+
+
+def test_text_in_parquet_that_is_none_is_refused(hall, tmp_path):
+    import pyarrow as pa
+    from pyarrow import parquet as pq
+
+    raw = pa.array([b"\xff\xfe", b"b"], pa.binary())
+    broken = pa.Array.from_buffers(pa.string(), 2, raw.buffers())
+    pq.write_table(pa.table({"release": [60, 70], "order": broken}), tmp_path / "day.parquet")
+    with pytest.raises(dw.ModelError, match="column 'order' has bytes that are no text"):
+        order_day(tmp_path / "day.parquet", hall)
+
+
+def stuffed(content, stored=False):
+    """A workbook whose sheet is this text."""
+    source, out = zipfile.ZipFile(io.BytesIO(book(("orders", [["release"], [1]])))), io.BytesIO()
+    with zipfile.ZipFile(out, "w", zipfile.ZIP_STORED if stored else zipfile.ZIP_DEFLATED) as file:
+        for part in source.infolist():
+            sheet = part.filename == "xl/worksheets/sheet1.xml"
+            file.writestr(part.filename, content if sheet else source.read(part))
+    return out.getvalue()
+
+
+SHEET = (
+    '<worksheet xmlns="http://schemas.openxmlformats.org/spreadsheetml/2006/main"><sheetData>'
+    '<row r="1"><c r="A1" t="inlineStr"><is><t>release</t></is></c></row>'
+    '<row r="2"><c r="A2" t="inlineStr"><is><t>{}</t></is></c></row></sheetData></worksheet>'
+)
+
+
+def test_a_workbook_of_one_huge_cell_is_refused_before_it_is_opened(hall, tmp_path, monkeypatch):
+    pytest.importorskip("openpyxl")
+    assert read(tmp_path, hall, stuffed(SHEET.format(60)), "day.xlsx").lines[0].release == 60
+    monkeypatch.setattr("openpyxl.load_workbook", None)
+    small = stuffed(SHEET.format("x" * 20_000_000))
+    assert len(small) < 100_000
+    assert "too large when it is unfolded" in refused(tmp_path, hall, small, "day.xlsx")
+    large = stuffed(SHEET.format("x" * 2_000_000), stored=True)
+    assert "a cell or row longer than Excel writes them" in refused(tmp_path, hall, large, "day.xlsx")
+    wide = SHEET.format("</t></is></c>" + '<c r="B2"><v>1</v></c>' * 1_200_000 + "<c><is><t>")
+    assert "a cell or row longer than Excel writes them" in refused(
+        tmp_path, hall, stuffed(wide, stored=True), "a.xlsx"
+    )
