@@ -73,7 +73,8 @@ EVERYTHING = {
 
 def test_broken_robots_off_the_lanes_are_a_relief_where_repairs_are_long():
     model = dw.load(SQUARE, {**GATED, "fleet.robot.breakdowns": {"every": 900, "repair": 600}})
-    [found] = [one for one in suspects(dw.simulate(model)) if one.name == "broken robots in the lanes"]
+    [found] = [one for one in suspects(dw.simulate(model)) if one.relief == "broken robots off the lanes after 2 min"]
+    assert found.name == "breakdowns"
     assert found.overrides == {"fleet.robot.breakdowns.clear": 120}
 
 
