@@ -61,7 +61,7 @@ def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits
             "no rule in any zone",
             {"traffic.zones": {}},
         ),
-        ({"fleet.exit_time": 30}, "the way out of bays", "robots are out of bays at once", {"fleet.exit_time": 0}),
+        ({"fleet.exit_time": 30}, "the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}),
         (
             {"layout.edges.1.speed": 0.1},
             "limits of speed",
@@ -97,8 +97,8 @@ def test_other_charging_policies_are_tried_where_tasks_wait_for_robots_that_char
     assert reliefs(over, "the charging policy").keys() == {
         *(f"charging by {name}" for name in ("threshold", "reach-aware", "opportunity"))
     }
-    rare = {"tasks": {"goods": {"poisson": 5}, "unload_at": ["desk"], "load_time": 5, "unload_time": 30}}
-    assert reliefs({"battery": BATTERY, "policies.charging": "opportunity", **rare}, "the charging policy") == {}
+    lasting = {**BATTERY, "consumption": 0.001}
+    assert reliefs({"battery": lasting, "policies.charging": "four-thresholds"}, "the charging policy") == {}
 
 
 # In words

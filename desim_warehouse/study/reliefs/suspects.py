@@ -266,7 +266,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
             more = {"fleet.size": model.fleet.size + 1, f"fleet.kinds.{name}.count": kind.count + 1}
             yield Suspect(f"robots of kind {name}", f"one {name} more", more, dose=1 / kind.count)
     if model.fleet.exit_time:
-        yield Suspect("the way out of bays", "robots are out of bays at once", {"fleet.exit_time": 0})
+        yield Suspect("the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}, dose=-1)
     even = evenly(model)
     if even:
         yield Suspect("peaks", "the same orders evenly", even)
