@@ -34,7 +34,7 @@ AS_DRAFTED_BEFORE = {
 say was counted in those."""
 BUSY = 0.8
 """The power of a charger at which many robots queue, as a share of what a fleet draws that never stands still; and the
-capacity of an intersection at which robots wait, as a share of what the warehouse does: neither limits half of it."""
+capacity of a server for whom robots wait, as a share of what the warehouse does: neither limits half of it."""
 
 
 def planted(number):
@@ -70,19 +70,22 @@ def _rate(run):
     return run.kpis["throughput_per_hour"] / 3600
 
 
-def _node(_, run, draw, share=HALF):
+def _node(_, run, draw):
     """A slow intersection."""
     each = {name: run.nodes.passages[name] / run.kpis["tasks"] for name in run.nodes.index}
     busy = sorted(name for name, passages in each.items() if passages > HALF)
     node = draw.choice(busy)
-    time = 1 / (share * _rate(run) * each[node])
+    time = 1 / (HALF * _rate(run) * each[node])
     return {f"traffic.nodes.{node}.time": time}, f"intersection {node}"
 
 
 def _station(_, run, __):
     """A station with one server."""
-    packing = {"layout.stations.packing.servers": 1, "tasks.unload_time": 1 / (HALF * _rate(run))}
-    return packing, "station packing"
+    return _packer(run, HALF), "station packing"
+
+
+def _packer(run, share):
+    return {"layout.stations.packing.servers": 1, "tasks.unload_time": 1 / (share * _rate(run))}
 
 
 def _chargers(whole, _, __, share=HALF):
@@ -103,9 +106,9 @@ def _places(whole, _, __):
     return {"layout.stations.packing.servers": 1, "layout.stations.packing.places": slots}, "places at the stations"
 
 
-def _robots(whole, run, draw):
-    """Half the robots: scarce, though nothing waits for them; they wait at a slow node with capacity to spare."""
-    return {**_node(whole, run, draw, BUSY)[0], "fleet.size": whole.fleet.size // 2}, "the number of robots"
+def _robots(whole, run, _):
+    """Half the robots: scarce, though nothing waits for them; they wait for a server with capacity to spare."""
+    return {**_packer(run, BUSY), "fleet.size": whole.fleet.size // 2}, "the number of robots"
 
 
 @dataclass

@@ -69,7 +69,7 @@ RING = {
         "stations": {"desk": {"at": ["E"], "servers": 2}},
     },
     "fleet": {"size": 3, "robot": {"radius": 0.3, "speed": 1.5}},
-    "tasks": {"goods": {"poisson": 60}, "unload_at": ["desk"], "load_time": 5, "unload_time": 5},
+    "tasks": {"goods": {"poisson": 60, "due_within": 100}, "unload_at": ["desk"], "load_time": 5, "unload_time": 5},
     "run": {"length": "75 min", "warm_up": "15 min"},
     "log": "all",
 }
@@ -170,10 +170,15 @@ CASES = [
         {"calendars.day": {"every": 3600, "lasts": 1500}, "layout.stations.packing.hours": "day"},
     ),
     Planted("delays at nodes", "delays", {"fleet.robot.delays": {"share": 0.5, "time": 15}}),
-    Planted("a minute to leave a bay", "the way out of bays", {"fleet.exit_time": 60, "tasks.goods.due_within": 150}, orders=40),
+    Planted(
+        "a minute to leave a bay",
+        "the way out of bays",
+        {"fleet.exit_time": 60, "tasks.goods.due_within": 150},
+        orders=40,
+    ),
     Planted("decisions every 5 min", "the interval of decisions", {"policies.interval": 300}),
     Planted("one slot at the station", "places at the stations", {"layout.stations.packing.places": 1}),
-    Planted("a lane with a speed limit", "speed limits", layout=RING),
+    Planted("a lane with a speed limit", "limits of speed", layout=RING),
     Planted("a two-way lane", "two-way lane A - B", layout=BRIDGE),
 ]
 

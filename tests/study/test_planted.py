@@ -61,10 +61,10 @@ def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits
             "no rule in any zone",
             {"traffic.zones": {}},
         ),
-        ({"fleet.exit_time": 30}, "the way out of bays", "robots are out of bays at once", {"fleet.exit_time": 0}),
+        ({"fleet.exit_time": 30}, "the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}),
         (
             {"layout.edges.1.speed": 0.1},
-            "speed limits",
+            "limits of speed",
             "no speed limits on edges",
             {"layout.edges.1.speed": None},
         ),
@@ -97,8 +97,8 @@ def test_other_charging_policies_are_tried_where_tasks_wait_for_robots_that_char
     assert reliefs(over, "the charging policy").keys() == {
         *(f"charging by {name}" for name in ("threshold", "reach-aware", "opportunity"))
     }
-    rare = {"tasks": {"goods": {"poisson": 5}, "unload_at": ["desk"], "load_time": 5, "unload_time": 30}}
-    assert reliefs({"battery": BATTERY, "policies.charging": "opportunity", **rare}, "the charging policy") == {}
+    lasting = {**BATTERY, "consumption": 0.001}
+    assert reliefs({"battery": lasting, "policies.charging": "four-thresholds"}, "the charging policy") == {}
 
 
 # In words
@@ -121,8 +121,8 @@ def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():
     assert clear.is_clear
     assert not clear.gains.clear
     assert why_words.sentence(clear, units).startswith(
-        "The charging policy costs 70 s of cycle time, mean (50 to 90) against charging by a; nothing else gains more "
-        "than 20 for each 10 %."
+        "The charging policy costs 70 s of cycle time, mean (50 to 90) by this relief: charging by a; "
+        "nothing else gains more than 20 for each 10 %."
     )
     assert not found(*policies, ("chargers", "one charger more", 0.1, 5, 51)).is_clear
     assert not found(("the charging policy", "charging by a", None, -1, 90)).is_clear
@@ -130,11 +130,6 @@ def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():
 
 
 # Planted
-
-
-@pytest.mark.parametrize("title", ["batches of six", "nothing"])
-def test_a_planted_bottleneck_is_named_first(title):
-    assert named(BY_TITLE[title]).right
 
 
 @pytest.mark.long
@@ -154,11 +149,11 @@ def test_the_advice_gains_on_other_days_what_was_said():
 
 def test_the_time_in_which_tasks_wait_for_a_batch_is_said_of_one_run(tmp_path, monkeypatch):
     model = BY_TITLE["batches of six"].model()
-    part = dw.simulate(model).account("task").sum()
+    part = dw.simulate(model, 77).account("task").sum()
     share = part["waiting_for_batch"] / part.sum()
+    assert share > 0.4
     (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")
     monkeypatch.chdir(tmp_path)
-    said = pages.run_desim("desim why w.yaml --quiet --cap 10")[1]
+    said = pages.run_desim("desim why w.yaml --quiet --cap 10 --seed 77")[1]
     assert f"{100 * share:.3g} % of a task's time was waiting for a batch in the run looked at." in said
     assert "Batching costs " in said
-    assert json.loads(pages.run_desim("desim why w.yaml --quiet --cap 10 --json")[1])["waiting_for_batch"] == share

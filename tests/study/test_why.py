@@ -36,7 +36,7 @@ def test_suspects_come_from_the_account_of_time_worst_first(run):
     assert at.name == f"intersection {nodes.idxmax()}"
     assert at.waited == pytest.approx(nodes.max() / (run.history.counted * 12))
     # all bay places are taken, so there is no room for a robot more; nine places at stations for twelve robots
-    rest = {"station packing", "chargers", "handling", "demand", "places at the stations"}
+    rest = {"station packing", "chargers", "handling", "demand", "places at the stations", "the way out of bays"}
     assert {suspect.name for suspect in found if not suspect.name.startswith("intersection")} == rest
     for suspect in found:
         run.model.replace(suspect.overrides)  # every relief is a model
@@ -73,7 +73,8 @@ EVERYTHING = {
 
 def test_broken_robots_off_the_lanes_are_a_relief_where_repairs_are_long():
     model = dw.load(SQUARE, {**GATED, "fleet.robot.breakdowns": {"every": 900, "repair": 600}})
-    [found] = [one for one in suspects(dw.simulate(model)) if one.name == "broken robots in the lanes"]
+    [found] = [one for one in suspects(dw.simulate(model)) if one.relief == "broken robots off the lanes after 2 min"]
+    assert found.name == "breakdowns"
     assert found.overrides == {"fleet.robot.breakdowns.clear": 120}
 
 

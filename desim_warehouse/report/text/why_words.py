@@ -113,7 +113,7 @@ def _answer(found: Why, suspect: Suspect, gain: Gain, unit: str) -> str:
     whole = f"{amount(found, gain.mean)}{unit} ({interval(found, gain)})"
     if suspect.dose is None:
         several = sum(one.name == suspect.name for one, _ in found.found) > 1
-        return f"{name} {_costs(suspect.name)} {whole}{f' against {suspect.relief}' if several else ''}"
+        return f"{name} {_costs(suspect.name)} {whole}{f' by this relief: {suspect.relief}' if several else ''}"
     each = f", {amount(found, gain.each.mean)} for {DOSE}"
     return (
         f"{name} {'holds' if _costs(suspect.name) == 'costs' else 'hold'} it up: {suspect.relief} gains {whole}{each}"

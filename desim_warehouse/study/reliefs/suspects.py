@@ -190,7 +190,7 @@ def _on_the_way(run: Run) -> Iterator[Suspect]:
     edges = enumerate(run.model.layout.edges)
     limits = {f"layout.edges.{rank}.{key}": None for rank, edge in edges for key in _LIMITS if getattr(edge, key)}
     if limits:
-        yield Suspect("speed limits", "no speed limits on edges", limits)
+        yield Suspect("limits of speed", "no speed limits on edges", limits)
     if run.model.people:
         yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, run.kpis["share_waiting_person"])
 
@@ -235,7 +235,7 @@ def _failures(run: Run) -> Iterator[Suspect]:
             if spec.clear is None and mean_of(spec.repair) > long and not _dotted(model, key)
         }
         if stand:
-            yield Suspect("broken robots in the lanes", "broken robots off the lanes after 2 min", stand)
+            yield Suspect("breakdowns", "broken robots off the lanes after 2 min", stand)
     if any(robot.delays for robot in model.fleet.robots()):
         never = dict.fromkeys(("fleet.robot.delays", *_of_kinds(model, "delays")))
         yield Suspect("delays", "no delays at nodes", never)
@@ -266,7 +266,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
             more = {"fleet.size": model.fleet.size + 1, f"fleet.kinds.{name}.count": kind.count + 1}
             yield Suspect(f"robots of kind {name}", f"one {name} more", more, dose=1 / kind.count)
     if model.fleet.exit_time:
-        yield Suspect("the way out of bays", "robots are out of bays at once", {"fleet.exit_time": 0})
+        yield Suspect("the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}, dose=-1)
     even = evenly(model)
     if even:
         yield Suspect("peaks", "the same orders evenly", even)
