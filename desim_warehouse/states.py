@@ -367,6 +367,8 @@ def names(is_so: Callable[[State], bool]) -> frozenset[str]:
 
 OPERATING = names(lambda state: state.draws in ("empty", "loaded", "handling"))
 """In which a robot is in operation, unless it waits in traffic: it drives, or loads and unloads."""
+SERVED = names(lambda state: state.occupies == "station")
+"""In which a robot in a station has a server there in use."""
 BROKEN = names(lambda state: state.phase is Phase.BREAKDOWN)
 """In which it is out of order."""
 CHARGED = names(lambda state: state.draws is None)

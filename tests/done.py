@@ -12,7 +12,12 @@ def ends(run):
     """The rows with which tasks are done, in order."""
     at = workplaces(run) if run.model.tasks.done_when == "worked" else {}
     last = "worked" if at else "delivered"
-    return [row for row in run.record.rows if row[1] == last or (row[1] == "delivered" and row[4] not in at)]
+    return [row for row in run.record.rows if row[1] == last or (row[1] == "delivered" and not for_workers(row, at))]
+
+
+def for_workers(row, at):
+    """Whether what is delivered is put down before workers, and not into a storage place beside them."""
+    return row[4] in at and row[5] is None
 
 
 def done(run):

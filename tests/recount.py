@@ -14,7 +14,7 @@ from collections import Counter, defaultdict
 import numpy as np
 
 from tests.charging import batteries, swaps
-from tests.done import done, workplaces
+from tests.done import done, for_workers, workplaces
 
 APART = ("waiting_closed", "waiting_person")
 WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "awaiting", "returning")
@@ -331,7 +331,7 @@ class Recount:
                 own = getattr(listed[row[3]], "to", None) if listed else None
                 nodes = self.run.layout.nodes_of(own) if own else self.model.tasks.unload_at
                 found |= {row[3]} if set(nodes) <= at.keys() else set()
-            elif row[1] == "delivered" and row[4] in at and row[5] is None:
+            elif row[1] == "delivered" and for_workers(row, at):
                 found.add(row[3])
         return found
 
@@ -342,13 +342,13 @@ class Recount:
         waited = used = worked = put = 0
         ends = {}
         before, due = 0.0, self.due()
-        for time, kind, _, task, node, *_ in [*self.rows, (self.end, "end", 0, 0, None)]:
+        for time, kind, _, task, node, edge, *_ in [*self.rows, (self.end, "end", 0, 0, None, None)]:
             for place, spec in at.items():
                 waited += waiting[place] * self.within(before, time)
                 stretches = self.model.hours(spec.hours).between(max(before, self.begin), time) if busy[place] else ()
                 used += busy[place] * sum(end - start for start, end in stretches)
             before = time
-            if node not in at or kind not in {"delivered", "working", "worked"}:
+            if node not in at or kind not in {"delivered", "working", "worked"} or edge is not None:
                 continue
             put += kind == "delivered"
             waiting[node] += {"delivered": 1, "working": -1, "worked": 0}[kind]

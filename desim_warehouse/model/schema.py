@@ -323,7 +323,7 @@ class Prices(Part):
     ] = Field(
         0.0,
         title="price of a late order",
-        description="an order delivered late, or due and not delivered; without orders from a file a task",
+        description="an order that is due and not done; a task that is in no order of a file counts as one",
     )
     turned_aisle: NotNegative = Field(
         0.0, title="price of a turned aisle", description="an aisle turned by desim orient --indicator, once"

@@ -126,8 +126,9 @@ class _Body(Protocol):
 class Log:
     """The rows of a run at a level of detail: `tasks` (also states and rotations), `moves`, or `all`.
 
-    `robots`, `edges` and `nodes` are the tallies of the counted part of the run: one dict of plain numbers for each
-    robot, edge and intersection, counted between `begin` and `end`. `due` holds the due times of tasks, `flows` their
+    `robots`, `edges`, `nodes` and `stations` are the tallies of the counted part of the run: one dict of plain numbers
+    for each robot, edge, intersection and station (None: a version before 0.4.0 did not count there), counted between
+    `begin` and `end`. `due` holds the due times of tasks, `flows` their
     flows, `orders` their orders, `energy` what the battery of each robot holds at the end, empty without batteries.
     `for_workers` are the tasks whose load units are worked on in a station: it is known at their release where they can
     go nowhere else, or when they are put down; None: a version before 0.4.0 did not say. `people` has visits, their
@@ -141,6 +142,7 @@ class Log:
     robots: list[dict[str, float]] = field(default_factory=list)
     edges: list[dict[str, Any]] = field(default_factory=list)
     nodes: list[dict[str, Any]] = field(default_factory=list)
+    stations: list[dict[str, Any]] | None = field(default_factory=list)
     due: dict[int, float] = field(default_factory=dict)
     flows: dict[int, str] = field(default_factory=dict)
     orders: dict[int, str] = field(default_factory=dict)

@@ -64,12 +64,35 @@ class Resource:
 
         Of a station with hours that of the time in which it is open: more than 1 where it finishes what it has begun.
         """
-        time = (end - begin) * self.hours.share(begin, end)
-        return area(self.busy, begin, end) / (self.number * time) if time > 0 else float("nan")
+        return in_use(area(self.busy, begin, end), self.number, self.hours, begin, end)
 
     def mean_queue(self, begin: float, end: float) -> float:
         """Robots that queue between two times, on average, nan if they are the same."""
         return area(self.queue, begin, end) / (end - begin) if end > begin else float("nan")
+
+
+def in_use(busy: float, number: int, hours: Hours, begin: float, end: float) -> float:
+    """The share of the time of a number of servers, as far as they are open, that is `busy`; nan without such time."""
+    time = number * (end - begin) * hours.share(begin, end)
+    return busy / time if time > 0 else math.nan
+
+
+def servers_in_use(history: History) -> dict[str, float]:
+    """For each group of stations the share of their servers' time that is in use, at every level of the log.
+
+    The world counts it. Versions before 0.4.0 did not, so there it takes `log: all`, and is none without.
+    """
+    begin, end, model, found = history.begin, history.end, history.model, defaultdict(list)
+    if history.log.stations is not None:
+        for row in history.log.stations:
+            item = history.layout.stations[row["station"]]
+            hours = model.hours(model.layout.stations[item.zone].hours)
+            found[item.zone].append(in_use(row["busy"], item.servers, hours, begin, end))
+    elif history.log.level == "all":
+        for one in resources(history):
+            if one.kind == "station":
+                found[one.zone].append(one.utilisation(begin, end))
+    return {zone: math.fsum(parts) / len(parts) for zone, parts in found.items()}
 
 
 def resources(history: History) -> list[Resource]:

@@ -93,6 +93,7 @@ def _write(run: Run, folder: Path) -> Path:
             "robots": log.robots,
             "edges": log.edges,
             "nodes": log.nodes,
+            "stations": log.stations,
         },
     }
     write_whole(folder / RUN, json.dumps(content) + "\n")
@@ -151,6 +152,7 @@ def load_run(folder: str | Path) -> Run:
             robots=kept["robots"],
             edges=kept["edges"],
             nodes=kept["nodes"],
+            stations=kept.get("stations"),
             due=dict(kept["due"]),
             flows=dict(kept["flows"]),
             orders=dict(kept["orders"]),

@@ -99,7 +99,7 @@ class World:
         self.env = Clock()
         if heed is not None:
             heed(self.env)
-        self._before: tuple[Rows, Rows, Rows] | None = None
+        self._before: tuple[Rows, Rows, Rows, Rows] | None = None
         zones = zones_on(self.layout, model.traffic.zones)
         # People before the log and the lanes: their aisles close, and the log must say who is in one when they come.
         self.people = self._people(zones)
@@ -313,11 +313,7 @@ class World:
         log, now = self.log, self.env.now
         for robot in self.robots:
             robot.body.end_waits(now)
-        found = tallies(self.robots, self.traffic, now)
-        if self._before is not None:
-            robots, edges, nodes = self._before
-            found = less(found[0], robots), less(found[1], edges), less(found[2], nodes)
-        log.robots, log.edges, log.nodes = found
+        log.robots, log.edges, log.nodes, log.stations = self._tallies_since_warm_up()
         if self.model.battery is not None:
             log.energy = [robot.battery.level(now) for robot in self.robots]
         record_closures(log, self.model, self.layout, now)
@@ -336,7 +332,17 @@ class World:
 
     def _count_from_here(self) -> None:
         self.log.begin = self.env.now
-        self._before = tallies(self.robots, self.traffic, self.env.now)
+        self._before = self._tallies()
+
+    def _tallies(self) -> tuple[Rows, Rows, Rows, Rows]:
+        return tallies(self.robots, self.traffic, self.stations.by_node, self.env.now)
+
+    def _tallies_since_warm_up(self) -> tuple[Rows, Rows, Rows, Rows]:
+        robots, edges, nodes, stations = self._tallies()
+        if self._before is None:
+            return robots, edges, nodes, stations
+        before = self._before
+        return less(robots, before[0]), less(edges, before[1]), less(nodes, before[2]), less(stations, before[3])
 
     def _worked(self) -> None:
         """A load unit in a station has been worked on, which may be the last thing that the run waits for."""

@@ -29,6 +29,11 @@ def test_work_ends_and_all_is_counted(numbers):
     assert Found.of(numbers, closed) == Found()
 
 
+def test_a_robot_may_turn_off_that_waited_for_a_robot_and_then_for_an_opening():
+    """Of the models after the daily ones the first in which one does."""
+    assert Found.of([260], closed) == Found()
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("first", [0, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(8, 400, 8))])
 def test_work_ends_on_two_way_lanes(kind, first):

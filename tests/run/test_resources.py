@@ -2,13 +2,25 @@
 
 from __future__ import annotations
 
+import json
 import math
+from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.outcome.resources import area, resources, steps
+from desim_warehouse.outcome.resources import area, resources, servers_in_use, steps
+from desim_warehouse.report.text import run_words
 from tests.report.replay.floors import busy_run, tired_run
+from tests.world.test_flows import RING
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+OUT = {
+    "fast": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 9}]}},
+    "slow": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 40, "tasks": 3}]}, "unload_time": 25},
+}
 
 
 def test_counts_over_time_and_the_area_below_them() -> None:
@@ -67,3 +79,30 @@ def test_queues_add_up_to_the_time_queued_of_the_run(make: object) -> None:
     for kind, indicator in (("station", "station_wait"), ("chargers", "charger_wait")):
         queued = sum(area(one.queue, begin, end) for one in resources(run.history) if one.kind == kind)
         assert queued == pytest.approx(run.kpis.get(indicator, 0.0), abs=1e-6)
+
+
+@pytest.mark.parametrize("over", [{}, {"run.warm_up": 130}, {"layout.stations.pack.work_time": 30}])
+def test_servers_are_in_use_for_as_long_at_every_level_of_the_log(over: dict[str, Any]) -> None:
+    """A robot that begins in the warm-up, or is at it at the end, counts as far as it is in the counted time."""
+    model = dw.load(RING, {"tasks.flows": OUT, "fleet.size": 3, "run.length": 401, **over})
+    in_full = dw.simulate(model.replace({"log": "all"}))
+    begin, end = in_full.history.begin, in_full.history.end
+    by_account = {one.zone: one.utilisation(begin, end) for one in resources(in_full.history) if one.kind == "station"}
+    assert by_account["pack"] > by_account["dock"] > 0
+    for level in ("all", "moves", "tasks"):
+        run = dw.simulate(model.replace({"log": level}))
+        assert servers_in_use(run.history) == pytest.approx(by_account)
+        assert run_words.sentences(run) == run_words.sentences(in_full)
+
+
+@pytest.mark.parametrize("level", ["all", "tasks"])
+def test_servers_in_use_are_kept_with_a_run(level: str, tmp_path: Path) -> None:
+    """A run of before 0.4.0 has no such tallies: with the whole log they are read from that, else nothing is said."""
+    run = dw.simulate(dw.load(RING, {"tasks.flows": OUT, "fleet.size": 3, "log": level}))
+    folder = run.save(tmp_path / "run")
+    assert run_words.sentences(dw.load_run(folder)) == run_words.sentences(run)
+    content = json.loads((folder / "run.json").read_text())
+    del content["log"]["stations"]
+    (folder / "run.json").write_text(json.dumps(content))
+    found = servers_in_use(dw.load_run(folder).history)
+    assert found == (pytest.approx(servers_in_use(run.history)) if level == "all" else {})

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.chains import lost_to
-from desim_warehouse.outcome.resources import busy_share, resources, standing
+from desim_warehouse.outcome.resources import busy_share, servers_in_use, standing
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.root_words import root as in_words
@@ -107,18 +107,13 @@ def _busiest(run: Run) -> str:
 
 def _used(run: Run) -> dict[str, float]:
     """The part of their time for which robots, chargers, workers and the servers of each station are at work."""
-    kpis, history = run.kpis, run.history
+    kpis = run.kpis
     found = {
         "robots": busy_share([kpis[name] for name in standing(run.model)], kpis.get("share_on_break", 0.0)),
         "chargers": kpis.get("charger_utilisation", math.nan),
         "workers": kpis.get("worker_utilisation", math.nan),
+        **servers_in_use(run.history),
     }
-    if history.log.level == "all" and history.counted:
-        stations: dict[str, list[float]] = {}
-        for one in resources(history):
-            if one.kind != "chargers":
-                stations.setdefault(one.zone, []).append(one.utilisation(history.begin, history.end))
-        found.update({zone: math.fsum(parts) / len(parts) for zone, parts in stations.items()})
     return {name: part for name, part in found.items() if math.isfinite(part)}
 
 

@@ -32,6 +32,7 @@ class Station:
 
     Outside its `hours` nothing begins there (None: it is always open). What has begun is finished, or `pauses`. `work`
     is done on what is put down there, if anything is. Where no slot is free its node is among those that are `full`.
+    `busy`: the time that its servers have been in use, all together, by robots that began something else since.
     """
 
     def __init__(
@@ -49,6 +50,7 @@ class Station:
         self.node = node
         self.places = places
         self.taken = 0
+        self.busy = 0.0
         self.inside: set[int] = set()
         self.servers = Resource(env, servers)
         self.full = full

@@ -14,7 +14,7 @@ from simpy.events import Event, Timeout
 
 from desim_warehouse.model.facts.energy import rates
 from desim_warehouse.policies import RobotView
-from desim_warehouse.states import AT_START, BROKEN, CHARGED, OPERATING, RESTING, STATES, WAITING, Phase
+from desim_warehouse.states import AT_START, BROKEN, CHARGED, OPERATING, RESTING, SERVED, STATES, WAITING, Phase
 from desim_warehouse.world.robots.alarms import Alarms
 from desim_warehouse.world.robots.battery import Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns
@@ -477,6 +477,8 @@ class Robot:
         waited_by_now = self.body.waited_by(now)
         waited = waited_by_now - self.waited_before
         self.time_in[self.state] += now - self.since_state - waited
+        if self.docked is not None:
+            self.docked.busy += self.served_for(now)
         self.waited_before = waited_by_now
         self.since_state = now
         if state != self.state:
@@ -485,6 +487,10 @@ class Robot:
                 self.doing = state
             self.record(state)
         self._draw(state)
+
+    def served_for(self, now: float) -> float:
+        """For how long it has had a server of its station in use since it began what it does."""
+        return now - self.since_state if self.state in SERVED else 0.0
 
     def _draw(self, state: str) -> None:
         """From now on the battery draws what the state needs, or nothing while the robot is connected to a charger."""

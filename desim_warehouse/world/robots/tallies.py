@@ -1,4 +1,4 @@
-"""What has happened up to an instant, as rows of plain numbers: for each robot, edge and intersection.
+"""What has happened up to an instant, as rows of plain numbers: for each robot, edge, intersection and station.
 
 Traffic is ahead of the clock: a robot that sets out from a stop line has entered its next lane already, and a wait
 behind a slower robot is known before it begins. Here both count only as far as they have happened, so that tallies may
@@ -10,8 +10,9 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
 
+    from desim_warehouse.world.places.station import Station
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.traffic.intersection import Intersection
     from desim_warehouse.world.traffic.lane import Lane
@@ -20,8 +21,10 @@ if TYPE_CHECKING:
 Rows = list[dict[str, Any]]
 
 
-def tallies(robots: Sequence[Robot], traffic: Traffic, now: float) -> tuple[Rows, Rows, Rows]:
-    """Rows of robots, edges and intersections."""
+def tallies(
+    robots: Sequence[Robot], traffic: Traffic, stations: Mapping[str, Station], now: float
+) -> tuple[Rows, Rows, Rows, Rows]:
+    """Rows of robots, edges, intersections and stations."""
     early: dict[Lane, int] = {}  # robots that will enter a lane
     later: dict[Lane, int] = {}  # episodes that will end
     blocked: dict[Lane | Intersection, float] = {}  # time of waiting to be added to what places have counted
@@ -54,7 +57,12 @@ def tallies(robots: Sequence[Robot], traffic: Traffic, now: float) -> tuple[Rows
         }
         for node in dict.fromkeys(traffic.nodes.values())
     ]
-    return [robot.tally(now) for robot in robots], edges, nodes
+    served: dict[Station, float] = {}
+    for robot in robots:
+        if robot.docked is not None:
+            served[robot.docked] = served.get(robot.docked, 0.0) + robot.served_for(now)
+    at = [{"station": node, "busy": one.busy + served.get(one, 0.0)} for node, one in stations.items()]
+    return [robot.tally(now) for robot in robots], edges, nodes, at
 
 
 def less(rows: Rows, before: Rows) -> Rows:

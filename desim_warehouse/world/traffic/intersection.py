@@ -72,6 +72,8 @@ class Claim(Event):
 
     def give_up_room(self) -> None:
         """From now on it is for the intersection alone: the robot goes another way from there."""
+        if self.because is not None:
+            self.node.now_waits_for(self, None, self.env.now)
         if self.lane is not None:
             self.lane.wanted -= 1
         self.lane = self.over = None
