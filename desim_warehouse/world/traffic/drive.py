@@ -210,13 +210,29 @@ class Drive:
     def _crossing(self, onward: Lane, stop: float | None, now: float) -> tuple[float, float, float, Stretch]:
         """When a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
 
+        Its pace beyond the node is of the instant at which it leaves that.
+        """
+        entry = now
+        while True:
+            begin, out, clear, stretch = self._crossing_at(self.robot.pace_on(onward, entry), onward, stop, now)
+            if not onward.slow or clear <= entry:
+                break
+            entry = clear
+        more = max(entry - clear, 0.0)
+        return begin + more, out + more, clear + more, stretch
+
+    def _crossing_at(
+        self, pace: float, onward: Lane, stop: float | None, now: float
+    ) -> tuple[float, float, float, Stretch]:
+        """The same with a pace beyond the node.
+
         Unless it stops on the node all that it loses is spent where it stands now, and it drives on at a steady pace,
         by which its followers can plan.
         """
         robot, lane = self.robot, self.robot.lane
         begin, stretch = robot.going_on(now)
         # In a rotation there may be no room yet, and then there is: it loses what driving clear of the node takes.
-        ahead = onward.first_target(stop), robot.pace_on(onward), onward.headway
+        ahead = onward.first_target(stop), pace, onward.headway
         if lane is None or robot.target >= lane.length:
             more, stretch = stretch.further(*ahead)
             return now, now, begin + more, stretch
