@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import defaultdict
 from dataclasses import dataclass
 
@@ -32,13 +33,21 @@ class Servers:
                 self.check_order(node, turns, stations[node].servers)
 
     def turns(self):
-        """The turns of robots at servers, by station, in the order in which they asked."""
-        found, docked, turn = defaultdict(list), {}, {}
-        for time, kind, robot, _, node, *_ in self.rows:
-            if kind == "docked":
+        """The turns of robots at servers, by station, in the order in which they asked.
+
+        A robot that comes out and loads, or unloads, at a storage place on the node needs no server.
+        """
+        found, docked, turn, stored = defaultdict(list), {}, {}, set()
+        for time, kind, robot, task, node, edge, value, *_ in self.rows:
+            if kind == "released" and value >= 0:
+                stored.add(task)
+            elif kind == "docked":
                 docked[robot] = node
-            elif robot not in docked:
+                turn.pop(robot, None)
+            elif robot not in docked or (kind == "loading" and task in stored):
                 continue
+            elif kind == "delivered" and edge is not None:
+                found[docked.pop(robot)].remove(turn.pop(robot))
             elif kind in HANDLES | WAITS:
                 if robot not in turn:
                     turn[robot] = Turn(robot, time)
@@ -70,7 +79,7 @@ class Servers:
     def check_order(self, node, turns, servers):
         """First come, first served, as soon as a server is free."""
         free = [0.0] * servers
-        for turn in turns:
+        for turn in sorted(turns, key=lambda turn: (turn.asked, math.inf if turn.begin is None else turn.begin)):
             free.sort()
             due = max(turn.asked, free[0])
             begin = self.run.record.end if turn.begin is None else turn.begin

@@ -85,7 +85,7 @@ KINDS = {
     "recharged": RowKind("tasks", "a charged robot goes out again: counts in C", "energy"),
     "parked": RowKind("tasks", "a robot has entered a bay", "energy"),
     "docked": RowKind("tasks", "a robot has entered a station beside a node", "energy"),
-    "cleared": RowKind("tasks", "a broken robot is off the lanes; it comes back at the node", "energy"),
+    "cleared": RowKind("tasks", "a broken robot is off the lanes; it comes back at this node", "energy"),
     "rotation": RowKind("tasks", "a full ring of waiting robots turned by one place", "robots in the ring"),
     "enter": RowKind("moves", "a robot's centre leaves a node for this edge", "none"),
     "drive": RowKind(

@@ -36,7 +36,8 @@ class BreakdownSpec(Part):
         None,
         title="time until cleared",
         description="from a breakdown until the robot is off the lanes, where it is in nobody's way until it is "
-        "repaired; it comes back at the node ahead; default: it is repaired where it stands",
+        "repaired; it comes back at the node ahead, or, if it has still to stop on its lane, at the node behind, and "
+        "drives the lane again; default: it is repaired where it stands",
     )
 
 

@@ -8,6 +8,7 @@ import pytest
 
 import desim_warehouse as dw
 from tests.auditor import audit
+from tests.world.test_tours import ring as tour
 
 RING = {
     "layout": {
@@ -399,3 +400,20 @@ def test_turning_too_fast(ring):
     at = first(rows, "enter", 0, ("B", "C"))
     rows[at] = change(rows[at], time=rows[at][0] - 1)
     finds(altered(run, rows), "robot 0 spends 3 of 4 at B")
+
+
+@pytest.mark.parametrize(
+    ("earlier", "text"),
+    [
+        (1, r"2 robots are served at D, which has 1 servers"),
+        (-1, r"robot 1 is served at D from 81, its turn was at 80"),
+    ],
+)
+def test_served_out_of_turn(earlier, text):
+    """Robot 1 waits for the server at D from 76 until robot 0 has unloaded twice, at 80."""
+    run = tour({"from": "dock", "to": "pack"}, (0, 4), fleet__size=2, traffic__collision_angle=0)
+    rows = list(run.record.rows)
+    at = first(rows, "unloading", 1, node="D")
+    assert rows[at][0] == 80
+    rows[at] = change(rows[at], time=80 - earlier)
+    finds(altered(run, rows), text)

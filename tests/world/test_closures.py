@@ -194,6 +194,45 @@ def test_in_a_slow_zone_a_robot_is_slow_and_keeps_its_pace_where_it_is_already()
     assert on(always, ("B", "C"))[0] == pytest.approx((10, 50))
 
 
+def slow(stretches, speed=0.5, **more):
+    """LOOP with a good on the far side, and B>C slow at times."""
+    over = {"fleet.size": 1, "tasks.goods": [0], "calendars": {"works": {"between": stretches}}, **more}
+    return dw.load(
+        LOOP, {**over, "traffic.slow": {"works": {"members": [["B", "C"]], "speed": speed, "hours": "works"}}}
+    )
+
+
+@pytest.mark.parametrize(
+    ("at", "leaves"), [((9.5, 60), 50), ((10, 60), 50), ((0, 9.5), 30), ((0, 10), 30), ((0, 11), 50)]
+)
+def test_its_speed_is_of_the_instant_at_which_it_enters_and_not_at_which_it_sets_out(at, leaves):
+    """At 9 it is at the stop line, and node and room are its own; at 10 it enters B>C, which takes 20 or 40."""
+    run = dw.simulate(slow([list(at)]))
+    assert on(run, ("B", "C"))[0] == pytest.approx((10, leaves))
+    assert audit(run) == []
+
+
+def test_where_it_has_to_brake_for_the_zone_it_does_so_before_it():
+    """From a stand it is at B at 11; braking from 1 to 0.5 before it takes 0.25 more, and so does going on."""
+    run = dw.simulate(slow([[10.5, 200]], **{"fleet.robot.acceleration": 0.5, "fleet.robot.deceleration": 0.5}))
+    assert on(run, ("B", "C"))[0] == pytest.approx((11.25, 51.5))
+    assert audit(run) == []
+
+
+@pytest.mark.parametrize(("motion", "late"), [({}, 0), ({"fleet.robot.acceleration": 1000}, 0.01)])
+@pytest.mark.parametrize(("opens", "enters"), [(100, (100, 300)), (150, (150, 350)), (1000, (182, 211))])
+def test_a_robot_that_waits_before_the_zone_has_the_speed_of_when_it_enters(opens, enters, motion, late):
+    """The first enters at 10 at 0.1, and is at the stop line at 200. From 10.5 on the zone is not slow.
+
+    So the second would enter at 182, and be D behind the first there. But the zone is slow again from `opens` on, and
+    at 0.1 it may enter at any time.
+    """
+    both = {"fleet.size": 2, "tasks.goods": [0, 0], **motion}
+    run = dw.simulate(slow([[0, 10.5], [opens, 2000]], 0.1, **both))
+    assert on(run, ("B", "C"))[:2] == [pytest.approx((10, 210), abs=late), pytest.approx(enters, abs=late + 1e-9)]
+    assert audit(run) == []
+
+
 # Routes round a closure
 
 

@@ -299,3 +299,31 @@ def test_the_hand_calculation_counts_a_start_and_a_stop_of_each_drive():
     cycle = check(model).calculation.cycle
     assert (cycle.empty, cycle.loaded, cycle.time) == (35 + 2, 10 + 1, 56)
     assert dw.simulate(model).kpis["tasks"] == near(5400 / 56, abs=1)
+
+
+SHAPES = [(1, 0.5, 1.5), (0.4, 0.5, 1), (1.3, 0.3, 1), (2, 0.5, 1)]
+
+
+@pytest.mark.parametrize(("headway", "acceleration", "speed"), SHAPES)
+def test_a_queue_moves_up_from_stand_to_stand(headway, acceleration, speed):
+    """Behind one that has stood for 40 at 30 along: each next one is at B as long after it as driving D takes."""
+    motion = Motion(1 / acceleration, 1 / acceleration)
+    floor = line("A B", 60, D=headway)
+    first = floor.robot(("A B", 30), 40, "B", PARK, speed=speed, motion=motion)
+    others = [floor.robot("A B", PARK, speed=speed, motion=motion) for _ in range(3)]
+    floor.run()
+    there = [floor.there(robot)[-1] for robot in (first, *others)]
+    assert [later - one for one, later in pairwise(there)] == [near(2 * math.sqrt(headway / acceleration))] * 3
+
+
+@pytest.mark.parametrize("looks_ahead", [False, True])
+@pytest.mark.parametrize(("headway", "acceleration", "speed"), SHAPES)
+def test_out_of_a_bay_they_start_as_far_apart_as_at_full_speed(headway, acceleration, speed, looks_ahead):
+    """D at full speed and what gathering it takes: too long where D < v² / 2a, as docs/why.md says."""
+    motion = Motion(1 / acceleration, 1 / acceleration)
+    floor = line("A B", 60, D=headway)
+    robots = [floor.robot("A B", PARK, speed=speed, motion=motion, looks_ahead=looks_ahead) for _ in range(3)]
+    floor.run()
+    begun = [floor.enters(robot)["A>B"] for robot in robots]
+    gap = headway / speed + speed / (2 * acceleration)
+    assert [later - one for one, later in pairwise(begun)] == [near(gap)] * 2

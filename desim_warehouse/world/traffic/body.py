@@ -184,21 +184,24 @@ class Body:
         self._join(lane, ahead)
         self.pos = self.target = self.goal = position
         self.driven = -position
-        self.take_pace_of(lane)
+        self.take_pace_of(lane, 0.0)
 
-    def take_pace_of(self, lane: Lane) -> None:
-        """Its own speed, the lane's limit, or the pace of the ring that it turns with: the smallest, from now on."""
+    def take_pace_of(self, lane: Lane, time: float) -> None:
+        """Its own speed, the limit of a lane that it enters at a time, or the pace of the ring that it turns with.
+
+        The smallest of them, from now on. A ring turns as it started, whatever holds meanwhile.
+        """
         train, self.train_pace = self.train_pace, math.inf
-        self.limit = min(lane.limit, train)
+        self.limit = lane.limit_at(time) if train == math.inf else min(lane.limit, train)
         if self.look_ahead is not None:
             self.limit = min(self.limit, self.look_ahead.limit_on(lane))
         self._take_pace()
         if train < math.inf:
             self.braking = 0.0
 
-    def pace_on(self, lane: Lane) -> float:
-        """The pace that it will have on a lane."""
-        pace = min(self.speed, lane.limit, self.train_pace)
+    def pace_on(self, lane: Lane, time: float) -> float:
+        """The pace that it will have on a lane that it enters at a time."""
+        pace = min(self.speed, lane.limit_at(time), self.train_pace)
         return pace if self.look_ahead is None else min(pace, self.look_ahead.limit_on(lane))
 
     def _take_pace(self) -> None:
@@ -413,6 +416,11 @@ class Body:
             return 0.0
         part, self.stretch = self.stretch.later(time, pace)
         return part
+
+    def start_at_pace(self, length: float) -> None:
+        """It has stood, and gathers its pace while it waits to drive a length."""
+        if self.stretch is not None:
+            _, self.stretch = self.stretch.at_speed(self.pace).further(length, self.pace)
 
     def brake_to_stand(self, now: float) -> float:
         """It stops where it is, or is sure to get to; returns when it has braked."""

@@ -123,7 +123,7 @@ class Restrictions:
 class RestrictedLane(Lane):
     """A lane with `closures`, with speed limits at times, or both. Its own limit is `usual`.
 
-    A robot has the pace of the moment at which it sets out for the lane as long as it is on it.
+    A robot has the pace of the instant at which it enters the lane as long as it is on it.
     """
 
     __slots__ = ("closures", "slow", "usual")
@@ -139,12 +139,33 @@ class RestrictedLane(Lane):
     @property
     def limit(self) -> float:
         """The speed limit now."""
-        now: float = self.rules.env._now
-        return min((slowness.limit(now) for slowness in self.slow), default=self.usual)
+        return self.limit_at(self.rules.env._now)
 
     @limit.setter
     def limit(self, limit: float) -> None:
         self.usual = limit
+
+    def limit_at(self, time: float) -> float:
+        """The speed limit at a time."""
+        return min((slowness.limit(time) for slowness in self.slow), default=self.usual)
+
+    def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:
+        """The same, and its pace is of the instant at which it enters.
+
+        Put off until after the limit has changed, it may enter as it changes, at another pace.
+        """
+        in_ring = robot.train_pace < math.inf
+        late = super()._late(robot, ahead, target, clear)
+        if in_ring or not self.slow:
+            return late
+        planned, entry = robot.limit, clear
+        while (change := min(slowness.hours.changes(entry) for slowness in self.slow)) <= clear + late:
+            entry = change
+            robot.take_pace_of(self, entry)
+            late = max(self.free_at(robot, ahead, 0.0, target, clear) - (clear + target / robot.pace), entry - clear)
+        if robot.limit != planned:
+            robot.start_at_pace(target)
+        return late
 
     def shut_by(self, robot: Body) -> Closure | None:
         """What keeps a robot out now. A robot in a lane of the same closure is not kept out."""

@@ -9,6 +9,7 @@ events an edge, to the stop line and over the node, were measured to cost more: 
 
 from __future__ import annotations
 
+import math
 from enum import Enum
 from heapq import heappush
 from typing import TYPE_CHECKING, Any
@@ -59,11 +60,14 @@ class Drive:
         "rules",
         "slow",
         "stop",
+        "there",
         "turn_time",
     )
 
     crossing: tuple[float, float, float, Stretch]
     """Of the instant at which it was last asked when the robot would leave the node (see `_crossing`)."""
+    there: float
+    """When it has spent its time at the node to which it was let go on early."""
 
     def __init__(self, rules: Rules, robot: Body, route: Sequence[Lane], stop: float | None) -> None:
         self._ok = True
@@ -76,6 +80,7 @@ class Drive:
         self.stop = stop
         self.index = 0
         self.cleared_before_stop = False
+        self.there = -math.inf
         # Crossing takes more than a drive and node time.
         self.slow = rules.turn_time > 0 or robot.stretch is not None or robot.delays is not None
         self.held_up: Event | None = None
@@ -205,13 +210,29 @@ class Drive:
     def _crossing(self, onward: Lane, stop: float | None, now: float) -> tuple[float, float, float, Stretch]:
         """When a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
 
+        Its pace beyond the node is of the instant at which it leaves that.
+        """
+        entry = now
+        while True:
+            begin, out, clear, stretch = self._crossing_at(self.robot.pace_on(onward, entry), onward, stop, now)
+            if not onward.slow or clear <= entry:
+                break
+            entry = clear
+        more = max(entry - clear, 0.0)
+        return begin + more, out + more, clear + more, stretch
+
+    def _crossing_at(
+        self, pace: float, onward: Lane, stop: float | None, now: float
+    ) -> tuple[float, float, float, Stretch]:
+        """The same with a pace beyond the node.
+
         Unless it stops on the node all that it loses is spent where it stands now, and it drives on at a steady pace,
         by which its followers can plan.
         """
         robot, lane = self.robot, self.robot.lane
         begin, stretch = robot.going_on(now)
         # In a rotation there may be no room yet, and then there is: it loses what driving clear of the node takes.
-        ahead = onward.first_target(stop), robot.pace_on(onward), onward.headway
+        ahead = onward.first_target(stop), pace, onward.headway
         if lane is None or robot.target >= lane.length:
             more, stretch = stretch.further(*ahead)
             return now, now, begin + more, stretch
@@ -295,7 +316,7 @@ class Drive:
     def _goes_on_from_node(self, onward: Lane | None, now: float) -> bool:
         """The same where the node at the end of its lane is its own already."""
         robot, lane = self.robot, self.robot.lane
-        if onward is None or lane.node_time or robot.delays is not None or (self.turn_time and lane.turn_to(onward)):
+        if onward is None or lane.node_time or self._more_time(lane, onward):
             return False  # it stops there
         if onward.inside or robot.granted is onward:
             return True
@@ -319,7 +340,7 @@ class Drive:
         robot, env = self.robot, self.env
         lane, now = robot.lane, env._now
         if robot.until > now:  # the robot ahead has made way meanwhile, so it is not where it was sure to get to
-            self.due(robot.until)
+            self.due(max(robot.until, self.there))
             return
         pos = robot.pos = robot.target  # as `arrive` does: a call for each time that a drive comes up costs 1 %
         if robot.halts_at <= now:
@@ -540,10 +561,11 @@ class Drive:
             node.passed(robot, onward, robot.since)
             if node.claims:
                 node.freed(now)
-        if early:
-            return
         # The time at the node is spent where it gets there: it may stop short of it.
         there = self._spend_node_time(onward) if target == onward.length else robot.until
+        if early:
+            self.there = there
+            return
         self.callbacks = ROLL  # as `due` does
         heappush(env._queue, (there, NORMAL, next(env._eid), self))
 

@@ -117,6 +117,10 @@ class Lane:
         self.passages = self.waits = 0
         self.blocked = 0.0
 
+    def limit_at(self, time: float) -> float:  # noqa: ARG002 - see RestrictedLane
+        """The speed limit for a robot that enters it at a time."""
+        return self.limit
+
     def turn_to(self, onward: Lane) -> float:
         """How long a robot that comes by this lane turns on the node before it can leave by another."""
         time = self.turns.get(onward)
@@ -193,15 +197,20 @@ class Lane:
         self, robot: Body, ahead: Body | None, goal: float, target: float, clear: float, now: float
     ) -> None:
         """The same where robots differ in pace, or gather speed: not before it keeps clear of the one ahead."""
-        robot.take_pace_of(self)
+        late = self._late(robot, ahead, target, clear)
         until = clear + target / robot.pace
-        if (late := self.free_at(robot, ahead, 0.0, target, clear) - until) > EPS:
+        if late > EPS:
             self._put_off(robot, ahead, robot.pace, clear, late, now + (clear + late - now))
             clear += late
             until += late
         robot.onto_lane(self, ahead, goal, target, clear, until)
         if robot.look_ahead is not None:
             robot.look_ahead.expect()
+
+    def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:
+        """How much later than at `clear` a robot enters, at the pace that it has from now on."""
+        robot.take_pace_of(self, clear)
+        return self.free_at(robot, ahead, 0.0, target, clear) - (clear + target / robot.pace)
 
     def first_target(self, stop: float | None) -> float:
         """How far a robot that enters the lane now commits to drive on it (see `enter`)."""
@@ -212,7 +221,7 @@ class Lane:
     def enter_standing(self, robot: Body, since: float) -> None:
         """A robot that stood on the node at the lane's start is on this short lane from `since` on, at 0."""
         if self.rules.mixed:
-            robot.take_pace_of(self)
+            robot.take_pace_of(self, since)
         robot.onto_short_lane(self, self.last, since)
         self.last = robot
         self.passages += 1

@@ -144,7 +144,9 @@ class Gridlock:
         """
         claims = [robot.claim for robot in ring if robot.claim is not None]
         drives = [(claim.robot, lane) for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
-        slowest = min(*(min(robot.speed, robot.pace) for robot in ring), *(one.pace_on(lane) for one, lane in drives))
+        slowest = min(
+            *(min(robot.speed, robot.pace) for robot in ring), *(one.pace_on(lane, now) for one, lane in drives)
+        )
         for robot in ring:
             robot.turn_with_ring(slowest)
         driven = [(robot, robot.stretch) for robot in ring if robot.stretch is not None]
