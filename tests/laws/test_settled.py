@@ -1,4 +1,4 @@
-"""Batteries that begin settled stay where they are: the fleet's mean level neither falls nor rises in the first hours."""
+"""Batteries that begin settled stay where they are: the mean level of a fleet neither falls nor rises at first."""
 
 from statistics import fmean, stdev
 
