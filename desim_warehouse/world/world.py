@@ -10,7 +10,7 @@ from simpy import Event
 from simpy.core import StopSimulation
 from simpy.events import URGENT, Timeout
 
-from desim_warehouse.errors import StallError
+from desim_warehouse.errors import BatteryError, StallError
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
@@ -386,7 +386,7 @@ class World:
 
 
 _FLEETS: OrderedDict[Model, list[Fleet]] = OrderedDict()
-_KNOWN = 32
+_KNOWN = 64
 """Models of which it is known how their fleets stand in the long run."""
 
 
@@ -396,11 +396,16 @@ def _settled(model: Model, streams: Streams, heed: Callable[[Clock], object] | N
         return None
     if model not in _FLEETS:
         settling = Settling(model, model.floor)
-        world = World(settling.model, SEED, heed=heed, settles=True)
-        settling.watch(world.env, world.robots)
-        world.run()
-        _FLEETS[model] = settling.fleets
-        if len(_FLEETS) > _KNOWN:
+        if settling.model not in _FLEETS:  # runs of another length have the same
+            world = World(settling.model, SEED, heed=heed, settles=True)
+            settling.watch(world.env, world.robots)
+            try:
+                world.run()
+            except (BatteryError, StallError) as error:
+                raise type(error)(f"before the run, while batteries settled (fleet.start_energy): {error}") from error
+            _FLEETS[settling.model] = settling.fleets
+        _FLEETS[model] = _FLEETS[settling.model]
+        while len(_FLEETS) > _KNOWN:
             _FLEETS.popitem(last=False)
     return any_of(_FLEETS[model], streams)
 
