@@ -19,7 +19,7 @@ from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
-from desim_warehouse.states import OPENING, STATES, absent
+from desim_warehouse.states import AT_START, OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.batches import Batcher
 from desim_warehouse.world.orders.demand import Demand
@@ -277,6 +277,8 @@ class World:
         env, length = self.env, self.model.run.length
         self.demand.start(self.dispatcher.release if self.batcher is None else self.batcher.release)
         for robot in self.robots:
+            if self.model.fleet.start_energy == "settled":  # known from no model file
+                robot.record(AT_START)
             env.process(robot.life())
         self.departures.duty.watch(self._hours_change)
         if self.model.run.warm_up:
