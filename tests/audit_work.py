@@ -199,6 +199,9 @@ class Work:
         kinds = model.fleet.kinds_of_robots()
         of_robots, swapping = batteries(model), swaps(model)
         begins = start_levels(model, Streams(self.run.seed))
+        for row in self.rows if model.fleet.start_energy == "settled" else ():
+            if row[0] == 0 and row[1] == "idle":
+                begins[row[2]] = row[6]
         before, state = {}, {}
         for time, kind, robot, _, node, _, energy, *_ in self.rows:
             if robot < 0 or kind in NO_ENERGY or energy is None:

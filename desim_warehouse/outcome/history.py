@@ -300,6 +300,9 @@ class History:
         found: list[list[StateSpan]] = [[] for _ in now]
         for row in self.rows(*STATES):
             state, start, task, level, node = now[row.robot]
+            if row.kind == AT_START and row.time == 0 and not found[row.robot]:  # as it stands when the run begins
+                now[row.robot] = row.kind, row.time, row.task, row.value, row.node or ""
+                continue
             found[row.robot].append(StateSpan(row.robot, state, start, row.time, task, level, node))
             now[row.robot] = row.kind, row.time, row.task, row.value, row.node or ""
         for robot, (state, start, task, level, node) in enumerate(now):

@@ -10,7 +10,7 @@ from simpy import Event
 from simpy.core import StopSimulation
 from simpy.events import URGENT, Timeout
 
-from desim_warehouse.errors import StallError
+from desim_warehouse.errors import BatteryError, StallError
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
@@ -19,7 +19,7 @@ from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
-from desim_warehouse.states import OPENING, STATES, absent
+from desim_warehouse.states import AT_START, OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.batches import Batcher
 from desim_warehouse.world.orders.demand import Demand, NoOrders
@@ -287,6 +287,8 @@ class World:
         env, length = self.env, min((end for end in (self.model.run.length, until) if end is not None), default=None)
         self.demand.start(self.dispatcher.release if self.batcher is None else self.batcher.release)
         for robot in self.robots:
+            if self.model.fleet.start_energy == "settled":  # known from no model file
+                robot.record(AT_START)
             env.process(robot.life())
         self.departures.duty.watch(self._hours_change)
         if self.model.run.warm_up:
@@ -402,7 +404,7 @@ class World:
 
 
 _FLEETS: OrderedDict[Model, list[Fleet]] = OrderedDict()
-_KNOWN = 32
+_KNOWN = 64
 """Models of which it is known how their fleets stand in the long run."""
 
 
@@ -412,11 +414,16 @@ def _settled(model: Model, streams: Streams, heed: Callable[[Clock], object] | N
         return None
     if model not in _FLEETS:
         settling = Settling(model, model.floor)
-        world = World(settling.model, SEED, heed=heed, settles=True)
-        settling.watch(world.env, world.robots)
-        world.run()
-        _FLEETS[model] = settling.fleets
-        if len(_FLEETS) > _KNOWN:
+        if settling.model not in _FLEETS:  # runs of another length have the same
+            world = World(settling.model, SEED, heed=heed, settles=True)
+            settling.watch(world.env, world.robots)
+            try:
+                world.run()
+            except (BatteryError, StallError) as error:
+                raise type(error)(f"before the run, while batteries settled (fleet.start_energy): {error}") from error
+            _FLEETS[settling.model] = settling.fleets
+        _FLEETS[model] = _FLEETS[settling.model]
+        while len(_FLEETS) > _KNOWN:
             _FLEETS.popitem(last=False)
     return any_of(_FLEETS[model], streams)
 

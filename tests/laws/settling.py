@@ -20,10 +20,13 @@ HOURS = 4
 
 
 def model(number: int, policy: object) -> dw.Model:
-    """Two to eight robots that are busy for 30 to 80 % of the time, batteries that last two to six hours of work."""
+    """Two to seven robots that keep up, with batteries that last two to six hours of work.
+
+    Where they hardly keep up, orders queue after hours, and levels follow the queue.
+    """
     draw = random.Random(number)
     orders = draw.choice((30, 50, 70))
-    robots = max(2, round(orders / draw.uniform(12, 26)))
+    robots = max(2, round(orders / draw.uniform(10, 20)))
     hours, charges = draw.uniform(2, 6), draw.uniform(3, 6)
     drive = 100 / (hours * 3600)
     standing = draw.choice((1.0, 0.5, 0.1)) * drive

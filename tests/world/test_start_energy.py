@@ -90,3 +90,41 @@ def test_a_start_below_the_threshold_without_chargers_is_refused_with_the_cure()
     )
     with pytest.raises(dw.CheckError, match=said):
         dw.simulate(tutorial(bays))
+
+
+SETTLED = {"fleet.start_energy": "settled", "policies.charging": "four-thresholds", "run": {"length": 3600}}
+
+
+def few_chargers(changes):
+    """Robots start at B, where they cannot charge; the one charger is at A."""
+    plain = tutorial({}).content()
+    plain["layout"]["bays"] = {"parking": {"at": ["B"], "chargers": 0}, "charging": {"at": ["A"], "places": 1}}
+    return dw.load(plain, {**SETTLED, "fleet.start": ["B"], "tasks.goods": {"poisson": 60}, **changes})
+
+
+def test_runs_that_begin_settled_draw_one_look_at_the_fleet_for_all_robots():
+    """Who charges stands at a charger at once, even if its home has none, and all others are free."""
+    model = few_chargers({})
+    runs = [dw.simulate(model, seed) for seed in range(12)]
+    first = [first_energies(run) for run in runs]
+    assert len({tuple(levels) for levels in first}) > 6
+    assert first_energies(dw.simulate(model, 3)) == first[3]
+    assert all(0 < level <= 100 for levels in first for level in levels)
+    charging = [[row[4] for row in run.record.rows if row[:2] == (0, "charging")] for run in runs]
+    assert {name for nodes in charging for name in nodes} == {"A"}
+    assert max(map(len, charging)) == 1
+    assert [problem for run in runs for problem in audit(run)] == []
+
+
+def test_work_that_ends_has_no_long_run_to_begin_in():
+    """Levels are drawn between where charging begins, 30 %, and where it ends, 95 %."""
+    model = tutorial({**SETTLED, "tasks.goods": {"random": 5}, "run": {}, "fleet.size": 300})
+    levels = start_levels(model, Streams(1))
+    assert 30 <= min(levels) < 32
+    assert 93 < max(levels) <= 95
+
+
+def test_a_fleet_that_runs_flat_while_it_settles_is_said_to():
+    slow = few_chargers({"battery.charge_rate": 0.001, "run": {"length": 60}})
+    with pytest.raises(dw.BatteryError, match="before the run, while batteries settled"):
+        dw.simulate(slow)
