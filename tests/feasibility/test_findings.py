@@ -20,6 +20,7 @@ from tests.world.test_hours import SQUARE
 PLANNER = Path(__file__).with_name("planner.yaml")
 DEFAULTS = {"policies": {}, "battery.charge_rate": 0.009}
 """Twelve robots that draw as much as 4.3 chargers give, and there are four."""
+LOW = [part for key, value in DEFAULTS.items() for part in ("--set", f"{key}={value}")]
 TWO = {
     "policies.charging": "four-thresholds",
     "layout.bays.chargers.at": ["A", "H"],
@@ -67,7 +68,7 @@ def test_robots_that_park_without_chargers_run_low_together():
 
 
 def test_robots_that_run_low_together_take_turns_where_chargers_give_enough():
-    # With 0.02 a charger four give 0.08: the third group would wait 8,437 s for full batteries, on one that lasts 5,000.
+    # With 0.02 a charger four give 0.08. A third group would wait 8,437 s for full batteries, on one that lasts 5,000.
     enough = {**DEFAULTS, "battery.charge_rate": 0.02}
     assert not check(planner(enough)).errors
     run = dw.simulate(planner({**enough, "run.length": 60_000}))
@@ -172,10 +173,10 @@ def test_what_nothing_can_be_simulated_without_is_not_accepted():
 
 
 def test_check_gives_the_verdict_first():
-    said = desim_says("check", PLANNER, "--set", "policies={}", "--set", "battery.charge_rate=0.009").stdout.splitlines()
+    said = desim_says("check", PLANNER, *LOW).stdout.splitlines()
     assert said[0] == "1 error, 1 warning: this model would be refused"
     assert said[1].startswith("error: layout.bays.parking: 12 robots park at B, D, E, G")
-    said = desim_says("check", PLANNER, "--set", "policies={}", "--set", "battery.charge_rate=0.009", "--accept", "HOME_WITHOUT_CHARGER")
+    said = desim_says("check", PLANNER, *LOW, "--accept", "HOME_WITHOUT_CHARGER")
     assert said.exit_code == 0
     assert said.stdout.startswith("no errors, 1 warning, 1 error accepted\naccepted error: layout.bays.parking")
     said = desim_says("check", PLANNER, "--set", "fleet.robot.speed=5.4").stdout
@@ -183,7 +184,7 @@ def test_check_gives_the_verdict_first():
 
 
 def test_check_as_json():
-    done = desim_says("check", PLANNER, "--set", "policies={}", "--set", "battery.charge_rate=0.009", "--json")
+    done = desim_says("check", PLANNER, *LOW, "--json")
     assert done.exit_code == 2
     found = json.loads(done.stdout)
     assert found["refused"]

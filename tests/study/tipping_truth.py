@@ -53,9 +53,11 @@ def plant(number):
         "policies.allocation": draw.choice(["in-order", "nearest", "hungarian"]),
         "run": {"length": 960 if always else 2100, "warm_up": 60 if always else 300},
         "log": "tasks",
+        "battery.consumption": 0.005,
         **middle,
     }
     if draw.random() < 0.7:
+        del changes["battery.consumption"]
         changes["battery"] = None
     ranges = {}
     for key in draw.sample(list(middle), draw.choice([2, 3])):
