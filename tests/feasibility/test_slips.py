@@ -140,7 +140,11 @@ def test_every_range_can_be_read():
     ],
 )
 def test_a_time_is_held_against_seconds_only_where_the_model_says_how_long_its_unit_is(units, said):
-    changes = {"units": units, slips.BREAKS: {"every": 1e6, "repair": 40}, "accept": ["BATTERY_TOO_SMALL", "NO_CHARGER"]}
+    changes = {
+        "units": units,
+        slips.BREAKS: {"every": 1e6, "repair": 40},
+        "accept": ["BATTERY_TOO_SMALL", "NO_CHARGER"],
+    }
     found = check(base("goods").replace(changes)).findings
     assert any("repair" in item.place and "is unusual" in item.text for item in found) is said
 
