@@ -158,7 +158,7 @@ _ALSO_CALLED = {
     "duration": ("length", "stay", "lasts"),
     "count": ("size", "count"),
     "number": ("size", "count"),
-    "robots": ("size", "fleet"),
+    "robots": ("size",),
     "velocity": ("speed",),
     "width": ("radius", "aisle_width"),
     "diameter": ("radius",),

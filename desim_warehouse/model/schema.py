@@ -290,7 +290,7 @@ class Cost(Part):
 
 BY_YEAR = "what it costs to buy, divided by the years of use, in whole units of the currency"
 # small robots cost 2,000 to buy and last ten years; for the upper end see PRICE_A_YEAR
-ROBOT_PRICE = Usual(100, price=True, cure=BY_YEAR)
+ROBOT_PRICE = Usual(100, price=True, words="a year", cure=BY_YEAR)
 
 
 class Prices(Part):
@@ -298,28 +298,29 @@ class Prices(Part):
 
     currency: Name | None = Field(None, description="its name, such as EUR, for sums on pages and in sentences")
     # a shift a week is 400 hours a year, a leap year 8,784
-    hours: Annotated[Positive, Usual(200, 8784, cure="all year are 8,760 hours, a shift of 8 h on 250 days 2,000")] = (
-        Field(title="hours a year", description="hours a year that the warehouse runs as in this model")
-    )
+    hours: Annotated[
+        Positive, Usual(200, 8784, words="hours a year", cure="all year are 8,760, a shift of 8 h on 250 days 2,000")
+    ] = Field(title="hours a year", description="hours a year that the warehouse runs as in this model")
     robot: Annotated[NotNegative, ROBOT_PRICE] = Field(
         0.0, title="price of a robot", description="a robot, per year: price / years of use, and maintenance"
     )
     kinds: Annotated[Named[NotNegative], ROBOT_PRICE] = Field(
         FrozenMap(), title="price of a robot", description="robots of a kind, per year; default: robot"
     )
-    charger: Annotated[NotNegative, Usual(20, price=True, cure=BY_YEAR)] = Field(
+    charger: Annotated[NotNegative, Usual(20, price=True, words="a year", cure=BY_YEAR)] = Field(
         0.0, title="price of a charger", description="a charger, per year"
     )
     energy: NotNegative = Field(0.0, title="price of energy", description="a unit of the energy that robots draw")
     station_hour: Annotated[
-        NotNegative, Usual(2, 300, price=True, cure="of an hour: wages a year divided by the hours worked")
+        NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")
     ] = Field(
         0.0,
         title="price of a station hour",
         description="an hour of a server of a station that is open, and of a worker there",
     )
     late_order: Annotated[
-        NotNegative, Usual(0.01, 1000, price=True, cure="of one order, not of a year or of all of them")
+        NotNegative,
+        Usual(0.01, 1000, price=True, words="an order", cure="what one order costs that is late, not all of a year"),
     ] = Field(
         0.0,
         title="price of a late order",

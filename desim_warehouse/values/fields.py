@@ -157,6 +157,7 @@ class Usual:
         high: the same.
         instant: it is a time of the run; of several the last is looked at, as the first may be at the very start.
         price: it is in a currency, which is worth about as much as EUR.
+        words: what follows the number in a message, where it has no unit: `hours a year`.
         cure: what is probably meant, where a unit does not say it.
     """
 
@@ -164,6 +165,7 @@ class Usual:
     high: float | str = math.inf
     instant: bool = False
     price: bool = False
+    words: str = ""
     cure: str = ""
 
     def between(self, kind: str) -> tuple[float, float]:

@@ -45,7 +45,8 @@ def closed(calendar):
 
 
 def kinds(size, *counts):
-    return {"fleet.size": size, "fleet.kinds": {f"k{rank}": {**KIND, "count": n} for rank, n in enumerate(counts)}}
+    of_kinds = {f"k{rank}": {**KIND, "count": n} for rank, n in enumerate(counts)}
+    return {"fleet.size": size, "fleet.kinds": of_kinds, "layout.bays.parking.places": 4}
 
 
 def draws(standing, empty, loaded, handling):
@@ -173,7 +174,12 @@ OURS = {
         "BATTERY_RATES",
         "per s",
     ),
-    "states by the minute": ("goods", {**draws(0.1, 0.3, 0.36, 0.2), "battery.threshold": 40}, "BATTERY_RATES", "per s"),
+    "states by the minute": (
+        "goods",
+        {**draws(0.1, 0.3, 0.36, 0.2), "battery.threshold": 40},
+        "BATTERY_RATES",
+        "per s",
+    ),
     "standing draws most": ("goods", draws(0.02, 0.005, 0.006, 0.005), "BATTERY_RATES", "at most as much as empty"),
     "empty and loaded swapped": ("goods", draws(0.001, 0.006, 0.005, 0.004), "BATTERY_RATES", "at least as much"),
     "no state draws": ("goods", draws(0, 0, 0, 0), "CHANGES_NOTHING", "without battery"),

@@ -46,6 +46,35 @@ def test_the_bank_has_60_of_our_own():
     assert len(slips.OURS) + others >= 60
 
 
+# Files of orders
+
+
+def orders(tmp_path, rows, **flow):
+    """What is said of the files of orders of a flow of picks."""
+    file = tmp_path / "orders.csv"
+    file.write_text("\n".join(("release,from,to", *rows)) + "\n", encoding="utf-8")
+    picks = {"from": "storage", "to": "packing", **flow, "arrivals": {"orders": {"file": str(file)}}}
+    found = check(base("flows").replace({"tasks.flows": {"picks": picks}})).findings
+    return {item.code: item.text for item in found if item.place == "tasks.flows.picks.arrivals.orders"}
+
+
+def test_rows_that_go_the_other_way_are_counted(tmp_path):
+    rows = ["08:00,0,packing", "08:10,packing,5", "09:00,3,packing", "09:30,dock,storage", "10:00,,packing"]
+    assert orders(tmp_path, rows) == {"ENDS_SWAPPED": "the flow leads from storage, and 2 of 5 rows lead to it"}
+    put_away = {"from": "dock", "to": "storage"}
+    assert orders(tmp_path, rows, **put_away) == {
+        "ENDS_SWAPPED": "the flow leads to storage, and 2 of 5 rows lead from it"
+    }
+    assert orders(tmp_path, [rows[0], rows[2], rows[4]]) == {}
+    assert orders(tmp_path, rows, **{"from": "dock", "to": "packing"}) == {}  # it leads past storage, and rows do not
+
+
+def test_releases_as_parts_of_a_day_are_asked_about(tmp_path):
+    said = orders(tmp_path, ["0.26,0,packing", "0.5,1,packing", "0.75,2,packing"])
+    assert said == {"UNUSUAL": "all orders are released within 0.75 s"}
+    assert orders(tmp_path, ["26,0,packing", "3600,1,packing"]) == {}
+
+
 # Targets, zones, names
 
 
@@ -140,7 +169,11 @@ def test_every_range_can_be_read():
     ],
 )
 def test_a_time_is_held_against_seconds_only_where_the_model_says_how_long_its_unit_is(units, said):
-    changes = {"units": units, slips.BREAKS: {"every": 1e6, "repair": 40}, "accept": ["BATTERY_TOO_SMALL", "NO_CHARGER"]}
+    changes = {
+        "units": units,
+        slips.BREAKS: {"every": 1e6, "repair": 40},
+        "accept": ["BATTERY_TOO_SMALL", "NO_CHARGER"],
+    }
     found = check(base("goods").replace(changes)).findings
     assert any("repair" in item.place and "is unusual" in item.text for item in found) is said
 
@@ -170,8 +203,9 @@ def drafts(count):
         yield words, changes
 
 
-def test_nothing_is_said_of_45_random_drafts():
-    for words, changes in drafts(45):
+@pytest.mark.parametrize("count", [12, pytest.param(45, marks=pytest.mark.long)])
+def test_nothing_is_said_of_random_drafts(count):
+    for words, changes in drafts(count):
         model = Model.model_validate(read_yaml(draft(words), "draft").data).replace(changes)
         found = [str(item) for item in check(model).findings if item.code in SLIPS]
         assert found == [], (words, changes)

@@ -13,8 +13,10 @@ from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model.facts.demand import demand, order_files
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import at_times, never_in_run
-from desim_warehouse.model.sections.flows import Profile, Rates, ScheduleArrivals, StorageEnd
+from desim_warehouse.model.schema import reading
+from desim_warehouse.model.sections.flows import OrdersArrivals, Profile, Rates, ScheduleArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
+from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.values.calendars import DAY, Shifts, Stretches, seconds_of, without
 from desim_warehouse.values.fields import parts_in
 
@@ -27,6 +29,7 @@ if TYPE_CHECKING:
 
 LONGEST_BREAK = 6 * 3600.0
 """Seconds; a longer one is rather turned round."""
+MINUTE = 60.0
 MOST_NAMED = 5
 """Nodes of stations that a message names."""
 
@@ -39,6 +42,7 @@ def warnings(model: Model) -> Iterator[Finding]:
         elif isinstance(calendar, Stretches) and _overlap(calendar.between):
             yield _overlapping(f"calendars.{name}.between")
     yield from _never(model)
+    yield from _orders(model)
     if math.isfinite(model.run.end):
         yield from _breaks(model)
         yield from _due(model)
@@ -112,6 +116,29 @@ def _never(model: Model) -> Iterator[Finding]:
 
 def _other_times(model: Model, calendar: str) -> str:
     return f"other times in calendars.{calendar}, another run.start ({model.run.start}), or a longer run"
+
+
+# Files of orders
+
+
+def _orders(model: Model) -> Iterator[Finding]:
+    """Rows that go the other way than their flow, and releases that are rather days than seconds."""
+    how = None
+    for name, flow in model.tasks.flows.items():
+        if not isinstance(flow.when, OrdersArrivals) or flow.source is None:
+            continue
+        how = how or reading(model, model.floor)
+        file, place = summary(flow.when.orders, how), f"tasks.flows.{name}.arrivals.orders"
+        from_storage, to_storage = isinstance(flow.source, StorageEnd), isinstance(flow.target, StorageEnd)
+        turned = file.stored if from_storage and not to_storage else file.fetched if to_storage else 0
+        if turned and from_storage != to_storage:
+            here, there = ("to", "from") if from_storage else ("from", "to")
+            text = f"the flow leads {there} storage, and {turned:,} of {number_of(file.rows, 'row')} lead {here} it"
+            yield Finding("ENDS_SWAPPED", place, text, "from and to of these rows the other way round, or another flow")
+        if file.tasks > 1 and 0 < file.last * model.units.seconds < MINUTE and model.units.has_seconds:
+            text = f"all orders are released within {amount(file.last)} {model.units.time}"
+            cure = "times of day (08:15), or numbers in the model's unit; sheets may have them as parts of a day"
+            yield Finding("UNUSUAL", place, text, cure)
 
 
 # Due times

@@ -101,11 +101,11 @@ def _unusual(place: str, value: float, usual: Usual, kind: str, units: Units) ->
         return
     below = real < low
     meant = "" if usual.cure else _meant(value, low, high, kind)
-    bound = f"{'less' if below else 'more'} than {with_unit(low if below else high, kind)}"
+    said, bound = (f"{with_unit(number, kind)} {usual.words}".rstrip() for number in (real, low if below else high))
     yield Finding(
         "UNUSUAL",
         place,
-        f"{with_unit(real, kind)} is unusual: {bound}",
+        f"{said} is unusual: {'less' if below else 'more'} than {bound}",
         f"did you mean {meant}?" if meant else usual.cure or _plain(kind, units),
     )
 
@@ -120,7 +120,7 @@ def _meant(value: float, low: float, high: float, kind: str) -> str:
     """The number with the units in which it would be usual."""
     if kind == "share":
         return f"{value:g} %" if low <= value / 100 <= high else f"{1 + value:g}, which is {value:.0%} more"
-    least = low or high / 40
+    least = low or high / (400 if kind == "time" else 40)  # in ms, but not in mm
     table = {"time": SECONDS, "length": METRES}.get(kind, {})
     fits = [f"{value:g} {name}" for name, size in table.items() if least <= value * float(size) <= high]
     return spoken(fits[:2], "or") if fits else ""

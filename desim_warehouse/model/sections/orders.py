@@ -85,7 +85,8 @@ class Summary:
     """What a file holds: tasks, rows, the last release, and the nodes and stations it names.
 
     `due` and `urgent`: rows with a due time, and with a priority; `orders`: how many different ones; `in_order`:
-    whether every row is released no earlier than those before; `trips`: whether quantities were taken for tasks.
+    whether every row is released no earlier than those before; `trips`: whether quantities were taken for tasks;
+    `fetched`, `stored`: rows from a storage place to a node or station, and the other way.
     """
 
     tasks: int
@@ -97,6 +98,8 @@ class Summary:
     orders: int = 0
     in_order: bool = True
     trips: bool = True
+    fetched: int = 0
+    stored: int = 0
 
 
 def sha256(path: Path) -> str:
@@ -133,6 +136,7 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     tasks, rows, last, in_order = 0, 0, 0.0, True
     names: set[str | int | None] = set()
     due, urgent, orders = 0, 0, set[str]()
+    ways: Counter[tuple[bool | None, bool | None]] = Counter()
     found, most = Problems(spec.file), LIMITS["tasks"][0]
     for lines in _checked(spec, how, found):
         rows += len(lines)
@@ -143,6 +147,7 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
         due += sum(line.due is not None for line in lines)
         urgent += sum(bool(line.priority) for line in lines)
         orders.update(map(attrgetter("order"), lines))
+        ways.update((_in_storage(line.source), _in_storage(line.target)) for line in lines)
         names.update(map(attrgetter("source"), lines), map(attrgetter("target"), lines))
         names.update(place for via in set(map(attrgetter("via"), lines)) for place in via or ())
         if rows > most:
@@ -155,7 +160,13 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     if problems:
         raise ModelError(problems)
     named = frozenset(name for name in names if isinstance(name, str) and name != STORAGE)
-    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, spec.quantity == "tasks")
+    trips, fetched, stored = spec.quantity == "tasks", ways[True, False], ways[False, True]
+    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, trips, fetched, stored)
+
+
+def _in_storage(end: str | int | None) -> bool | None:
+    """Whether the end of a row is a storage place, or any of them; None where the row does not say."""
+    return None if end is None else not isinstance(end, str) or end == STORAGE
 
 
 def files_of(flows: Mapping[str, FlowSpec]) -> list[OrdersFile]:
