@@ -111,6 +111,7 @@ CODES: dict[str, Code] = {
     "SAME_ENDS": Code("warning", "a flow goes from some nodes to the same nodes"),
     "NOT_USED": Code("note", "a key that changes nothing in this model, and may be there for a variant of it"),
     "PROFILE_REPEATS": Code("note", "the rates of a profile are over before the run, and start again"),
+    "PROFILE_CLOCK": Code("note", "which rate of a profile holds as the run starts, where that is not at midnight"),
     "CLOSED_GOODS": Code("note", "storage places and stations that no robot can reach while something is closed"),
     "PRICE_A_YEAR": Code("note", "a price a year that is usual for buying"),
     "QUANTITY_IS_TRIPS": Code("note", "rows of orders with a quantity are as many tasks, each a trip"),

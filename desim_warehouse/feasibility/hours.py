@@ -7,8 +7,9 @@ from statistics import fmean
 from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model.facts.destinations import destinations
-from desim_warehouse.model.facts.hours import STEPS, first_stretches
+from desim_warehouse.model.facts.hours import STEPS
 from desim_warehouse.model.facts.stations import specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals
@@ -16,7 +17,7 @@ from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.values.calendars import ALWAYS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
+    from collections.abc import Collection, Iterator, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
@@ -124,26 +125,90 @@ def _late_orders(model: Model, layout: Layout) -> Iterator[Finding]:
 
 
 def _never_meet(model: Model, layout: Layout, end: float) -> Iterator[Finding]:
-    """Stations that are open only long after all robots have ended their hours, so that no task gets there."""
-    if not (model.fleet.has_hours and model.layout.has_hours):
+    """Places to which no robot can be sent, as one calendar or another is always in the way: looked at all at once.
+
+    A robot is sent when it is on duty, nothing that holds tasks back cuts the place off, and the station is open, or is
+    by the time at which the robot comes there.
+    """
+    holding = {name: spec for name, spec in model.traffic.closures.items() if spec.tasks == "hold"}
+    fleet = model.fleet
+    if not (model.layout.has_hours and fleet.has_hours) and not (
+        holding and (model.layout.has_hours or fleet.has_hours)
+    ):
         return
+    of = specs(model, layout)
+    wanted = dict.fromkeys(destinations(model, layout))
+    met, found = set[str](), set[str]()  # what is cut off for ever is not waited for: robots are sent all the same
+    for since, until, reached in _times(model, layout, end):
+        found.update(node for node in wanted if node in reached)
+        if until is None:
+            continue
+        for node in found - met:
+            spec = of.get(node)
+            opens = 0.0 if spec is None else model.hours(spec.hours).following(since)[0]
+            if node in reached and opens < until:
+                met.add(node)
+        if met >= wanted.keys():
+            return
+    for node in wanted:
+        if node in met or node not in found:
+            continue
+        spec = of.get(node)
+        calendars = [f"{place}, '{name}'" for place, name in _used(model) if place.startswith("fleet.")]
+        place = "fleet.hours"
+        if spec is not None and spec.hours is not None:
+            place = f"layout.stations.{layout.stations[node].zone}.hours"
+            calendars.append(f"{place}, '{spec.hours}'")
+        calendars += [f"traffic.closures.{name}.hours, '{one.hours}'" for name, one in holding.items()]
+        text = "no robot is at work when the station is open, or just before"
+        if holding:
+            text = f"no robot is at work while there is an open way to {node}, and it is open itself"
+            place = f"traffic.closures.{next(iter(holding))}.hours" if place == "fleet.hours" else place
+        yield Finding(
+            "HOURS_NEVER_MEET",
+            place,
+            f"{text} (these never meet: {'; '.join(calendars)})",
+            "hours in which robots work, the ways are open and the station, too",
+        )
+
+
+def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, float | None, Collection[str]]]:
+    """From when on nothing opens or closes, by when robots sent out then are there, and the nodes they find a way to.
+
+    None where no robot is on duty. It begins when the first flow asks for something.
+    """
     slowest = min(robot.speed for robot in model.fleet.distinct())
     once_round = 10 * sum(data["length"] for *_, data in layout.graph.edges(data=True)) / slowest
     robots = [model.hours(name) for name in dict.fromkeys(model.fleet.hours_of_robots())]
-    of = specs(model, layout)
-    for node in destinations(model, layout):
-        spec = of.get(node)
-        if spec is None or spec.hours is None:
-            continue
-        stretches = list(first_stretches(model.hours(spec.hours), end))
-        if not any(_on_duty_in(one, max(a - once_round, 0.0), b) for a, b in stretches for one in robots):
-            yield Finding(
-                "HOURS_NEVER_MEET",
-                f"layout.stations.{layout.stations[node].zone}.hours",
-                "no robot is at work when the station is open, or just before",
-                "hours in which robots and station both work",
-            )
+    stations = [model.hours(spec.hours) for spec in model.layout.stations.values()]
+    closures = [
+        (edges_of(layout, spec.members), model.hours(spec.hours))
+        for spec in model.traffic.closures.values()
+        if spec.tasks == "hold"
+    ]
+    asked = [model.hours(flow.hours) for flow in model.tasks.flows.values()]
+    asked += [model.hours(getattr(model.tasks.goods, "hours", None))] if model.tasks.goods is not None else []
+    every = [*robots, *stations, *(hours for _, hours in closures)]
+    known: dict[tuple[int, ...], Collection[str]] = {}
+    at = min((hours.following(0.0)[0] for hours in asked), default=0.0)
+    for _ in range(STEPS):
+        if not at < end:
+            return
+        until = min(hours.changes(at) for hours in every)
+        shut = tuple(number for number, (_, hours) in enumerate(closures) if hours.is_open(at))
+        if shut not in known:
+            known[shut] = _reached(layout, [edge for number in shut for edge in closures[number][0]])
+        works = any(hours.is_open(at) for hours in robots)
+        yield at, min(until + once_round, end) if works else None, known[shut]
+        at = until
 
 
-def _on_duty_in(hours: Hours, begin: float, end: float) -> bool:
-    return hours.following(begin)[0] < end
+def _reached(layout: Layout, shut: Sequence[tuple[str, str]]) -> Collection[str]:
+    """The nodes to which an open way leads from a bay."""
+    if not shut or not layout.bays:
+        return set(layout.graph)
+    import networkx as nx
+
+    graph = layout.graph.copy()
+    graph.remove_edges_from(shut)
+    return set(layout.bays).union(*(nx.descendants(graph, bay) for bay in layout.bays))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.facts.hours import first_stretches
-from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals, Rates
+from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals
 from desim_warehouse.model.sections.goods import PoissonGoods
 
 if TYPE_CHECKING:
@@ -28,8 +28,11 @@ def peak_rate(model: Model) -> float | None:
     if not changing or length is None or length <= hour:
         return None
     profiles = [flow.when.profile for flow in model.tasks.flows.values() if isinstance(flow.when, ProfileArrivals)]
-    step = min((profile.every or hour for profile in profiles), default=length)
-    starts = [n * step for n in range(int((length - hour) / step) + 1)]
+    starts = [0.0]
+    for rates in map(model.rates, profiles):  # the busiest hour begins, or ends, where a rate does
+        first = -rates.phase % rates.every
+        ends = [first + n * rates.every for n in range(int((length - first) / rates.every) + 1)]
+        starts += [*ends, *(end - hour for end in ends)]
     for _, hours in changing.values():
         starts += [start for a, b in first_stretches(hours, length) for start in (a, b - hour)]
     return sum(rate for name, rate in flow_rates(model).items() if name not in changing) + max(
@@ -50,6 +53,6 @@ def _changing(model: Model) -> Iterator[tuple[str, Expected, Hours]]:
         yield "", partial(mul, tasks.goods.poisson * tasks.demand / hour), model.hours(tasks.goods.hours)
     for name, flow in tasks.flows.items():
         if isinstance(flow.when, ProfileArrivals):
-            yield name, Rates(flow.when.profile, hour, tasks.demand).expected, model.hours(flow.hours)
+            yield name, model.rates(flow.when.profile, tasks.demand).expected, model.hours(flow.hours)
         elif isinstance(flow.when, PoissonArrivals) and flow.hours is not None:
             yield name, partial(mul, flow.when.poisson * tasks.demand / hour), model.hours(flow.hours)

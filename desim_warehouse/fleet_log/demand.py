@@ -13,6 +13,7 @@ from desim_warehouse.fleet_log.table import PICK
 from desim_warehouse.model.overrides import UNSET
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.sections.popularity import shares
+from desim_warehouse.values.calendars import clock_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
 HOUR = 3600.0
+DAY_HOURS = 24
 _SURE = 0.001
 """A p-value below which demand is taken to change from hour to hour, or places to differ from what the model says."""
 _NEAR = 1e-3
@@ -44,10 +46,16 @@ def demand(model: Model, logs: Sequence[FleetLog], tracks: Tracks | None) -> lis
     if _changes(*by_hour):
         picks, lasted = by_hour
         rates = [short(float(rate)) for rate in picks / np.maximum(lasted, 1e-9)]
-        value = {"profile": {"per_hour": rates}}
+        value = {"profile": {"per_hour": _by_clock(rates, model.run.start)}}
         why = f"from {min(rates):g} to {max(rates):g} an hour over the day"
         found = [KeyEstimate(f"tasks.flows.{FLOW}.arrivals", value, rate, low, high, n, "picks", why)]
     return [*found, *([] if tracks is None else [_popularity(tracks)])]
+
+
+def _by_clock(rates: list[float], start: str) -> list[float]:
+    """The rates of the hours of a log: those of a whole day from midnight on, as profiles of a day are."""
+    late = round(clock_of(start) / HOUR)
+    return rates[-late:] + rates[:-late] if late and len(rates) == DAY_HOURS else rates
 
 
 def poisson_interval(n: int) -> tuple[float, float]:

@@ -26,7 +26,9 @@ from desim_warehouse.model.sections.fleet import Fleet
 from desim_warehouse.model.sections.flows import (
     FlowSpec,
     PoissonArrivals,
+    Profile,
     ProfileArrivals,
+    Rates,
     SaturatedArrivals,
     fixed_orders,
     mean_rate,
@@ -457,7 +459,7 @@ class Model(Part):
             raise wrong(f"missing, expected the time at which the run ends, {_without_end(tasks)}", "length")
         if run.length is not None and "units" in info.data:
             hour = info.data["units"].hour
-            rates = [mean_rate(flow, run.length, hour) or 0.0 for flow in tasks.flows.values()]
+            rates = [mean_rate(flow, run.length, hour, run.start) or 0.0 for flow in tasks.flows.values()]
             if isinstance(tasks.goods, PoissonGoods):
                 rates = [tasks.goods.poisson]
             at_most("tasks", round(math.fsum(rates) * tasks.demand * run.length / hour), "length")
@@ -493,6 +495,10 @@ class Model(Part):
         if calendar is None:
             return ALWAYS
         return self.calendars[calendar].hours(self.run.start, 1 / self.units.seconds)
+
+    def rates(self, profile: Profile, demand: float = 1.0) -> Rates:
+        """A profile as times of a run."""
+        return Rates(profile, self.units.hour, self.run.start, demand)
 
     def content(self) -> dict[str, Any]:
         """What is in the model, defaults too, as plain JSON values: equal models, equal content.

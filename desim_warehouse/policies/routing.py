@@ -74,7 +74,8 @@ class Shortest:
 class Fastest(Shortest):
     """The fastest route without traffic, node times and speed limits included; of several, `spread` of them in turn.
 
-    Waiting is not counted, save before lanes that `traffic.closures` closes, as for `shortest`. Whichever is taken, length and time are the same. Source: Dijkstra (1959).
+    Waiting is not counted, save before lanes that `traffic.closures` closes, as for `shortest`. Whichever is taken,
+    length and time are the same. Source: Dijkstra (1959).
 
     `spread`: how many of the equally fast routes between two nodes are used; one where turns take time.
     """

@@ -48,6 +48,11 @@ def clock_time(text: str) -> float:
     return time
 
 
+def clock_of(start: str) -> float:
+    """The time of day in seconds of the `start` of a run, which may have a date."""
+    return clock_time(start.rpartition("T")[2])
+
+
 def _span(text: str) -> str:
     try:
         begin, end = _ends(text)

@@ -10,7 +10,7 @@ from simpy import Event
 from simpy.core import StopSimulation
 from simpy.events import URGENT, Timeout
 
-from desim_warehouse.errors import BatteryError, StallError
+from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
@@ -356,12 +356,19 @@ class World:
             for robot in self.robots
             if robot.body.lane is not None
         )
+        reasons = f"{self._in_no_batch()}{self._hours()}{self._unable()}{self._closed()}"
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
             f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
-            f"open tasks: {list(self.dispatcher.open)[:10]}{self._in_no_batch()}{self._hours()}{self._unable()}"
-            f"{self._closed()}"
+            f"open tasks: {list(self.dispatcher.open)[:10]}{reasons or self._doing()}"
         )
+
+    def _doing(self) -> str:
+        """What there is to say if nothing else explains it: that nothing was asked for, or what robots do."""
+        if not self.demand.total:
+            return "; no task was ever asked for: the goods, schedules and files of this model ask for none"
+        doing = Counter(robot.state for robot in self.robots)
+        return f"; robots: {', '.join(f'{count} {words}' for words, count in doing.items())}"
 
     def _hours(self) -> str:
         """Who waits for hours that do not come again, or do not meet."""
@@ -372,10 +379,20 @@ class World:
             text += f"; load units that are not worked on: in {', '.join(left)}"
         if gone := self.departures.duty.gone():
             text += f"; robots whose hours are over for good: {', '.join(map(str, gone))}"
-        both = self.model.fleet.has_hours and self.model.layout.has_hours
-        if both and self.dispatcher.open and self.dispatcher.is_in_vain and not self._unable():
-            text += "; the hours of robots and stations do not meet, so that nobody can be given these tasks"
+        if self.dispatcher.open and self.dispatcher.is_in_vain and not self._unable():
+            text += f"; {self._never_open_together()} do not meet, so that nobody can be given these tasks"
         return text
+
+    def _never_open_together(self) -> str:
+        """The calendars that keep tasks back."""
+        model = self.model
+        closures = [name for name, spec in model.traffic.closures.items() if spec.tasks == "hold"]
+        of = [
+            *(["robots"] if model.fleet.has_hours else []),
+            *(["stations"] if model.layout.has_hours else []),
+            *([f"open ways (traffic.closures: {', '.join(closures)})"] if closures else []),
+        ]
+        return f"the hours of {spoken(of)}"
 
     def _closed(self) -> str:
         """Edges that will not open again, before which robots wait."""

@@ -36,7 +36,7 @@ HAPPENS = {
     "multibots": {"collision", "parked", "delivered"},
     "tutorial": {"collision", "queueing", "docked"},
     "two_way_zones": {"collision", "docked", "parked"},
-    "closures_people": {"edge_closed", "edge_opened", "waiting_closed", "waiting_person", "person_in", "person_out"},
+    "closures_people": {"edge_closed", "edge_opened", "waiting_person", "person_in", "person_out"},
     "closures_one_way": {"edge_closed", "edge_opened", "waiting_closed", "delivered"},
     "closures_two_way": {"edge_closed", "edge_opened", "waiting_closed", "delivered"},
     "flows": {"worked", "closed", "on_break", "recharged", "docked"},

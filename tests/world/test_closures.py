@@ -266,7 +266,8 @@ def test_a_slow_zone_that_always_holds_is_a_speed_limit_to_routes_and_estimates_
     [
         (32, "congestion-aware", True),  # it would be at B at 10, and wait 22; the way round is 20 longer
         (29, "congestion-aware", False),  # it waits 19
-        (32, "shortest", False),
+        (32, "shortest", True),
+        (29, "highways", False),
         (10, "congestion-aware", False),
     ],
 )
@@ -325,6 +326,10 @@ def behind(model, *between, members=(("B", "C"),), **over):
     )
 
 
+BOTH = (("B", "C"), ("u", "v"))
+EVERY = ("highways", "shortest", "fastest", "congestion-aware")
+
+
 def rows(run, *kinds):
     return [(row[0], row[1]) for row in run.record.rows if row[1] in kinds]
 
@@ -332,8 +337,7 @@ def rows(run, *kinds):
 @pytest.mark.parametrize(
     ("routing", "until", "assigned", "picked"),
     [
-        ("shortest", 32, 32, 32 + 35),  # robots do not go round, so the good is behind it
-        ("congestion-aware", 200, 0, 55),  # they go round by u and v, 20 longer
+        *((name, 200, 0, 55) for name in EVERY),  # they go round by u and v, 20 longer
     ],
 )
 def test_a_task_waits_until_there_is_an_open_way_to_its_good(routing, until, assigned, picked):
@@ -343,12 +347,27 @@ def test_a_task_waits_until_there_is_an_open_way_to_its_good(routing, until, ass
     assert audit(run) == differences(run) == []
 
 
+@pytest.mark.parametrize("routing", EVERY)
+@pytest.mark.parametrize(
+    ("until", "picked", "waits"),
+    [
+        (28, 54, 19),  # at the stop line at 9: 19 to wait are less than 20 more to drive
+        (30, 55, 0),  # 21 are more
+    ],
+)
+def test_a_robot_goes_round_where_it_would_wait_for_longer_than_that_takes(routing, until, picked, waits):
+    run = dw.simulate(behind(FORK, (0, until), **{"policies.routing": routing, "fleet.exit_time": 0}))
+    assert rows(run, "loading") == [(picked, "loading")]
+    assert run.kpis["waiting_closed"] == waits
+    assert audit(run) == differences(run) == []
+
+
 def test_a_robot_on_its_way_turns_off_at_the_next_node_and_the_task_waits():
     """It closes at 5, on the way from A to B at 10; by u and w it is home at 40. At 200 it sets out again, for 35."""
     layout = {**FORK["layout"], "nodes": {**FORK["layout"]["nodes"], "w": [0, 10]}}
     layout["edges"] = [*layout["edges"], ["u", "w"], ["w", "A"]]
     over = {"policies.routing": "shortest", "layout": layout}
-    run = dw.simulate(behind(FORK, (5, 200), **over))
+    run = dw.simulate(behind(FORK, (5, 200), members=BOTH, **over))
     found = rows(run, "assigned", "returned", "parked", "loading")
     assert found[:5] == [(0, "assigned"), (5, "returned"), (40, "parked"), (200, "assigned"), (235, "loading")]
     assert run.kpis["waiting_closed"] == 0
@@ -356,7 +375,7 @@ def test_a_robot_on_its_way_turns_off_at_the_next_node_and_the_task_waits():
 
 
 def test_it_goes_on_where_its_way_home_is_closed_too():
-    run = dw.simulate(behind(FORK, (5, 200), **{"policies.routing": "shortest"}))
+    run = dw.simulate(behind(FORK, (5, 200), members=BOTH, **{"policies.routing": "shortest"}))
     assert rows(run, "returned") == []
     assert run.kpis["waiting_closed"] == 200 - 9
 
@@ -405,3 +424,79 @@ def test_check_says_what_is_cut_off_and_for_how_long(tasks, said):
     assert "while it is closed, 400 s of the run and up to 300 s at a time" in found.text
     assert "1 storage place, with 100 % of the tasks, and D cannot be reached" in found.text
     assert said in found.text
+
+
+HALL = {
+    "layout": {
+        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 20], "D": [0, 20]},
+        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
+        "storage": [{"node": "B"}],
+        "bays": {"p": {"at": ["A"], "places": 2}},
+        "stations": {"w": {"at": ["C"], "places": 2}},
+    },
+    "calendars": {
+        "c": {"every": 600, "lasts": 480},
+        "rest": {"every": 600, "lasts": 120, "first": 480},
+        "late": {"every": 600, "lasts": 480, "first": 120},
+    },
+    "traffic": {"closures": {"x": {"members": [["B", "C"]], "hours": "c"}}},
+    "fleet": {"size": 2, "robot": {"radius": 0.3, "speed": 1}},
+    "tasks": {"goods": [0, 0, 0], "unload_at": ["w"], "load_time": 1, "unload_time": 1},
+}
+
+
+@pytest.mark.parametrize(
+    ("fleet", "closure", "tasks", "refused"),
+    [
+        ("c", "c", "hold", True),  # the only way is closed whenever robots work
+        ("rest", "c", "hold", False),
+        ("late", "c", "hold", False),  # open from 480 to 600, at work from 120 to 600
+        ("c", "rest", "hold", False),
+        ("c", "c", "go", False),  # they are sent all the same, and wait before it
+    ],
+)
+def test_robots_that_work_only_while_the_way_is_closed_are_refused_before_a_run(fleet, closure, tasks, refused):
+    over = {"fleet.hours": fleet, "traffic.closures.x.hours": closure, "traffic.closures.x.tasks": tasks}
+    model = dw.load(HALL, over)
+    found = [item.text for item in check(model).errors]
+    assert bool(found) is refused
+    if refused:
+        assert "these never meet: fleet.hours, 'c'; traffic.closures.x.hours, 'c'" in found[0]
+        with pytest.raises(dw.CheckError, match="HOURS_NEVER_MEET"):
+            dw.simulate(model)
+    else:
+        assert dw.simulate(model).kpis["tasks"] == 3
+
+
+def test_three_calendars_of_which_each_two_meet_are_refused_too():
+    """At work up to 2500, with a way from 2200 on, and a station that is open up to 1000: once round takes 800."""
+    calendars = {
+        "early": {"every": 6000, "lasts": 2500},
+        "shut": {"every": 6000, "lasts": 2200},
+        "short": {"every": 6000, "lasts": 1000},
+    }
+    closures = {"x": {"members": [["B", "C"]], "hours": "shut"}}
+    three = {"fleet.hours": "early", "layout.stations.w.hours": "short", "traffic.closures": closures}
+    [found] = check(dw.load(HALL, {"calendars": calendars, **three})).errors
+    assert "never meet: fleet.hours, 'early'; layout.stations.w.hours, 'short'; traffic.closures.x" in found.text
+    for key in three:
+        two = {**three, key: {} if key == "traffic.closures" else None}
+        assert not check(dw.load(HALL, {"calendars": calendars, **two})).errors, key
+
+
+def test_a_stall_says_what_closures_and_hours_keep_back():
+    """The goods lie in a spur that is closed whenever robots work."""
+    layout = {**HALL["layout"], "nodes": {**HALL["layout"]["nodes"], "S": [40, 0]}, "storage": [{"edge": ["B", "S"]}]}
+    layout["storage"][0]["offset"] = 10
+    layout["edges"] = [*layout["edges"], {"from": "B", "to": "S", "two_way": True}]
+    closures = {"x": {"members": [["B", "S"]], "hours": "c"}}
+    model = dw.load(HALL, {"layout": layout, "fleet.hours": "c", "traffic.closures": closures})
+    with pytest.raises(dw.SimulationError, match=r"hours of robots and open ways \(traffic.closures: x\) do not meet"):
+        dw.simulate(model)
+
+
+def test_a_run_in_which_nothing_is_asked_for_says_so():
+    flow = {"f": {"from": "storage", "to": "w", "arrivals": {"schedule": [{"at": 5, "tasks": 1}]}}}
+    tasks = {"demand": 0.1, "flows": flow, "load_time": 1, "unload_time": 1}
+    with pytest.raises(dw.SimulationError, match=r"0 of 0 tasks .*no task was ever asked for"):
+        dw.simulate(dw.load({**HALL, "tasks": tasks, "traffic": {}, "calendars": {}}))

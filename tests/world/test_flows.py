@@ -400,7 +400,7 @@ def test_within_a_rate_arrivals_are_even():
 def test_the_nth_arrival_of_any_profile_is_the_nth_of_the_other():
     """By inversion: the same chance, at other rates."""
     steady = arrivals({"poisson": 60}, **LONG)
-    rates = Rates(Profile(per_hour=(20, 100)), 3600)
+    rates = Rates(Profile(per_hour=(20, 100)), 3600, "00:00")
     varying = arrivals({"profile": {"per_hour": [20, 100]}}, **LONG)
     assert [rates.expected(time) * 60 for time in varying] == pytest.approx(steady[: len(varying)])
 
@@ -450,7 +450,7 @@ def test_a_schedule_comes_as_it_says():
 
 @pytest.mark.parametrize("time", [0, 10, 3600, 5000, 7200, 9000, 10800, 20000])
 def test_expected_and_when_are_inverse(time):
-    rates = Rates(Profile(per_hour=(60, 0, 120)), 3600)
+    rates = Rates(Profile(per_hour=(60, 0, 120)), 3600, "00:00")
     assert rates.expected(rates.when(rates.expected(time))) == pytest.approx(rates.expected(time))
     steps = [60 * min(time % 10800, 3600) / 3600, 120 * max(time % 10800 - 7200, 0) / 3600]
     assert rates.expected(time) == pytest.approx(180 * (time // 10800) + sum(steps))
@@ -501,3 +501,28 @@ def test_what_may_hold_a_day_up_is_asked_of_flows_too(plain):
     assert {"station dock", "station pack"} <= found.keys()
     for change in found.values():
         plain.model.replace(change)
+
+
+# The clock of a profile
+
+DAY_RATES = [0] * 6 + [200] * 16 + [0] * 2
+
+
+@pytest.mark.parametrize(
+    ("rates", "every", "start", "expected"),
+    [
+        (DAY_RATES, None, "06:00", 1600),  # a day from midnight: all of the 8 hours from 06:00 at 200
+        (DAY_RATES, None, "2026-03-02T20:30", 300),  # until 22:00
+        (DAY_RATES, None, "00:00", 400),
+        (DAY_RATES[:23], None, "06:00", 400),  # 23 h: no day, so the first rate is that of the start of the run
+        ([0, 100], 12, "06:00", 200),  # 24 h, too: 100 an hour from noon to 14:00
+        ([0, 100], None, "06:00", 400),
+    ],
+)
+def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, every, start, expected):
+    """Of eight hours; by the run the first six of a day have no orders."""
+    profile = Profile(per_hour=rates, every=None if every is None else every * 3600)
+    found = Rates(profile, 3600, start)
+    assert found.expected(8 * 3600) == pytest.approx(expected)
+    for tasks in (0.5, expected / 2, expected - 0.5, expected + 0.5, 1000.5):
+        assert found.expected(found.when(tasks)) == pytest.approx(tasks)

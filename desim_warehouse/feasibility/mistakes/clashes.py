@@ -17,7 +17,7 @@ from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, Profile, Rates, ScheduleArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.orders import summary
-from desim_warehouse.values.calendars import DAY, Shifts, Stretches, seconds_of, without
+from desim_warehouse.values.calendars import DAY, Shifts, Stretches, clock_of, seconds_of, without
 from desim_warehouse.values.fields import parts_in
 
 if TYPE_CHECKING:
@@ -213,10 +213,17 @@ def _profiles(model: Model) -> Iterator[Finding]:
     end, hour = model.run.end, model.units.hour
     for place, part in parts_in(model.tasks, (Profile,)):
         assert isinstance(part, Profile)
-        whole = Rates(part, hour).every * len(part.per_hour)
+        rates = model.rates(part)
+        whole = rates.every * len(part.per_hour)
         if whole < end < math.inf and whole % (24 * hour):
             text = f"its rates last {amount(whole / hour)} h, the run {amount(end / hour)} h: they start again"
             yield Finding("PROFILE_REPEATS", f"tasks.{place}", text, "a rate for each part of the run")
+        if clock_of(model.run.start):
+            text = f"its rates cover {amount(whole / hour)} h, not a day: the first holds from the start of the run on"
+            if rates.by_clock:
+                text = "its rates cover 24 h: they are those of a day from midnight"
+            text += f", and the run starts at {model.run.start}"
+            yield Finding("PROFILE_CLOCK", f"tasks.{place}", text)
 
 
 def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:

@@ -67,7 +67,7 @@ def flow_rates(model: Model) -> dict[str, float]:
     rates = {
         name: len_of_orders(model, flow) / length * hour
         if isinstance(flow.when, OrdersArrivals)
-        else mean_rate(flow, length, hour, model.hours(flow.hours)) or 0.0
+        else mean_rate(flow, length, hour, model.run.start, model.hours(flow.hours)) or 0.0
         for name, flow in flows.items()
     }
     if any(rates.values()):

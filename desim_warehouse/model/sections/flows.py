@@ -21,7 +21,7 @@ from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
 from desim_warehouse.model.sections.goods import DUE
 from desim_warehouse.model.sections.popularity import PopularityRule, is_drawn
-from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours
+from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours, clock_of
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.fields import (
     SECTION,
@@ -121,10 +121,17 @@ HourlyRate = Annotated[NotNegative, limited("hourly"), Quantity("rate")]
 
 
 class Profile(Part):
-    """Rates that follow one another from the start of the run, and then again from the first."""
+    """Rates that follow one another, and then again from the first.
+
+    If they cover 24 hours they are those of a day from midnight, and the run begins with that of `run.start`, as
+    calendars do. Any others begin with the run.
+    """
 
     per_hour: tuple[HourlyRate, ...] = Field(
-        min_length=1, title="tasks", description="tasks per hour, one rate after the other"
+        min_length=1,
+        title="tasks",
+        description="tasks per hour, one rate after the other; those that cover 24 hours begin at midnight, by the "
+        "clock of run.start, any others at the start of the run",
     )
     every: Annotated[Duration | None, Usual("5 min", "7 d")] = Field(
         None, title="time for each rate", description="how long each rate lasts; default: an hour"
@@ -467,16 +474,16 @@ def _named(end: tuple[str, ...] | StorageEnd) -> str:
     return STORAGE if isinstance(end, StorageEnd) else spoken(end, "or")
 
 
-def mean_rate(flow: FlowSpec, length: float, hour: float, hours: Hours = ALWAYS) -> float | None:
+def mean_rate(flow: FlowSpec, length: float, hour: float, start: str, hours: Hours = ALWAYS) -> float | None:
     """Tasks an hour over the first `length` of a run, or None for as many as can be done or as a file says.
 
-    `hours`: those of the flow.
+    `start`: that of the run. `hours`: those of the flow.
     """
     when = flow.when
     if isinstance(when, PoissonArrivals):
         return when.poisson * hours.share(0.0, length)
     if isinstance(when, ProfileArrivals):
-        expected = Rates(when.profile, hour).expected
+        expected = Rates(when.profile, hour, start).expected
         return math.fsum(expected(b) - expected(a) for a, b in hours.between(0.0, length)) / length * hour
     if isinstance(when, ScheduleArrivals):
         return sum(batch.tasks for batch in when.schedule if batch.at <= length) / length * hour
@@ -489,17 +496,27 @@ def fixed_orders(flow: FlowSpec) -> bool:
 
 
 class Rates:
-    """A profile of arrival rates, and how many tasks it makes by a time. It begins anew when it is over."""
+    """A profile of arrival rates, and how many tasks it makes by a time. It begins anew when it is over.
 
-    def __init__(self, profile: Profile, hour: float, demand: float = 1.0) -> None:
+    `start` is that of the run. `phase` is where in the profile the run begins: by the clock if it covers 24 hours.
+    """
+
+    def __init__(self, profile: Profile, hour: float, start: str, demand: float = 1.0) -> None:
         self.every = hour if profile.every is None else profile.every
+        self.by_clock = math.isclose(self.every * len(profile.per_hour), 24 * hour)
+        self.phase = clock_of(start) / 3600 * hour if self.by_clock else 0.0
         self.rates = [rate * demand / hour for rate in profile.per_hour]
         self.sums = [0.0]
         for rate in self.rates:
             self.sums.append(self.sums[-1] + rate * self.every)
+        self.before = self._from_first(self.phase)
 
     def expected(self, time: float) -> float:
         """The mean number of tasks by a time."""
+        return self._from_first(self.phase + time) - self.before
+
+    def _from_first(self, time: float) -> float:
+        """The same from the first rate on."""
         rounds, rest = divmod(time, self.every * len(self.rates))
         step = min(int(rest // self.every), len(self.rates) - 1)
         return rounds * self.sums[-1] + self.sums[step] + (rest - step * self.every) * self.rates[step]
@@ -512,9 +529,9 @@ class Rates:
         """
         from bisect import bisect_left
 
-        rounds, rest = divmod(tasks, self.sums[-1])
+        rounds, rest = divmod(self.before + tasks, self.sums[-1])
         step = max(bisect_left(self.sums, rest) - 1, 0)
         while not self.rates[step]:  # rest is 0: the first step in which there are tasks
             step += 1
         whole = rounds * self.every * len(self.rates) + step * self.every
-        return whole + (rest - self.sums[step]) / self.rates[step]
+        return whole + (rest - self.sums[step]) / self.rates[step] - self.phase

@@ -6,7 +6,7 @@ import math
 from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.model.sections.flows import OrdersArrivals, ProfileArrivals, Rates, ScheduleArrivals
+from desim_warehouse.model.sections.flows import OrdersArrivals, ProfileArrivals, ScheduleArrivals
 from desim_warehouse.values.calendars import DAY, DAYS, Pattern, Shifts, clock_time
 
 if TYPE_CHECKING:
@@ -39,7 +39,7 @@ def from_files(model: Model) -> list[str]:
 def _even(model: Model, flow: FlowSpec) -> dict[str, Any] | None:
     when, run = flow.when, model.run
     if isinstance(when, ProfileArrivals) and math.isfinite(run.end):
-        expected = Rates(when.profile, model.units.hour).expected
+        expected = model.rates(when.profile).expected
         stretches = list(model.hours(flow.hours).between(run.warm_up, run.end))
         time = math.fsum(b - a for a, b in stretches)
         tasks = math.fsum(expected(b) - expected(a) for a, b in stretches)

@@ -19,7 +19,6 @@ from desim_warehouse.model.sections.flows import (
     OrdersArrivals,
     PoissonArrivals,
     ProfileArrivals,
-    Rates,
     SaturatedArrivals,
     ScheduleArrivals,
     StorageEnd,
@@ -180,7 +179,7 @@ class _Flow:
             return
         if isinstance(when, PoissonArrivals | ProfileArrivals):
             gaps = self.streams.stream(f"arrivals:{self.name}")
-            rates = Rates(when.profile, hour, demand) if isinstance(when, ProfileArrivals) else None
+            rates = self.model.rates(when.profile, demand) if isinstance(when, ProfileArrivals) else None
             expected = 0.0
             while True:
                 expected += float(gaps.exponential())

@@ -114,8 +114,11 @@ class Itinerary:
         return [*self._route(node, place[0].edge[0], after), place[0]], place
 
     def _route(self, node: str, goal: str, after: float = 0.0) -> list[Lane]:
-        """Where lanes close it counts when it is there: at the speed that it has now, if it sets out `after` a time."""
-        return self.routes.route(node, goal, self.body.speed, after)
+        """From the node that it stands on or comes to next, or that it comes to `after` some more time.
+
+        Where lanes close it counts when it is there, at its present speed.
+        """
+        return self.routes.route(node, goal, self.body.speed, self.body.time_left + after)
 
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
         """A storage place's lane, and how far along. A two-way lane is driven from the end that is sooner to `goal`."""

@@ -160,7 +160,7 @@ def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[f
     elif tasks.goods is not None:
         yield 1.0, shares(tasks.popularity, storage)
     flows = list(tasks.flows.values())
-    rates = [mean_rate(flow, model.run.end, model.units.hour) for flow in flows]
+    rates = [mean_rate(flow, model.run.end, model.units.hour, model.run.start) for flow in flows]
     for flow, rate in zip(flows, rates, strict=True):
         for route in flow.routes:
             for end in (route.source, route.target):
