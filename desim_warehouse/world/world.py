@@ -426,7 +426,7 @@ _KNOWN = 64
 
 
 def _settled(model: Model, streams: Streams, heed: Callable[[Clock], object] | None) -> Fleet | None:
-    """How the fleet stands at the start if its batteries are settled; None if they are not, or it has no long run."""
+    """How the fleet stands at the start if its batteries are settled; None if they are not, or there is no long run."""
     if model.fleet.start_energy != "settled" or not has_long_run(model):
         return None
     if model not in _FLEETS:
@@ -436,13 +436,13 @@ def _settled(model: Model, streams: Streams, heed: Callable[[Clock], object] | N
             settling.watch(world.env, world.robots)
             try:
                 world.run()
-            except (BatteryError, StallError) as error:
-                raise type(error)(f"before the run, while batteries settled (fleet.start_energy): {error}") from error
-            _FLEETS[settling.model] = settling.fleets
+                _FLEETS[settling.model] = settling.fleets
+            except (BatteryError, StallError):  # it has no long run; the run itself says how that ends
+                _FLEETS[settling.model] = []
         _FLEETS[model] = _FLEETS[settling.model]
         while len(_FLEETS) > _KNOWN:
             _FLEETS.popitem(last=False)
-    return any_of(_FLEETS[model], streams)
+    return any_of(_FLEETS[model], streams) if _FLEETS[model] else None
 
 
 def _policy(kind: str, spec: PolicySpec) -> Any:

@@ -14,7 +14,7 @@ from desim_warehouse.model.facts.demand import demand, order_files
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import at_times, never_in_run
 from desim_warehouse.model.schema import reading
-from desim_warehouse.model.sections.flows import OrdersArrivals, Profile, Rates, ScheduleArrivals, StorageEnd
+from desim_warehouse.model.sections.flows import OrdersArrivals, Profile, ScheduleArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.values.calendars import DAY, Shifts, Stretches, clock_of, seconds_of, without
