@@ -526,3 +526,27 @@ def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, ev
     assert found.expected(8 * 3600) == pytest.approx(expected)
     for tasks in (0.5, expected / 2, expected - 0.5, expected + 0.5, 1000.5):
         assert found.expected(found.when(tasks)) == pytest.approx(tasks)
+
+
+@pytest.mark.parametrize(
+    ("rates", "length", "said"),
+    [
+        ([10] * 24, "8 h", "those of a day from midnight, and the run starts at 06:00"),
+        ([10] * 24, "24 h", "those of a day from midnight, and the run starts at 06:00"),
+        ([10] * 8, "24 h", "the first holds from the start of the run on, and the run starts at 06:00"),
+        ([10] * 16, "16 h", None),  # as many hours as the run has: there is nothing to mistake
+    ],
+)
+def test_check_says_by_which_clock_a_profile_goes(rates, length, said):
+    over = {
+        "tasks.goods": dw.UNSET,
+        "tasks.unload_at": dw.UNSET,
+        "tasks.station_choice": dw.UNSET,
+        "tasks.flows": {"o": {"from": "storage", "to": "packing", "arrivals": {"profile": {"per_hour": rates}}}},
+        "run": {"start": "06:00", "length": length},
+    }
+    found = [
+        item.text for item in dw.check(dw.load("models/people.yaml", over)).findings if item.code == "PROFILE_CLOCK"
+    ]
+    assert len(found) == (said is not None)
+    assert all(text.endswith(str(said)) for text in found)

@@ -218,7 +218,7 @@ def _profiles(model: Model) -> Iterator[Finding]:
         if whole < end < math.inf and whole % (24 * hour):
             text = f"its rates last {amount(whole / hour)} h, the run {amount(end / hour)} h: they start again"
             yield Finding("PROFILE_REPEATS", f"tasks.{place}", text, "a rate for each part of the run")
-        if clock_of(model.run.start):
+        if clock_of(model.run.start) and (rates.by_clock or not math.isclose(whole, end)):  # else they are the run's
             text = f"its rates cover {amount(whole / hour)} h, not a day: the first holds from the start of the run on"
             if rates.by_clock:
                 text = "its rates cover 24 h: they are those of a day from midnight"
