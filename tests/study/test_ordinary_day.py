@@ -1,0 +1,59 @@
+"""An ordinary day from the first command to the plan: two shifts, a night without orders, an aisle closed at noon."""
+
+from __future__ import annotations
+
+from statistics import fmean
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.draft import Draft, draft
+from desim_warehouse.model.parse import read_yaml
+
+TARGET = 0.95
+
+
+def day(words: Draft) -> dw.Model:
+    """A draft of which orders come from 6 to 22 o'clock, and whose first cross aisle is closed from 12 to 13."""
+    model = dw.load(read_yaml(draft(words), "draft").data)
+    aisles = {place.edge for place in model.floor.storage}
+    edge = next(list(edge) for edge in model.floor.graph.edges if edge not in aisles)
+    rates = [0] * 6 + [words.orders] * 16 + [0] * 2
+    orders = {
+        "from": "storage",
+        "to": "packing",
+        "due_within": f"{words.due} min",
+        "arrivals": {"profile": {"per_hour": rates}},
+    }
+    return model.replace(
+        {
+            "tasks.goods": dw.UNSET,
+            "tasks.unload_at": dw.UNSET,
+            "tasks.flows": {"orders": orders},
+            "calendars": {"noon": {"between": [["12 h", "13 h"]]}},
+            "traffic.closures": {"cleaning": {"members": [edge], "hours": "noon"}},
+            "run": {"length": "24 h"},
+        }
+    )
+
+
+def test_a_day_with_a_night_and_a_closed_aisle_runs_from_the_draft_on():
+    model = day(Draft(size=(20, 16), orders=40, due=5))
+    found = dw.check(model)
+    assert not found.errors
+    assert "NIGHT_FLAT" not in {item.code for item in found.findings}
+    run = dw.simulate(model, seed=3)
+    assert run.kpis["tasks_due"] == pytest.approx(16 * 40, rel=0.12)
+    assert run.kpis["on_time"] > 0.9
+    assert not [said for said in run.verdicts if said.is_lasting]
+    assert dw.simulate(model.replace({"run.start": "06:00"}), seed=3).kpis["tasks_due"] == pytest.approx(640, rel=0.12)
+
+
+@pytest.mark.long
+def test_its_plan_holds_on_fresh_days():
+    model = day(Draft(size=(20, 16), orders=60, due=5))
+    plan = dw.plan(model, f"on_time >= {TARGET}", robots="1..6", chargers="1..3", runs=150)
+    named = plan.today.best
+    assert named is not None
+    days = [dw.simulate(model.replace(named.overrides), seed).kpis["on_time"] for seed in range(900, 920)]
+    assert fmean(days) >= TARGET - 0.01
