@@ -69,6 +69,10 @@ its way for ever.
 """
 
 
+FEW = 10
+"""Open tasks for each robot in the run that nobody counts, at most."""
+
+
 class World:
     """One run: `World(model, seed).run()`, then look at `log`, `robots` and `traffic`.
 
@@ -93,6 +97,7 @@ class World:
     ) -> None:
         self.model = model
         self.layout = model.floor
+        self.settles = settles
         refuse(model, self.layout)
         self.streams = Streams(seed)
         start = _settled(model, self.streams, heed) if orders and not settles else None
@@ -285,7 +290,8 @@ class World:
     def begin(self, until: float | None = None) -> None:
         """Set everything going at time 0; the run ends at `until` if it would last longer."""
         env, length = self.env, min((end for end in (self.model.run.length, until) if end is not None), default=None)
-        self.demand.start(self.dispatcher.release if self.batcher is None else self.batcher.release)
+        release = self.dispatcher.release if self.batcher is None else self.batcher.release
+        self.demand.start(self._while_few_are_open(release) if self.settles else release)
         for robot in self.robots:
             if self.model.fleet.start_energy == "settled":  # known from no model file
                 robot.record(AT_START)
@@ -299,6 +305,16 @@ class World:
             env.schedule(self.over, URGENT, length)
         else:
             self.over = self.finished if length is None else self.finished | Timeout(env, length)
+
+    def _while_few_are_open(self, release: Callable[[Task], None]) -> Callable[[Task], None]:
+        """Takes no tasks beyond what robots will do soon: a fleet that cannot keep up is as busy without them."""
+        most = FEW * len(self.robots)
+
+        def take(task: Task) -> None:
+            if len(self.dispatcher.open) < most:
+                release(task)
+
+        return take
 
     def go_on(self) -> bool:
         """Simulate up to the next decision that is asked for (True), or to the end (False)."""

@@ -31,12 +31,14 @@ SEED = 39_916_801
 LOOKS = 48
 """How often the fleet is looked at."""
 DAY = 24
+"""Hours."""
+MOST = 12
 """Hours: the most that a fleet is given to settle, and to be looked at."""
 SETTLES = 1.0
 """Times that a battery is emptied until the fleet has settled."""
-ROUNDS = 6
+ROUNDS = 3
 """How often batteries are seen to be emptied, all robots together: many robots are looked at for a shorter time."""
-LEAST_SEEN, MOST_SEEN = 0.5, 2.0
+LEAST_SEEN, MOST_SEEN = 0.25, 1.0
 """Times that a battery is emptied in which the fleet is looked at, at least and at most."""
 
 
@@ -55,14 +57,14 @@ class Settling:
 
     def __init__(self, model: Model, layout: Layout) -> None:
         hour, cycle = model.units.hour, _cycle(model, layout)
-        settles = min(SETTLES * cycle, DAY * hour)
+        settles = min(SETTLES * cycle, MOST * hour)
         every = _repeats(model)
         if every:
             first = math.ceil(settles / every - 1e-9)
             self.times = [every * first]
         else:
             rounds = min(max(ROUNDS / model.fleet.size, LEAST_SEEN), MOST_SEEN)
-            seen = min(rounds * cycle, DAY * hour)
+            seen = min(rounds * cycle, MOST * hour)
             self.times = [settles + seen * (look + 1) / LOOKS for look in range(LOOKS)]
         self.model = model.replace({"run.length": self.times[-1] * (1 + 1e-9), "run.warm_up": 0, "log": "tasks"})
         self.fleets: list[Fleet] = []
