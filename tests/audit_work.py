@@ -175,7 +175,8 @@ class Work:
             for node, bay in layout.bays.items()
         }
         room |= {("docked", node): station.places for node, station in layout.stations.items()}
-        inside = {number: ("parked", start[number]) for number in range(len(fleet.start_on_lanes), fleet.size)}
+        begins = self.starts()
+        inside = {number: ("parked", begins[number]) for number in range(len(fleet.start_on_lanes), fleet.size)}
         for time, rows in groupby(self.rows, key=lambda row: row[0]):
             for _, kind, robot, _, node, edge, *_ in rows:
                 if kind in {"parked", "docked"}:

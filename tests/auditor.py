@@ -179,6 +179,14 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers):
         found = [homes[number % len(homes)] for number in range(fleet.size)]
         for robot, place in enumerate(fleet.start_on_lanes):
             found[robot] = place.node if hasattr(place, "node") else place.edge[1]
+        first = {}  # robots of a settled fleet begin where they charge
+        for time, kind, robot, _, node, *_ in self.run.record.rows:
+            if time > 0:
+                break
+            if kind == "idle" and node is not None:
+                first.setdefault(robot, node)
+        for robot, node in first.items():
+            found[robot] = node
         return found
 
     def by_edge(self):

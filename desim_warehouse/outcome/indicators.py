@@ -521,7 +521,7 @@ INDICATORS = {
 """By name, in the order of tables."""
 
 
-class Values(dict[str, float]):
+class RunIndicators(dict[str, float]):
     """The indicators of a run by name; one that it does not have is refused with the reason or the nearest name."""
 
     def __missing__(self, name: str) -> float:
@@ -531,10 +531,10 @@ class Values(dict[str, float]):
         raise NoIndicatorError(f"indicator {name!r}: this run does not have it; {hint}")
 
 
-def kpis(history: History) -> Values:
+def kpis(history: History) -> RunIndicators:
     """All indicators that a run has, in the units of its model file."""
     has = ((name, indicator) for name, indicator in INDICATORS.items() if indicator.applies(history))
-    found = Values({name: indicator.compute(history) for name, indicator in has})
+    found = RunIndicators({name: indicator.compute(history) for name, indicator in has})
     for flow in history.model.tasks.flows:
         tasks = history.of_flow(flow)
         for name, indicator in INDICATORS.items():

@@ -51,7 +51,7 @@ class Run:
         return self.record.version
 
     @cached_property
-    def kpis(self) -> indicators.Values:
+    def kpis(self) -> indicators.RunIndicators:
         """All indicators that the run has, in the units of its model file."""
         return indicators.kpis(self.history)
 

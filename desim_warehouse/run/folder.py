@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
-from desim_warehouse.outcome.indicators import Values
+from desim_warehouse.outcome.indicators import RunIndicators
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
@@ -165,7 +165,7 @@ def load_run(folder: str | Path) -> Run:
         )
         run = Run(model, content["seed"], log, layout, deterministic=content["deterministic"])
         if run.version != __version__:
-            run.kpis = Values(run.kpis | _kpis(folder))  # another version may count otherwise
+            run.kpis = RunIndicators(run.kpis | _kpis(folder))  # another version may count otherwise
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise ReportError(
             f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"

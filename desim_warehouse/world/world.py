@@ -38,7 +38,7 @@ from desim_warehouse.world.robots.levels import ChargingLevels
 from desim_warehouse.world.robots.mixed_reach import MixedReach
 from desim_warehouse.world.robots.reach import Reach, may_do
 from desim_warehouse.world.robots.robot import Robot
-from desim_warehouse.world.robots.settled import SEED, Settling, Standing, any_of, has_long_run, nodes_at_start
+from desim_warehouse.world.robots.settled import SEED, SettlingRun, Standing, any_of, has_long_run, nodes_at_start
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import less, tallies
 from desim_warehouse.world.robots.ways_round import WaysRound
@@ -261,10 +261,7 @@ class World:
         shapes = zip(fleet.robots(), fleet.kinds_of_robots(), homes, nodes, start, strict=True)
         for number, (shape, kind, home, node, standing) in enumerate(shapes):
             robot = Robot(around, number, home, shape, kind, Motion(*shape.motion) if slow else None, node)
-            robot.battery.start(standing.energy)
-            robot.charges_first = standing.charges_at == node or (
-                fleet.start_energy != "settled" and not robot.battery.is_full(0.0)
-            )
+            robot.start_with(standing.energy, at_charger=standing.charges_at == node)
             self.bays.settle(robot, self.bays.by_node[node])
             self.robots.append(robot)
 
@@ -446,7 +443,7 @@ def _settled(model: Model, streams: Streams, heed: Callable[[Clock], object] | N
     if model.fleet.start_energy != "settled" or not has_long_run(model):
         return None
     if model not in _FLEETS:
-        settling = Settling(model, model.floor)
+        settling = SettlingRun(model, model.floor)
         if settling.model not in _FLEETS:  # runs of another length have the same
             world = World(settling.model, SEED, heed=heed, settles=True)
             settling.watch(world.env, world.robots)

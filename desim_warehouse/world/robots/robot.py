@@ -254,6 +254,11 @@ class Robot:
         self.enter("empty" if self.job is not None else "returning")
         yield Timeout(self.env, exit_time)
 
+    def start_with(self, energy: float, *, at_charger: bool) -> None:
+        """Begin the run with so much energy; a settled fleet charges where it did, another one unless it is full."""
+        self.battery.start(energy)
+        self.charges_first = at_charger or (self.fleet.start_energy != "settled" and not self.battery.is_full(0.0))
+
     # Resting
 
     def rest(self) -> Generator[Event, object, Rest]:

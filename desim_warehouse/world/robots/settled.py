@@ -1,7 +1,7 @@
 """How a fleet stands at an instant of its long run: what the batteries hold, and who charges where.
 
 That depends on the work as much as on the charging policy: robots with little to do charge between tasks, others only
-when they must. So it is not worked out but looked up, in a run of the same model that nobody counts (`Settling`).
+when they must. So it is not worked out but looked up, in a run of the same model that nobody counts (`SettlingRun`).
 """
 
 from __future__ import annotations
@@ -52,7 +52,7 @@ class Standing(NamedTuple):
 Fleet = tuple[Standing, ...]
 
 
-class Settling:
+class SettlingRun:
     """The run of a model that nobody counts: how long it is, and when the fleet is looked at."""
 
     def __init__(self, model: Model, layout: Layout) -> None:
