@@ -5,13 +5,14 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import LEAST_DELTA
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.study import Study
 from desim_warehouse.study.target import check_zone, read_target
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.runner import StudyRunner
-    from desim_warehouse.study.study import Study
 
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
 ZONE = 0.01
@@ -163,6 +163,8 @@ def size(
 
     Source: see `statistics.smallest_meeting`, with what it promises and assumes.
     """
+    if not isinstance(study, Study):
+        raise StudyError(f"size: {shown(study):.60}, expected a Study of one factor")
     goal = read_target(target, study.plan.base.units.names)
     if len(study.plan.factors) != 1:
         raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")

@@ -7,7 +7,7 @@ import re
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.outcome.indicators import INDICATORS, find, look_up
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import MOST_ZONE
@@ -31,6 +31,8 @@ def read_target(text: str, units: UnitNames | None = None) -> statistics.Target:
     Raises:
         StudyError: not a target, a unit of another kind, or a share outside 0 to 1.
     """
+    if not isinstance(text, str):
+        raise StudyError(f"target {shown(text):.60}: expected words such as 'on_time >= 95 %'")
     written = _WITH_UNIT.fullmatch(text)
     goal = statistics.parse_target(f"{written['bound']}{written['number']}" if written else text)
     if look_up(goal.indicator) is None:

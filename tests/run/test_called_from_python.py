@@ -94,3 +94,10 @@ def test_a_run_without_end_stops_there_too(model):
     endless = model.replace({"tasks.goods": {"poisson": 100}, "run.length": 7200})
     assert dw.simulate(endless, until=300.0).record.end == 300
     assert dw.simulate(endless, until=9000.0).record.end == 7200
+
+
+def test_a_target_or_study_that_is_none_is_refused_in_a_line(model):
+    with pytest.raises(dw.StudyError, match=r"^target None: expected words such as"):
+        dw.plan(model, None)
+    with pytest.raises(dw.StudyError, match=r"^size: .*expected a Study of one factor"):
+        dw.size(TUTORIAL, "on_time >= 95 %")

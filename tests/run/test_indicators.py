@@ -70,7 +70,8 @@ def test_the_indicators_of_a_run_that_can_be_worked_out_by_hand():
 def two_in_turn(**changes):
     """Two robots of a battery of 1000 that start with 400 of it, in a bay with one charger, which gives 10 a second.
 
-    The first is charged from 0 to 60 while the other queues, then that from 60 to 120; nothing else happens up to 150.
+    The first is charged from 0 to 60 while the other queues and draws 30 standing, then that from 60 to 123. Both draw
+    0.5 a second at rest after that, and the first drives for the last second. So they end with 954.5 and 986.5.
     """
     model = ring(BATTERY, 150, log="tasks")
     model["layout"]["bays"]["home"] |= {"places": 2, "chargers": 1}
@@ -82,19 +83,19 @@ def two_in_turn(**changes):
 def test_the_second_robot_waits_for_the_charger_while_the_first_is_charged():
     got = dw.simulate(two_in_turn()).kpis
     assert got["charger_wait"] == pytest.approx(60)
-    assert got["charger_utilisation"] == pytest.approx(120 / 150)
-    assert got["energy_lowest"] == pytest.approx(0.4)
-    assert got["energy_drift_per_hour"] == pytest.approx(0.6 / (150 / 3600), rel=0.01)
+    assert got["charger_utilisation"] == pytest.approx(123 / 150)
+    assert got["energy_lowest"] == pytest.approx(0.37)
+    assert got["energy_drift_per_hour"] == pytest.approx((554.5 + 586.5) / 2000 / (150 / 3600))
     assert "station_wait" not in got
 
 
 def test_only_what_happens_after_the_warm_up_counts():
-    """From 30 on: the first is charged 300, the other waits 30 and has still 400."""
+    """From 30 on: the first has 700 then, the other has waited, has 385, and waits for 30 more."""
     got = dw.simulate(two_in_turn(**{"run.warm_up": 30})).kpis
     assert got["charger_wait"] == pytest.approx(30)
-    assert got["charger_utilisation"] == pytest.approx(90 / 120)
-    assert got["energy_lowest"] == pytest.approx(0.4)
-    assert got["energy_drift_per_hour"] == pytest.approx((300 + 600) / 2000 / (120 / 3600), rel=0.01)
+    assert got["charger_utilisation"] == pytest.approx(93 / 120)
+    assert got["energy_lowest"] == pytest.approx(0.37)
+    assert got["energy_drift_per_hour"] == pytest.approx((254.5 + 601.5) / 2000 / (120 / 3600))
 
 
 def test_the_second_robot_waits_for_the_server_while_the_first_is_unloaded():
