@@ -18,6 +18,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.model.facts import energy
 from desim_warehouse.model.facts.charging import chargers_at, start_levels
 from desim_warehouse.model.facts.kinds import by_kind
+from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.log import KINDS, NONE, PLACES, STATES, LogRow
 from desim_warehouse.outcome.records import (
     Assignment,
@@ -288,14 +289,24 @@ class History:
     # States
 
     @cached_property
+    def starts(self) -> list[Start]:
+        """Where each robot begins: as the model has it, or, of a settled fleet, at the charger where it charges."""
+        found = self.model.fleet.starts(self.layout.bays)
+        for row in self.rows(AT_START):
+            if row.time > 0:
+                break
+            if row.node is not None and not found[row.robot].on_lanes:
+                found[row.robot] = Start(row.node)
+        return found
+
+    @cached_property
     def changes(self) -> list[list[StateSpan]]:
         """For each robot all its states in order of time, also those of zero length. At the start it is idle."""
         batteries = self.model.battery is not None
         levels = start_levels(self.model, Streams(self.seed))
-        starts = self.model.fleet.starts(self.layout.bays)
         now: list[tuple[str, float, int, float | None, str]] = [
             (AT_START, 0.0, NONE, full if batteries else None, stand.node)
-            for full, stand in zip(levels, starts, strict=True)
+            for full, stand in zip(levels, self.starts, strict=True)
         ]
         found: list[list[StateSpan]] = [[] for _ in now]
         for row in self.rows(*STATES):
@@ -324,7 +335,7 @@ class History:
     @cached_property
     def waits(self) -> list[Wait]:
         """All waiting episodes, in the order in which they ended. Needs `log: all`."""
-        on = [start.edge for start in self.model.fleet.starts(self.layout.bays)]
+        on = [start.edge for start in self.starts]
         found = []
         for row in self.rows("drive", *PLACES, "collision", *APART):
             if row.kind == "collision":
@@ -360,8 +371,7 @@ class History:
     @cached_property
     def stays(self) -> list[list[Whereabouts]]:
         """For each robot where it is, in order of time, from its start. Needs `log: moves` or `all`."""
-        starts = self.model.fleet.starts(self.layout.bays)
-        found = [[Whereabouts(0.0, start.edge, start.node)] for start in starts]
+        found = [[Whereabouts(0.0, start.edge, start.node)] for start in self.starts]
         for row in self.rows(*PLACES):
             found[row.robot].append(Whereabouts(row.time, row.edge, row.node or ""))
         return found

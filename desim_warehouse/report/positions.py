@@ -194,7 +194,7 @@ class _Follower:
 
     def legs(self) -> Legs:
         """All legs of the run."""
-        for robot, start in enumerate(self.history.model.fleet.starts(self.history.layout.bays)):
+        for robot, start in enumerate(self.history.starts):
             if start.on_lanes:
                 self._stand(robot, start)
             else:

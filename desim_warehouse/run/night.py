@@ -8,6 +8,8 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from simpy.events import Timeout
+
 from desim_warehouse.errors import BatteryError
 from desim_warehouse.feasibility.power import at_rest
 from desim_warehouse.findings import Finding
@@ -23,6 +25,12 @@ if TYPE_CHECKING:
 
 DAY = 24.0
 """Hours without orders that are tried at least."""
+MOST_ROWS = 6_000
+"""Rows of the log after which a night is no longer looked at."""
+
+
+class _LongEnoughError(Exception):
+    """Enough of a night has been seen."""
 
 
 @dataclass(frozen=True)
@@ -37,18 +45,32 @@ class Flat:
 def night(model: Model) -> Flat | None:
     """Who runs flat without orders, from the energy at the start; None if nobody does.
 
-    For a day, or for the longest time in which the model is closed.
+    For a day, or for the longest time in which the model is closed; of a fleet that moves a lot for less.
     """
     hour = model.units.hour
     tried = max(DAY, longest_rest(model) / hour)
     run = model.run.model_copy(update={"length": tried * hour, "warm_up": 0.0})
     world = World(model.model_copy(update={"run": run, "log": "tasks"}), orders=False)
+    _watch(world, hour)
     try:
         world.run()
     except BatteryError:
         now = world.env.now
         return Flat(min(world.robots, key=lambda one: one.charge_left()).number, now / hour, tried)
+    except _LongEnoughError:
+        pass
     return None
+
+
+def _watch(world: World, hour: float) -> None:
+    """Stop a night in which hundreds of robots take turns at a few chargers: that takes minutes."""
+
+    def look(_: object) -> None:
+        if len(world.log.rows) > MOST_ROWS:
+            raise _LongEnoughError
+        Timeout(world.env, hour / 4).callbacks.append(look)
+
+    look(None)
 
 
 def findings(model: Model, layout: Layout) -> Iterator[Finding]:

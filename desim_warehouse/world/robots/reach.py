@@ -113,6 +113,7 @@ class Reach:
         self._given_back: Counter[int] = Counter()
         self._to_charger: dict[tuple[str, str, float], float] = {}
         self._out_of: dict[tuple[str, float], float] = {}
+        self._rests_elsewhere: dict[tuple[str, Levels], float] = {}
         self._onward: dict[int, dict[tuple[str, float, float, str, str], tuple[float, float]]] = {}
 
     def share(self, other: Reach) -> None:
@@ -289,18 +290,16 @@ class Reach:
 
     def rests_elsewhere_from(self, robot: RobotView, levels: Levels) -> float:
         """Battery level at which a robot at a charger can drive to any bay without one, and rest there for a while."""
-        ways, empty = self.travel(robot.speed), self.consumption.empty
-        return min(
-            levels.full,
-            max(
-                (
-                    empty * (self.exit_time + ways.ways.time(robot.node, bay) + ways.stop_time)
-                    + self.rests_until(replace(robot, node=bay), levels)
-                    for bay in self.parking
-                ),
-                default=0.0,
-            ),
-        )
+        key = robot.node, levels
+        if key not in self._rests_elsewhere:
+            ways, empty = self.travel(robot.speed), self.consumption.empty
+            needed = (
+                empty * (self.exit_time + ways.ways.time(robot.node, bay) + ways.stop_time)
+                + self.rests_until(replace(robot, node=bay), levels)
+                for bay in self.parking
+            )
+            self._rests_elsewhere[key] = min(levels.full, max(needed, default=0.0))
+        return self._rests_elsewhere[key]
 
     def in_need(self, robot: RobotView, levels: Levels) -> tuple[float, float]:
         """When a robot at rest needs a charger more than one that is being charged.

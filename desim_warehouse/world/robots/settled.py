@@ -36,9 +36,9 @@ MOST = 12
 """Hours: the most that a fleet is given to settle, and to be looked at."""
 SETTLES = 1.0
 """Times that a battery is emptied until the fleet has settled."""
-ROUNDS = 3
+ROUNDS = 12
 """How often batteries are seen to be emptied, all robots together: many robots are looked at for a shorter time."""
-LEAST_SEEN, MOST_SEEN = 0.25, 1.0
+LEAST_SEEN, MOST_SEEN = 0.5, 2.0
 """Times that a battery is emptied in which the fleet is looked at, at least and at most."""
 
 
