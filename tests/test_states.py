@@ -109,6 +109,7 @@ MEANS_ELSE = {
     "report/palette.py": {"empty", "loaded", "idle", "charging"},  # roles on the floor
     "report/text/fleet_words.py": {"charging"},  # in a sentence
     "run/__init__.py": {"loading", "unloading"},  # in a sentence
+    "study/reliefs/decisions.py": {"charging"},  # a kind of policy
     "world/robots/battery.py": {"charging"},  # slots
     "world/robots/levels.py": {"charging"},  # a kind of policy
     "world/traffic/body.py": {"broken"},
@@ -299,13 +300,13 @@ from desim_warehouse.world.places.station import Service
 begin = Service.begin
 seen = []
 
-def repaired_first(self):
+def repaired_first(self, stop):
     if self.env.now < 100:
         self.robot.enter("down")
         view = busy_view(self.robot, self.robot.reach, self.env.now)
         seen.append((self.env.now, view.node, view.free_in))
         yield Timeout(self.env, 100 - self.env.now)
-    yield from begin(self)
+    yield from begin(self, stop)
 
 Service.begin = repaired_first
 run = dw.simulate(dw.load(MODEL), 0)

@@ -102,10 +102,13 @@ def test_a_report_averages_over_none_of_three_factors(tmp_path):
     assert len(drawn) == 12
 
 
-def test_parking_without_chargers_is_seen_before_the_run():
-    """Robots whose home has no charger, under policies that never send them to another: an error of the model."""
+def test_robots_whose_home_has_no_charger_take_turns_or_are_refused_before_the_run():
+    """Under policies that ran flat once: they live where chargers give what is drawn at rest, else it is an error."""
+    run = dw.simulate(load("packing_hall", policies={}))
+    assert run.kpis["energy_lowest"] > 0.1
+    assert not [said for said in run.verdicts if said.is_lasting]
     with pytest.raises(WarehouseError, match=r"layout\.bays.*charger"):
-        dw.simulate(load("packing_hall", policies={}))
+        dw.simulate(load("packing_hall", policies={}, **{"battery.charge_rate": 0.001}))
 
 
 def test_decisions_at_intervals_do_not_block_the_lane():

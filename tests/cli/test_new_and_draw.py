@@ -29,7 +29,8 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
     file = str(tmp_path / "w.yaml")
     said = call("new", file, *shlex.split("--aisles 8 --stations 3 --robots 12 --orders 200/h --chargers 4"))
     assert said.exit_code == 0
-    assert said.stdout.startswith("60 x 40 m, 8 aisles, 3 packing stations, 12 robots, 4 chargers, 200 orders an hour.")
+    counts = "8 aisles, 3 packing stations, 12 robots, 4 chargers"
+    assert said.stdout.startswith(f"60 x 40 m, {counts}, 200 orders an hour, due in 15 min.")
     model = dw.load(file)
     blocks = model.layout.blocks
     assert (blocks.columns + 1, model.fleet.size, model.tasks.goods.poisson) == (8, 12, 200)

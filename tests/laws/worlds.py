@@ -56,7 +56,7 @@ def drawn_layouts(draw, graphs, contact):
         a, b = draw(st.sampled_from(edges))
         length = math.dist(positions[a], positions[b])
         offset = round(length * draw(st.floats(0.05, 0.95)), 4) or length / 2
-        exact = [place for place in (contact, length - contact) if 0 < place < length]
+        exact = [place for place in (contact, length - contact) if 1e-6 < place < length]
         storage.append({"edge": [a, b], "offset": draw(st.sampled_from([offset, *exact]))})
     limits = draw(st.dictionaries(st.sampled_from(edges), st.sampled_from([0.1, 0.4, 0.8, 2.0]), max_size=5))
     lanes = [{"from": a, "to": b, "speed": limits.get((a, b))} for a, b in edges]

@@ -5,14 +5,13 @@ import re
 import shlex
 from dataclasses import replace
 
-import click
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.cli.plan import _growth
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.text import fleet_words
 from desim_warehouse.study.fleet import Designs, plan_fleet, utilisation
+from desim_warehouse.study.fleet.given import growth_of
 from tests.docs import pages
 from tests.study import plans
 from tests.world.test_hours import SQUARE
@@ -369,7 +368,7 @@ def test_what_it_says_of_a_hundred_random_warehouses_is_so_on_other_days():
     ("text", "grown"), [("30%", 1.3), ("40 %", 1.4), ("1.4", 1.4), ("140%", 2.4), ("-20 %", 0.8), ("10", 10)]
 )
 def test_growth_is_per_cent_more_or_a_factor(text, grown):
-    assert _growth(text) == grown
+    assert growth_of(text, "--growth") == grown
 
 
 @pytest.mark.parametrize(
@@ -384,5 +383,5 @@ def test_growth_is_per_cent_more_or_a_factor(text, grown):
     ],
 )
 def test_a_growth_that_may_be_meant_otherwise_is_asked_back(text, said):
-    with pytest.raises(click.BadParameter, match=re.escape(said)):
-        _growth(text)
+    with pytest.raises(StudyError, match=re.escape(said)):
+        growth_of(text, "--growth")

@@ -218,7 +218,7 @@ def fleet_on(chargers, robots, consumption, charge_rate, length=1e5):
         "layout": {**TRIANGLE, "bays": {"home": {"at": ["A"], "chargers": chargers}}},
         "fleet": {"size": robots, "robot": {"radius": 0.05, "speed": 100}},
         "tasks": {"goods": {"saturated": robots}, "unload_at": ["A"], "load_time": 28, "unload_time": 0},
-        "battery": {"capacity": 1000, "threshold": 300, "consumption": consumption, "charge_rate": charge_rate},
+        "battery": {"capacity": 1000, "threshold": 600, "consumption": consumption, "charge_rate": charge_rate},
         "run": {"length": length, "warm_up": length / 5},
         "log": "tasks",
     }

@@ -383,8 +383,8 @@ class Robot:
         return self.bay is not None and self.kind in self.bay.charges and not self.is_out
 
     def is_connected(self, state: str) -> bool:
-        """Whether in a state it is connected to a charger: charged, or at rest in a slot with a charger that works."""
-        return state in CHARGED or (state in RESTING and self.rests_at_own_charger and not self.charging.is_charging)
+        """Whether in a state it is connected to a charger: charged, or at rest in a bay with one for each slot."""
+        return state in CHARGED or (state in RESTING and self.rests_at_own_charger)
 
     @property
     def rests_at_own_charger(self) -> bool:
