@@ -235,7 +235,8 @@ class Draw:
             "reserve": 1e9 * rate,
         }
         if battery["charge_rate"] < rate:  # less than two robots draw that wait: else batteries fall for ever
-            drawn = consumption if isinstance(consumption, dict) else dict.fromkeys(("empty", "loaded", "handling"), rate)
+            loads = ("empty", "loaded", "handling")
+            drawn = consumption if isinstance(consumption, dict) else dict.fromkeys(loads, rate)
             battery["consumption"] = {**drawn, "standing": 0.01 * rate}
         if self.some(0.3):
             battery["taper"] = {"start": self.random.choice((0.5, 0.8)), "end_rate": self.random.choice((0.1, 0.5))}

@@ -76,8 +76,10 @@ def test_drops_over_the_day_add_up_to_those_of_the_run(right, model):
     assert (right.drops[0].real[0] * hours).sum() == pytest.approx(put_down, abs=1.01)
 
 
-def test_robots_along_an_edge_are_those_of_the_run(right, model):
+def test_robots_along_an_edge_are_those_of_the_run(model):
+    """With a message each second: in five a robot drives from bay to bay, over two edges, unseen."""
     run = dw.simulate(model, 77)
+    right = dw.validate(model, [from_run(run, 1.0)], runs=39)
     edges = [">".join(edge) for edge in model.floor.graph.edges]
     hours = right.parts[0][-1] / 3600
     assert right.passed.real[0] * hours == pytest.approx(run.edges.loc[edges, "passages"].to_numpy(), abs=2)

@@ -302,19 +302,19 @@ def test_the_first_page_has_question_answer_figure_and_cost_and_the_replay_is_be
 
 
 def test_an_answer_for_each_demand_names_a_fleet_for_it():
-    factors = {"tasks.demand": [1, 1.5], "fleet.size": [1, 3, 4]}
+    factors = {"tasks.demand": [1, 2.2], "fleet.size": [1, 3, 4]}
     study = Study(example(), factors, replications=8, target="on_time >= 60 %").run()
     lines, design = answers.answer(study.results)
     assert lines[0].startswith("Demand 1: at least 60 % on time is reached first with 3 robots: ")
-    assert lines[1].startswith("Demand 1.5: at least 60 % on time is reached with 4 robots: ")
-    assert design == "tasks.demand=1.5, fleet.size=4"
+    assert lines[1].startswith("Demand 2.2: at least 60 % on time is reached with 4 robots: ")
+    assert design == "tasks.demand=2.2, fleet.size=4"
     verdicts = [one.verdict for one in study.results.judged.values()]
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [3, 2, 1]
     assert lines[2] == (
-        "Of 6 designs 3 meet the target, 2 do not, 1 is too close to tell. About 15 runs of it would probably tell."
+        "Of 6 designs 3 meet the target, 2 do not, 1 is too close to tell. About 426 runs of it would probably tell."
     )
     said = [words.met_or_when(study.results, design) for design in study.results.designs]
-    assert said == ["not met", "met", "met", "not met", "too close to tell; about 15 runs would", "met"]
+    assert said == ["not met", "met", "met", "not met", "too close to tell; about 426 runs would", "met"]
 
 
 def test_a_verdict_rests_on_the_interval_that_is_shown():
