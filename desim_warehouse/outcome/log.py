@@ -250,6 +250,10 @@ class Log:
         """The rows of some kinds, in order of time once it is closed."""
         return map(LogRow._make, [row for row in self.rows if row[1] in kinds])
 
+    def written(self) -> int:
+        """How many rows there are so far."""
+        return len(self.rows)
+
     def forget_moves(self) -> None:
         """Leave out moves that were written beyond its level."""
         if self.level == "tasks":

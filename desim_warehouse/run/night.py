@@ -66,7 +66,7 @@ def _watch(world: World, hour: float) -> None:
     """Stop a night in which hundreds of robots take turns at a few chargers: that takes minutes."""
 
     def look(_: object) -> None:
-        if len(world.log.rows) > MOST_ROWS:
+        if world.log.written() > MOST_ROWS:
             raise _LongEnoughError
         Timeout(world.env, hour / 4).callbacks.append(look)
 
