@@ -1,31 +1,31 @@
 """Mutants of the package, and which of them the tests catch: the witness that tests may be made fewer.
 
-`python -m tests.mutants record tests/world tests/laws` notes which test runs which function, and how long it takes.
-`python -m tests.mutants try --seed 1 --count 200 --under world,outcome,study/statistics` then changes one thing at a
-time in a copy of the tree (a comparison, a sign, a number, a condition; a statement left out), and runs the tests that
-run the changed function, the fastest first, until one fails. Both by hand; same seed and package, same mutants.
+`python -m tests.mutants --seed 1 --count 200 --under world,outcome,study/statistics tests/world tests/laws` notes which
+test runs which function, and for how long. Then it changes one thing in a function at a time (a comparison, a sign, a
+number, a condition; a statement left out), and runs the tests that run it, the fastest first, until one fails. Each is
+tried in a fork, where the code of the function is replaced; what tests start as other programs is not changed. By hand;
+same seed and package, same mutants.
 """
 
 from __future__ import annotations
 
 import argparse
 import ast
+import gc
 import json
 import os
 import random
 import resource
-import shutil
-import subprocess
 import sys
 import tempfile
 import time
 from pathlib import Path
+from types import CodeType, FunctionType
 
 import pytest
 
 ROOT = Path(__file__).parent.parent
-PACKAGE = "desim_warehouse"
-COVERED = Path(tempfile.gettempdir()) / "desim_covered.json"
+PACKAGE = ROOT / "desim_warehouse"
 OTHER = {
     ast.Lt: ast.LtE,
     ast.LtE: ast.Lt,
@@ -50,20 +50,21 @@ MEMORY = 4 << 30
 
 
 class Sites(ast.NodeVisitor):
-    """What can be changed in a module: `changes` are functions that do it, with the line and function of each."""
+    """What can be changed in the functions of a module: the line of each, and a function that changes it."""
 
     def __init__(self) -> None:
         self.found = []
         self.function = 0
 
     def add(self, node, what, change):
-        self.found.append((self.function, node.lineno, what, change))
+        if self.function:
+            self.found.append((self.function, node.lineno, what, change))
 
     def visit_FunctionDef(self, node):
         outer, self.function = self.function, min([node.lineno, *(one.lineno for one in node.decorator_list)])
-        for part in (*node.args.defaults, *node.args.kw_defaults, *node.body):
-            if part is not None:
-                self.visit(part)
+        for rank, part in enumerate(node.body):
+            self.left_out(node.body, rank, part)
+            self.visit(part)
         self.function = outer
 
     def visit_AnnAssign(self, node):
@@ -132,7 +133,7 @@ def swap(operators, rank):
 
 def sites(path):
     """A module as a tree, and what can be changed in it."""
-    tree = ast.parse((ROOT / path).read_text())
+    tree = ast.parse((PACKAGE / path).read_text())
     found = Sites()
     found.visit(tree)
     return tree, found.found
@@ -140,24 +141,68 @@ def sites(path):
 
 def drawn(under, seed, count):
     """Mutants by place: (module, rank of the change in it)."""
-    modules = sorted(
-        path.relative_to(ROOT).as_posix()
-        for part in under
-        for path in [*(ROOT / PACKAGE / part).rglob("*.py"), (ROOT / PACKAGE / part).with_suffix(".py")]
-        if path.exists()
-    )
+    modules = sorted(path.relative_to(PACKAGE).as_posix() for part in under for path in (PACKAGE / part).rglob("*.py"))
     every = [(path, rank) for path in modules for rank in range(len(sites(path)[1]))]
     return sorted(random.Random(seed).sample(every, min(count, len(every))))
 
 
-class Recorder:
-    """Which functions of the package each test runs, and for how long."""
+def codes(code):
+    """Code of all functions in it, by qualified name and line."""
+    yield (code.co_qualname, code.co_firstlineno), code
+    for inner in code.co_consts:
+        if isinstance(inner, CodeType):
+            yield from codes(inner)
 
-    def __init__(self) -> None:
-        self.covered = {}
 
-    @pytest.hookimpl(hookwrapper=True)
-    def pytest_runtest_protocol(self, item):
+def mutate(path, rank):
+    """Change one thing in the functions that are in memory."""
+    tree, found = sites(path)
+    found[rank][-1]()
+    file = str(PACKAGE / path)
+    new = dict(codes(compile(ast.fix_missing_locations(tree), file, "exec")))
+    for one in gc.get_objects():
+        if isinstance(one, FunctionType) and one.__code__.co_filename == file:
+            one.__code__ = new.get((one.__code__.co_qualname, one.__code__.co_firstlineno), one.__code__)
+
+
+def forked(work, seconds):
+    """What a function says in a fork that may use so many seconds of processor: None if it does not come to an end."""
+    with tempfile.TemporaryFile() as told:
+        child = os.fork()
+        if child == 0:
+            try:
+                resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
+                resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY))
+                told.write(json.dumps(work()).encode())
+                told.flush()
+            finally:
+                os._exit(0)
+        os.waitpid(child, 0)
+        told.seek(0)
+        return json.loads(told.read() or "null")
+
+
+class Tried:
+    """Runs tests in forks, in place of pytest's own loop."""
+
+    def __init__(self, arguments) -> None:
+        self.arguments = arguments
+        self.failed = False
+
+    def pytest_runtest_logreport(self, report):
+        self.failed = self.failed or report.failed
+
+    def once(self, item):
+        """Run a test, and say nothing of it."""
+        if item.config.pluginmanager.has_plugin("terminalreporter"):
+            item.config.pluginmanager.unregister(name="terminalreporter")
+        item.config.hook.pytest_runtest_protocol(item=item, nextitem=None)
+
+    def functions(self, items):
+        """Seconds and functions of each test."""
+        return [self.watched(item) for item in items]
+
+    def watched(self, item):
         seen = {}
 
         def called(frame, _event, _argument):
@@ -165,122 +210,65 @@ class Recorder:
 
         begin = time.process_time()
         sys.settrace(called)
-        yield
+        self.once(item)
         sys.settrace(None)
-        inside = f"{ROOT / PACKAGE}{os.sep}"
-        functions = sorted(
-            f"{code.co_filename.removeprefix(f'{ROOT}{os.sep}')}:{code.co_firstlineno}"
-            for code in seen.values()
-            if code.co_filename.startswith(inside)
-        )
-        self.covered[item.nodeid] = {"time": time.process_time() - begin, "functions": functions}
+        inside = f"{PACKAGE}{os.sep}"
+        codes = [code for code in seen.values() if code.co_filename.startswith(inside)]
+        functions = sorted({f"{code.co_filename.removeprefix(inside)}:{code.co_firstlineno}" for code in codes})
+        return time.process_time() - begin, functions
 
-
-class Only:
-    """Some tests, in a given order."""
-
-    def __init__(self, chosen) -> None:
-        self.rank = {test: i for i, test in enumerate(chosen)}
-
-    def pytest_collection_modifyitems(self, items):
-        items[:] = sorted((one for one in items if one.nodeid in self.rank), key=lambda one: self.rank[one.nodeid])
-
-
-QUIET = ["-q", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not long"]
-
-
-def record(arguments):
-    recorder = Recorder()
-    pytest.main([*QUIET, "--durations=40", *arguments.tests], plugins=[recorder])
-    COVERED.write_text(json.dumps(recorder.covered))
-
-
-def run(arguments):
-    """In the copy: one failure is enough."""
-    chosen = json.loads(Path(arguments.chosen).read_text())
-    files = sorted({test.partition("::")[0] for test in chosen})
-    return pytest.main([*QUIET, "-x", "--no-header", "--tb=no", *files], plugins=[Only(chosen)])
-
-
-def covering(covered, path, function, budget):
-    """Tests that run a function (or any of a module, for what stands outside functions), the fastest first."""
-    key = f"{path}:{function}" if function else f"{path}:"
-    found = [
-        (entry["time"], test)
-        for test, entry in covered.items()
-        if any(one == key if function else one.startswith(key) for one in entry["functions"])
-    ]
-    chosen, spent = [], 0.0
-    for seconds, test in sorted(found):
-        spent += seconds
-        if spent > budget:
-            break
-        chosen.append(test)
-    return chosen
-
-
-def outcome(tree, chosen, budget):
-    """Whether a mutant is caught."""
-    if not chosen:
-        return "no test runs it"
-    (tree / "chosen.json").write_text(json.dumps(chosen))
-    command = [sys.executable, "-m", "tests.mutants", "run", "chosen.json"]
-    try:
-        found = subprocess.run(
-            command,
-            cwd=tree,
-            env={**os.environ, "PYTHONPATH": str(tree), "PYTHONDONTWRITEBYTECODE": "1"},
-            capture_output=True,
-            text=True,
-            check=False,
-            timeout=4 * budget + 60,
-            preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (MEMORY, MEMORY)),
-        )
-    except subprocess.TimeoutExpired:
-        return "caught: it never ends"
-    if found.returncode == 0:
-        return f"SURVIVED {len(chosen)} tests"
-    last = [line for line in found.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return f"caught by {last[0].split(' ')[1] if last else found.stdout[-200:]}"
-
-
-def attempt(arguments):
-    """Each mutant with what became of it, a line each; then how many are caught."""
-    covered = json.loads(COVERED.read_text())
-    caught, mutants = 0, drawn(arguments.under.split(","), arguments.seed, arguments.count)
-    with tempfile.TemporaryDirectory() as folder:
-        copy = Path(folder) / "tree"
-        left = shutil.ignore_patterns(".venv", ".git", ".hypothesis", "*_cache", "__pycache__", "out")
-        shutil.copytree(ROOT, copy, ignore=left)
+    def pytest_runtestloop(self, session):
+        covered = forked(lambda: self.functions(session.items), 24 * 3600)
+        print(f"{len(covered)} tests, {sum(one for one, _ in covered):.0f} s while they are watched")  # noqa: T201
+        caught, mutants = 0, drawn(self.arguments.under.split(","), self.arguments.seed, self.arguments.count)
         for path, rank in mutants:
-            tree, found = sites(path)
-            function, line, what, change = found[rank]
-            change()
-            (copy / path).write_text(ast.unparse(ast.fix_missing_locations(tree)))
-            said = outcome(copy, covering(covered, path, function, arguments.budget), arguments.budget)
-            shutil.copy(ROOT / path, copy / path)
+            function, line, what, _ = sites(path)[1][rank]
+            key = f"{path}:{function}"
+            running = [(seconds, i) for i, (seconds, functions) in enumerate(covered) if key in functions]
+            said = self.outcome(session.items, self.affordable(sorted(running)), path, rank)
             caught += said.startswith("caught")
             print(f"{path}:{line} {what}: {said}", flush=True)  # noqa: T201 - a tool to be read
-    print(f"{caught} of {len(mutants)} caught")  # noqa: T201
+        print(f"{caught} of {len(mutants)} caught")  # noqa: T201
+        return True
+
+    def affordable(self, running):
+        chosen, spent = [], 0.0
+        for seconds, i in running:
+            spent += seconds
+            if chosen and spent > self.arguments.budget:
+                break
+            chosen.append(i)
+        return chosen
+
+    def outcome(self, items, chosen, path, rank):
+        """What becomes of a mutant."""
+
+        def first_failure():
+            mutate(path, rank)
+            for i in chosen:
+                self.once(items[i])
+                if self.failed:
+                    return items[i].nodeid
+            return ""
+
+        if not chosen:
+            return "no test runs it"
+        found = forked(first_failure, 2 * self.arguments.budget + 10)
+        if found is None:
+            return "caught: it never ends"
+        return f"caught by {found}" if found else f"SURVIVED {len(chosen)} tests"
 
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    commands = parser.add_subparsers(required=True)
-    one = commands.add_parser("record")
-    one.add_argument("tests", nargs="+")
-    one.set_defaults(call=record)
-    one = commands.add_parser("try")
-    one.add_argument("--seed", type=int, default=1)
-    one.add_argument("--count", type=int, default=200)
-    one.add_argument("--under", default="world,outcome,study/statistics", help="folders of the package")
-    one.add_argument("--budget", type=float, default=60, help="seconds of tests a mutant")
-    one.set_defaults(call=attempt)
-    one = commands.add_parser("run")
-    one.add_argument("chosen")
-    one.set_defaults(call=run)
+    parser.add_argument("tests", nargs="+")
+    parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--count", type=int, default=200)
+    parser.add_argument("--under", default="world,outcome,study/statistics", help="folders of the package")
+    parser.add_argument("--budget", type=int, default=30, help="seconds of tests for each mutant")
     arguments = parser.parse_args()
-    return arguments.call(arguments)
+    quiet = ["--tb=no", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not long"]
+    return pytest.main([*quiet, *arguments.tests], plugins=[Tried(arguments)])
 
 
 if __name__ == "__main__":

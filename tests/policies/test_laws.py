@@ -5,16 +5,22 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 from desim_warehouse import load, simulate
 from tests.laws.features import warehouse
 
 ONE_RUN = """
 import hashlib, json, sys
 from desim_warehouse import load, simulate
+
+import pytest
 for world in json.load(sys.stdin):
     run = simulate(load(world), 3)
     print(hashlib.sha256(repr(run.record.rows).encode()).hexdigest())
 """
+
+pytestmark = pytest.mark.slow
 
 
 def test_a_run_can_be_repeated():
