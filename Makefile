@@ -15,12 +15,9 @@ test: $(READY)  ## lint, types, layers, all tests
 	@echo "lint, types, layers and all tests take about 15 minutes on two cores (make quick: under 40 s)"
 	@$(MAKE) --no-print-directory lint tests
 
-SLOWER = 24-500 or twenty_bridges or own_code or hash_seed or own_policy_page or limits or junk or stepped_reference or fifty_thousand or we_ship \
-    or best_cap or test_sorting or test_laws or pickup_and_delivery or does_not_depend or three_flows or test_orient or (shipped_model and large)
-
 quick: $(READY)  ## the inner loop: ruff, and the quick tests of models, layouts, policies and the world
 	$(BIN)/ruff check $(SOURCES)
-	$(BIN)/python -m pytest -n 2 -m "not long" -k "not ($(SLOWER))" --exitfirst \
+	$(BIN)/python -m pytest -n 2 -m "not long and not slow" --exitfirst \
 	    tests/model tests/bad tests/layout tests/policies tests/world tests/golden
 
 lint: $(READY)

@@ -147,14 +147,18 @@ class Closures:
         return False
 
     def was_let_in(self, visits, time):
-        """Whether a robot had set out at a time from where it can stand: within D of the node, or on short edges."""
+        """Whether a robot had set out at a time from where it can stand: within D of the node, or on short edges.
+
+        In a zone of one robot none stands on edges of any length.
+        """
+        inside = self.closed()
         for visit in reversed(visits):
             length = self.graph.edges[visit.edge]["length"]
             if visit.into_bay:
                 return False
             if visit.enter <= time + TOL and visit.at(time) >= length - self.contact - self.slack:
                 return True
-            if not self.is_below(length, 2 * self.contact):
+            if not self.is_below(length, 2 * self.contact) and visit.edge not in inside:
                 return False
             if visit.enter <= time + TOL:
                 return True

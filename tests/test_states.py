@@ -12,6 +12,9 @@ from typing import get_args
 import pytest
 
 import desim_warehouse
+from desim_warehouse.model.schema import Tasks
+from desim_warehouse.model.sections.battery import Consumption
+from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.outcome.log import KINDS
 from desim_warehouse.states import APART, AT_START, ROLES, SHOWN, STATES, TIMES, WAITING, Phase, Role, State, seen
 from tests.register import extended, python, renamed
@@ -87,35 +90,13 @@ def test_names_places_in_the_stack_and_colours_are_of_one_state_each():
 # Nobody else knows a state by its name
 
 MEANS_ELSE = {
-    "contracts.py": {"charging", "empty", "loaded"},  # a kind of policy; consumptions
-    "feasibility/estimate.py": {"empty", "loaded"},  # parts of a cycle
-    "fleet_log/energy.py": {"empty", "loaded"},  # consumptions
-    "fleet_log/vda5050.py": {"charging"},  # a key of the format
-    "feasibility/rules.py": {"unloading"},  # in a sentence
-    "feasibility/mistakes/unused.py": {"charging"},  # a kind of policy
-    "model/facts/disturbances.py": {"closed"},  # in a sentence
-    "model/facts/charging.py": {"charging"},  # a kind of policy
-    "model/facts/kinds.py": {"charging"},
-    "model/sections/fleet.py": {"charging"},
-    "layout/checks.py": {"unloading"},  # in a sentence
-    "model/sections/policy.py": {"charging"},
-    "plants/lif.py": {"loaded"},  # a key of the format
-    "plants/lif_keys.py": {"loaded"},
-    "plants/lif_losses.py": {"loaded"},
-    "plants/model.py": {"charging"},  # a kind of policy
-    "plants/stops.py": {"loading", "unloading"},  # in a sentence
-    "policies/catalogue.py": {"charging"},
-    "report/model_parts.py": {"loaded"},  # in a sentence
-    "report/palette.py": {"empty", "loaded", "idle", "charging"},  # roles on the floor
-    "report/text/fleet_words.py": {"charging"},  # in a sentence
-    "run/__init__.py": {"loading", "unloading"},  # in a sentence
-    "study/reliefs/decisions.py": {"charging"},  # a kind of policy
-    "world/robots/battery.py": {"charging"},  # slots
-    "world/robots/levels.py": {"charging"},  # a kind of policy
-    "world/traffic/body.py": {"broken"},
-    "world/world.py": {"charging"},  # a kind of policy
+    *Policies.model_fields,  # a kind of policy
+    *Consumption.model_fields,
+    *(f"{key.removesuffix('_time')}ing" for key in Tasks.model_fields if key.endswith("_time")),  # in a sentence
+    *get_args(Role),
+    *(word for kind in KINDS.keys() - NAMES for word in kind.split("_")),
 }
-"""Words that are no states where they stand."""
+"""Words that model files, pages and kinds of rows have, too: states where something is compared with them."""
 
 
 def entered(tree: ast.AST) -> set[ast.AST]:
@@ -138,14 +119,24 @@ def entered(tree: ast.AST) -> set[ast.AST]:
     return found
 
 
+def operands(node: ast.AST) -> list[ast.AST]:
+    """What is compared, one by one."""
+    if isinstance(node, ast.MatchValue):
+        return [node.value]
+    sides = [node.left, *node.comparators] if isinstance(node, ast.Compare) else []
+    return [part for side in sides for part in getattr(side, "elts", [side])]
+
+
 def named(source: str, *, world: bool = True) -> set[str]:
     """States that a source names, other than to enter them."""
     tree = ast.parse(source)
     may = entered(tree) if world else set()
+    compared = [part for node in ast.walk(tree) for part in operands(node)]
     return {
         node.value
         for node in ast.walk(tree)
         if isinstance(node, ast.Constant) and node not in may and isinstance(node.value, str) and node.value in NAMES
+        if node in compared or node.value not in MEANS_ELSE
     }
 
 
@@ -154,9 +145,9 @@ def named(source: str, *, world: bool = True) -> set[str]:
     [
         'if robot.state == "closed": pass',
         'if robot.state in ("idle", kind): pass',
-        'use = {"loading": 1}',
+        'use = {"returning": 1}',
         'use = totals["queueing"]',
-        'rows = history.rows("broken")',
+        'rows = history.rows("on_break")',
         'match state:\n    case "empty": pass',
         'self.encounters += wait == "waiting_person"',
     ],
@@ -168,7 +159,8 @@ def test_the_law_sees_what_it_forbids(source):
 def test_a_robot_enters_a_state_by_its_name():
     assert not named('self.enter("empty" if self.job else "returning")')
     assert not named('def at_rest(self):\n    return "idle" if duty else "on_break"')
-    assert named('self.enter(STATES["empty"])')
+    assert named('self.enter(STATES["returning"])')
+    assert not named('policies = {"charging": "threshold"}')
 
 
 def test_no_file_but_the_register_knows_a_state_by_its_name():
@@ -178,7 +170,7 @@ def test_no_file_but_the_register_knows_a_state_by_its_name():
         names = named(file.read_text(), world=path.startswith("world/"))
         if names and path != "states.py":
             found[path] = names
-    assert found == MEANS_ELSE
+    assert found == {}
 
 
 def test_the_replay_page_draws_roles_and_knows_no_other_name_of_a_state():

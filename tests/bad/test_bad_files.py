@@ -11,7 +11,11 @@ HERE = Path(__file__).parent
 FILES = sorted(HERE.glob("*.yaml"))
 
 
-@pytest.mark.parametrize("file", FILES, ids=lambda file: file.stem)
+def quick_or_slow(file):
+    return pytest.param(file, id=file.stem, marks=[pytest.mark.slow] if file.stem == "beyond_the_limits" else [])
+
+
+@pytest.mark.parametrize("file", [*map(quick_or_slow, FILES)])
 def test_a_bad_file_is_refused_with_all_its_problems(file, monkeypatch):
     monkeypatch.chdir(HERE)
     with pytest.raises(ModelError) as refused:

@@ -27,7 +27,11 @@ def test_a_log_is_the_golden_one(case):
     assert len(now) == len(golden)
 
 
-@pytest.mark.parametrize("name", shipped())
+def quick_or_slow(name):
+    return pytest.param(name, marks=[pytest.mark.slow] if name == "large" else [])
+
+
+@pytest.mark.parametrize("name", [*map(quick_or_slow, shipped())])
 def test_the_indicators_of_a_shipped_model_are_the_golden_ones(name):
     assert digest(name) == json.loads(INDICATORS.read_text(encoding="utf-8"))[name]
 

@@ -6,8 +6,8 @@ import random
 
 import networkx as nx
 
+import desim_warehouse as dw
 from desim_warehouse.layout import build
-from desim_warehouse.layout.spec import LayoutSpec
 from desim_warehouse.layout.zones import edges_inside, zones_on
 from tests.laws.wider import refused
 
@@ -15,16 +15,12 @@ SPANS = (3.0, 20.0, 60.0, 200.0)
 """How long edges are closed and people stay: less than an edge takes, up to more than a task."""
 
 
-def with_closures(mapping, seed, contact=1.0):
+def with_closures(mapping, seed):
     """The model with closures, slow zones and people on it."""
     draw = random.Random(f"closures {seed}")
-    layout = build(LayoutSpec.model_validate(mapping["layout"]))
-    zones = mapping.get("traffic", {}).get("zones", {})
-    if zones:
-        import desim_warehouse as dw
-
-        zones = dw.load(mapping).traffic.zones
-    inside = edges_inside(layout, contact, zones_on(layout, zones)) if zones else edges_inside(layout, contact, ())
+    model = dw.load(mapping)
+    layout = build(model.layout)
+    inside = edges_inside(layout, model.fleet.contact, zones_on(layout, model.traffic.zones))
     free = [edge for edge in layout.graph.edges if edge not in inside and edge[::-1] not in inside]
     if not free:
         return mapping

@@ -48,6 +48,7 @@ class Draw:
     random: random.Random
     contact: float = 1.0
     slowest: float = 1.0
+    grounds: tuple[str, ...] = ("flower", "flower", "grid", "blocks")
     ground: Ground = field(init=False)
 
     def some(self, chance):
@@ -305,7 +306,7 @@ class Draw:
         self.slowest = speed = pick.choice(SPEEDS)
         size = pick.choice((1, 2, 3, pick.randint(1, 12), pick.randint(1, 25)))
         kinds = self.kinds(size)
-        self.ground = pick.choice((self.flower, self.flower, self.grid, self.blocks))()
+        self.ground = getattr(self, pick.choice(self.grounds))()
         node_time = pick.choice((0.0, 0.0, 0.4, 3.0))
         handling = [pick.choice((0.0, 1.0, 7.5)) for _ in range(3)]
         exits = [pick.choice((0.0, 2.0)) for _ in range(2)]

@@ -10,18 +10,14 @@ import desim_warehouse as dw
 from desim_warehouse.world import World
 from desim_warehouse.world.traffic.intersection import FreeIntersection
 from desim_warehouse.world.traffic.rules import EPS
-from tests.laws import random_models, test_everything, test_moving, test_two_way, test_wider, test_zones
+from tests.laws.features import EVERYTHING, ONE_WAY, warehouse
 from tests.laws.two_way import KINDS
 
 DAILY = 12
-EVERY_KIND = {
-    "plain": random_models.model,
-    "wider": test_wider.make,
-    "moving": test_moving.make,
-    "zones": test_zones.zoned,
-    "everything": test_everything.make,
-    "two-way": lambda number: test_two_way.model(KINDS[number % len(KINDS)], number),
-}
+EVERY_KIND = [
+    *((features, ONE_WAY) for features in ("", "wider", "moving", "closures moving", "zones", EVERYTHING)),
+    *(("", ground) for ground in KINDS),
+]
 
 
 def instants(world):
@@ -103,7 +99,8 @@ def faults(model, seed):
     return []
 
 
-@pytest.mark.parametrize("kind", EVERY_KIND)
-def test_a_body_is_in_one_place_and_waits_for_one_thing(kind):
-    found = {number: faults(dw.load(EVERY_KIND[kind](number)), number) for number in range(DAILY)}
+@pytest.mark.parametrize(("features", "ground"), EVERY_KIND)
+def test_a_body_is_in_one_place_and_waits_for_one_thing(features, ground):
+    numbers = range(DAILY if ground == ONE_WAY else 3)
+    found = {number: faults(dw.load(warehouse(number, features, ground)), number) for number in numbers}
     assert {number: some[:3] for number, some in found.items() if some} == {}

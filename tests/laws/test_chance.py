@@ -7,35 +7,18 @@ to be without chance, unless chance came too late to be seen (people who come in
 import pytest
 
 import desim_warehouse as dw
-from tests.laws.breakdowns import with_breakdowns
-from tests.laws.closures import with_closures
-from tests.laws.random_models import model
-from tests.laws.test_everything import with_everything
-from tests.laws.test_random_models import chunks
-from tests.laws.wider import wider
+from tests.laws.features import EVERYTHING, warehouse
 
-LONG = 1000
+NUMBERS = [range(25), *(pytest.param(range(n, n + 25), marks=pytest.mark.long) for n in range(25, 1000, 25))]
+FEATURES = ("", "wider", "breakdowns", "closures", EVERYTHING)
 
 
-def closed(number):
-    return with_closures(model(number), number, dw.load(model(number)).fleet.contact)
-
-
-MAKERS = {
-    "plain": model,
-    "wider": lambda number: wider(model(number), number),
-    "breakdowns": lambda number: with_breakdowns(model(number), number),
-    "closures": closed,
-    "everything": lambda number: with_everything(model(number), number),
-}
-
-
-@pytest.mark.parametrize("numbers", [range(25), *chunks(25, LONG, pytest.mark.long)])
-@pytest.mark.parametrize("make", MAKERS.values(), ids=MAKERS)
-def test_chance_is_known_before_a_run(make, numbers):
+@pytest.mark.parametrize("numbers", NUMBERS)
+@pytest.mark.parametrize("features", FEATURES)
+def test_chance_is_known_before_a_run(features, numbers):
     wrong = []
     for number in numbers:
-        made = dw.load(make(number))
+        made = dw.load(warehouse(number, features))
         first = dw.simulate(made, 0)
         if made.is_deterministic:
             rows = [dw.simulate(made, seed).record.rows for seed in (1, 2)]
@@ -46,5 +29,5 @@ def test_chance_is_known_before_a_run(make, numbers):
 
 
 def test_models_of_both_kinds_are_drawn():
-    said = [dw.load(model(number)).is_deterministic for number in range(40)]
+    said = [dw.load(warehouse(number)).is_deterministic for number in range(40)]
     assert 5 <= sum(said) <= 35

@@ -1,61 +1,49 @@
-"""Whatever the layout and however many robots: work ends, and nothing impossible happens on the way."""
+"""Nobody starves at an intersection; what is refused beforehand for its batteries could not have been done."""
 
 from __future__ import annotations
 
-import re
+import random
 from collections import defaultdict
 from itertools import pairwise
 
-from hypothesis import HealthCheck, given, reject, settings
-from hypothesis import strategies as st
+import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.errors import PolicyError, StallError, WarehouseError
+from desim_warehouse.errors import WarehouseError
 from desim_warehouse.feasibility import errors
-from tests.accounting import faults
-from tests.auditor import Audit, audit
-from tests.laws.worlds import block_layouts, models, reals
+from tests.auditor import Audit
+from tests.laws.features import restless, warehouse
+from tests.laws.random_models import Draw
 
-relaxed = settings(
-    deadline=None,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
-)
+LONG = 1000
 
 
-def simulated(model, seed):
-    """A run, unless the batteries are too small for the work."""
-    try:
-        return dw.simulate(model, seed)
-    except (PolicyError, StallError) as error:
-        if re.search("no battery seems to last|on the lanes: nobody.*no robot's battery lasts", str(error)) is None:
-            raise
-        reject()
+def every_day(daily, size):
+    """Numbers in chunks; those beyond the daily ones are for the long run."""
+    long = [pytest.param(range(n, n + size), marks=pytest.mark.long) for n in range(daily, LONG, size)]
+    return pytest.mark.parametrize("numbers", [*(range(n, n + size) for n in range(0, daily, size)), *long])
 
 
-@given(models(), st.integers(0, 3))
-@relaxed
-def test_every_task_ends_the_log_is_sound_and_no_time_is_lost(mapping, seed):
-    model = dw.load(mapping)
-    run = simulated(model, seed)
-    assert run.kpis["tasks"] == len(model.tasks.goods)
-    assert audit(run) == []
-    assert faults(run) == []
-
-
-@given(models(most_robots=6, most_goods=10), reals(0.05, 1), st.sampled_from([0.0, 30.0, 100.0]), st.integers(0, 3))
-@relaxed
-def test_a_model_that_ends_was_not_refused_for_its_batteries(mapping, share, reserve, seed):
+@every_day(60, 20)
+def test_a_model_that_ends_was_not_refused_for_its_batteries(numbers):
     """What is called impossible beforehand is: batteries are drawn that last for a task, for many, or for none."""
-    battery = mapping["battery"] or {"capacity": 2000.0, "threshold": 100.0, "consumption": 1, "charge_rate": 20}
-    capacity, threshold = battery["capacity"] * share, battery["threshold"] * share
-    mapping["battery"] = {**battery, "capacity": capacity, "threshold": threshold, "reserve": reserve}
-    model = dw.load(mapping)
-    try:
-        run = dw.simulate(model, seed)
-    except WarehouseError:
-        return
-    assert run.kpis["tasks"] == len(model.tasks.goods)
-    assert {item.code for item in errors(model)} <= {"ROBOT_WIDER_THAN_AISLE"}
+    ended = 0
+    for number in numbers:
+        draw, mapping = random.Random(f"batteries {number}"), warehouse(number, "restless")
+        battery = mapping["battery"] or {"capacity": 2000.0, "threshold": 100.0, "consumption": 1, "charge_rate": 20}
+        share = draw.uniform(0.05, 1)
+        less = {key: battery[key] * share for key in ("capacity", "threshold")}
+        mapping["battery"] = {**battery, **less, "reserve": draw.choice((0.0, 30.0, 100.0))}
+        mapping["run"] = {"length": mapping["run"]["length"] / 20}
+        model = dw.load(mapping)
+        try:
+            run = dw.simulate(model, number)
+        except WarehouseError:
+            continue
+        if not run.kpis["backlog"]:
+            ended += 1
+            assert list(errors(model)) == [], number
+    assert ended > 2
 
 
 def crossings(run):
@@ -86,17 +74,21 @@ def crossings(run):
     return result
 
 
-@given(models(layouts=block_layouts, most_robots=25), st.integers(0, 3))
-@relaxed
-def test_nobody_who_asked_later_for_the_same_lane_goes_first(mapping, seed):
+@every_day(60, 20)
+def test_nobody_who_asked_later_for_the_same_lane_goes_first(numbers):
     """So a waiting claim starves at most as long as its lane is full: it is the next onto it (rotations apart)."""
-    run = simulated(dw.load(mapping), seed)
-    turns = {round(time, 6) for time, _, _ in run.record.rings}
-    by_edge = defaultdict(list)
-    for edge, robot, asked, granted in crossings(run):
-        if run.layout.graph.edges[edge]["length"] >= 2 * run.model.fleet.contact:
-            by_edge[edge].append((granted, asked, robot))
-    for edge, items in by_edge.items():
-        for (first_granted, first_asked, first), (then_granted, then_asked, then) in pairwise(sorted(items)):
-            if round(first_granted, 6) not in turns and then_granted > first_granted + 1e-6:
-                assert then_asked > first_asked - 1e-6, f"{then} asked for {edge} before {first}, which went first"
+    compared = 0
+    for number in numbers:
+        plain = Draw(random.Random(f"blocks {number}"), grounds=("blocks",)).whole()
+        run = dw.simulate(dw.load(restless(plain, number)), number)
+        turns = {round(time, 6) for time, _, _ in run.record.rings}
+        by_edge = defaultdict(list)
+        for edge, robot, asked, granted in crossings(run):
+            if run.layout.graph.edges[edge]["length"] >= 2 * run.model.fleet.contact:
+                by_edge[edge].append((granted, asked, robot))
+        for edge, items in by_edge.items():
+            for (first_granted, first_asked, first), (then_granted, then_asked, then) in pairwise(sorted(items)):
+                if round(first_granted, 6) not in turns and then_granted > first_granted + 1e-6:
+                    compared += then_granted > then_asked
+                    assert then_asked > first_asked - 1e-6, (number, edge, f"{then} asked before {first}")
+    assert compared > 10

@@ -1,61 +1,10 @@
-"""On two-way lanes work ends, too: networks of every shape, batteries that recall robots, routes that change."""
-
-import random
+"""On two-way lanes robots all come home: networks of every shape, robots that are recalled, routes that change."""
 
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.world.traffic.deadlock.plan import Plan
-from tests.auditor import audit
-from tests.laws.two_way import KINDS, Slots, network
-
-
-def model(kind, seed):
-    """A whole model on a random network: goods on lanes, bays and stations beside nodes, unloading in the lane."""
-    draw = random.Random(f"model {kind} {seed}")
-    graph = network(kind, draw)
-    nodes = list(graph)
-    size = draw.randint(2, 25)
-    homes = draw.sample(nodes, draw.randint(1, min(3, len(nodes))))
-    unload = draw.sample(nodes, draw.randint(1, min(3, len(nodes))))
-    edges = [{"from": a, "to": b, "length": length} for a, b, length in graph.edges(data="length")]
-    speeds = random.Random(f"speeds {kind} {seed}")
-    if speeds.random() < 0.3:  # other limits there than back
-        edges = [{**edge, "speed": speeds.choice((0.3, 0.6, 1.0))} for edge in edges]
-    battery = {"capacity": 4000.0, "threshold": 0.0, "consumption": 1, "charge_rate": 20, "reserve": 1e9}
-    charging = "threshold"
-    if draw.random() < 0.5:
-        charging = {"name": "reach-aware", "margin": draw.choice([0.1, 0.4])}
-    else:
-        battery["threshold"] = 4000.0 - draw.randint(50, 800)
-    places = []
-    for _ in range(draw.randint(1, 8)):
-        a, b, length = draw.choice(list(graph.edges(data="length")))
-        places.append({"edge": [a, b], "offset": round(length * draw.uniform(0.05, 0.95), 3)})
-    return {
-        "layout": {
-            "nodes": {name: [data["x"], data["y"]] for name, data in graph.nodes(data=True)},
-            "edges": edges,
-            "storage": places,
-            "bays": {"home": {"at": homes, "places": -(-size // len(homes)) + draw.choice([0, 1])}},
-            "stations": {f"s{i}": {"at": [node], "places": 2} for i, node in enumerate(unload) if draw.random() < 0.5},
-        },
-        "fleet": {"size": size, "robot": {"radius": 0.5, "speed": 1.0}, "exit_time": draw.choice([0.0, 1.5])},
-        "tasks": {
-            "goods": {"random": draw.randint(1, 60)},
-            "unload_at": unload,
-            "station_choice": draw.choice(["nearest", "random", "least-loaded"]),
-            "load_time": 2.0,
-            "unload_time": 3.0,
-        },
-        "traffic": {"node_time": draw.choice([0.0, 0.4])},
-        "battery": battery if draw.random() < 0.6 else None,
-        "policies": {
-            "routing": draw.choice(["shortest", {"name": "congestion-aware", "detours": draw.randint(1, 3)}]),
-            "charging": charging,
-            "parking": draw.choice(["home", "nearest", "stay", "spread"]),
-        },
-    }
+from tests.laws.two_way import KINDS, Slots
 
 
 def all_come_home(kind, seeds):
@@ -97,11 +46,3 @@ def test_without_the_rule_they_are_stuck(kind):
         except dw.SimulationError:
             stuck += 1
     assert stuck >= 0.7 * len(runs)
-
-
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("seed", [*range(5), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(5, 400))])
-def test_every_task_ends_on_two_way_lanes(kind, seed):
-    run = dw.simulate(dw.load(model(kind, seed)), seed)
-    assert run.kpis["tasks"] == run.model.tasks.goods.random
-    assert audit(run) == []

@@ -1,7 +1,7 @@
-"""Robots on random networks with two-way lanes, traffic alone: they drive from slot to slot, and all come home.
+"""Random networks with two-way lanes: trees, cores with bridges and spurs, two-way grids, one-way rings with spurs.
 
-Trees, cores with bridges and spurs, two-way grids, one-way rings with two-way spurs. Robots stop in lanes to load, and
-are recalled on the way.
+On them whole models, and traffic alone: robots drive from slot to slot, stop in lanes to load, and are recalled on the
+way, and all come home.
 """
 
 from __future__ import annotations
@@ -82,6 +82,54 @@ def network(kind, draw):
         angle = 2 * math.pi * i / len(graph)
         graph.nodes[name].update(x=round(30 * math.cos(angle), 3), y=round(30 * math.sin(angle), 3))
     return graph
+
+
+def model(kind, seed):
+    """A whole model on a random network: goods on lanes, bays and stations beside nodes, unloading in the lane."""
+    draw = random.Random(f"model {kind} {seed}")
+    graph = network(kind, draw)
+    nodes = list(graph)
+    size = draw.randint(2, 25)
+    homes = draw.sample(nodes, draw.randint(1, min(3, len(nodes))))
+    unload = draw.sample(nodes, draw.randint(1, min(3, len(nodes))))
+    edges = [{"from": a, "to": b, "length": length} for a, b, length in graph.edges(data="length")]
+    speeds = random.Random(f"speeds {kind} {seed}")
+    if speeds.random() < 0.3:  # other limits there than back
+        edges = [{**edge, "speed": speeds.choice((0.3, 0.6, 1.0))} for edge in edges]
+    battery = {"capacity": 4000.0, "threshold": 0.0, "consumption": 1, "charge_rate": 20, "reserve": 1e9}
+    charging = "threshold"
+    if draw.random() < 0.5:
+        charging = {"name": "reach-aware", "margin": draw.choice([0.1, 0.4])}
+    else:
+        battery["threshold"] = 4000.0 - draw.randint(50, 800)
+    places = []
+    for _ in range(draw.randint(1, 8)):
+        a, b, length = draw.choice(list(graph.edges(data="length")))
+        places.append({"edge": [a, b], "offset": round(length * draw.uniform(0.05, 0.95), 3)})
+    return {
+        "layout": {
+            "nodes": {name: [data["x"], data["y"]] for name, data in graph.nodes(data=True)},
+            "edges": edges,
+            "storage": places,
+            "bays": {"home": {"at": homes, "places": -(-size // len(homes)) + draw.choice([0, 1])}},
+            "stations": {f"s{i}": {"at": [node], "places": 2} for i, node in enumerate(unload) if draw.random() < 0.5},
+        },
+        "fleet": {"size": size, "robot": {"radius": 0.5, "speed": 1.0}, "exit_time": draw.choice([0.0, 1.5])},
+        "tasks": {
+            "goods": {"random": draw.randint(1, 60)},
+            "unload_at": unload,
+            "station_choice": draw.choice(["nearest", "random", "least-loaded"]),
+            "load_time": 2.0,
+            "unload_time": 3.0,
+        },
+        "traffic": {"node_time": draw.choice([0.0, 0.4])},
+        "battery": battery if draw.random() < 0.6 else None,
+        "policies": {
+            "routing": draw.choice(["shortest", {"name": "congestion-aware", "detours": draw.randint(1, 3)}]),
+            "charging": charging,
+            "parking": draw.choice(["home", "nearest", "stay", "spread"]),
+        },
+    }
 
 
 class Tenant(NoDriver):

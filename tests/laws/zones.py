@@ -1,28 +1,27 @@
 """Random zones for random models: parts of the floor for one robot, and lines of two-way lanes for one direction."""
 
 import random
-from collections import defaultdict
 from itertools import pairwise
 
 import networkx as nx
 
+import desim_warehouse as dw
 from desim_warehouse.layout import build
-from desim_warehouse.layout.spec import LayoutSpec
 
 
-def with_zones(mapping, seed, contact=1.0):
-    """The model with one to three zones where there is room for them, and how many of each kind they are."""
+def with_zones(mapping, seed):
+    """The model with one to three zones where there is room for them."""
     draw = random.Random(f"zones {seed}")
-    graph = build(LayoutSpec.model_validate(mapping["layout"])).graph
-    zones, taken, kinds = {}, set(), defaultdict(int)
+    model = dw.load(mapping)
+    graph, contact = build(model.layout).graph, model.fleet.contact
+    zones, taken = {}, set()
     for number in range(draw.randint(1, 3)):
         rule = draw.choice(["one-robot", "one-direction"])
         members = one_robot(graph, draw, taken) if rule == "one-robot" else line(graph, draw, taken, contact)
         if members:
             zones[f"z{number}"] = {"members": members, "rule": rule}
             taken |= {node for one in members for node in ([one] if isinstance(one, str) else one)}
-            kinds[rule] += 1
-    return {**mapping, "traffic": {**mapping.get("traffic", {}), "zones": zones}}, kinds
+    return {**mapping, "traffic": {**mapping.get("traffic", {}), "zones": zones}}
 
 
 def one_robot(graph, draw, taken):

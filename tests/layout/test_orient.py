@@ -11,6 +11,8 @@ from hypothesis import strategies as st
 
 from desim_warehouse.layout.orient import Orientation, orient_lanes
 
+pytestmark = pytest.mark.slow
+
 
 def floor(undirected: nx.Graph) -> nx.DiGraph:
     """All lanes two-way; nodes (x, y) are named "x.y"."""

@@ -161,6 +161,7 @@ def test_a_problem_of_a_value_that_was_not_replaced_is_named_after_the_model():
     ]
 
 
+@pytest.mark.slow
 def test_the_digest_does_not_depend_on_the_process():
     code = "import sys, desim_warehouse.model as m; print(m.load(sys.argv[1]).digest())"
     root = MULTIBOTS.parents[1]

@@ -3,6 +3,7 @@
 import copy
 from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -10,6 +11,7 @@ from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load, parse_assignment
 from desim_warehouse.model.schema import Model
 
+pytestmark = pytest.mark.slow
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
 DRAWN = {
     "nodes": {"a": [0, 0], "b": [9, 0], "c": [9, 9]},

@@ -3,11 +3,13 @@
 import json
 from pathlib import Path
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from desim_warehouse.model import load
 
+pytestmark = pytest.mark.slow
 BASE = load(Path(__file__).parents[2] / "models" / "multibots.yaml")
 NODE = st.sampled_from("ABCDEFGHIJKLMNOPQR")
 AMOUNT = st.floats(0, 1e12) | st.integers(0, 10**6) | st.just(-0.0)

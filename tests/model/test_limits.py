@@ -17,6 +17,7 @@ from desim_warehouse.run import simulate
 from desim_warehouse.study.reading import read_study
 from desim_warehouse.values.fields import LIMITS
 
+pytestmark = pytest.mark.slow
 ROOT = Path(__file__).parents[2]
 TUTORIAL = ROOT / "models" / "tutorial.yaml"
 MULTIBOTS = ROOT / "models" / "multibots.yaml"

@@ -1,43 +1,36 @@
-"""What holds for every policy on random small worlds."""
+"""What holds for every policy on random warehouses; that all work is done and no battery runs flat is in tests/laws."""
 
 import json
 import os
 import subprocess
 import sys
 
-from hypothesis import HealthCheck, given, settings
+import pytest
 
 from desim_warehouse import load, simulate
-from tests.policies.worlds import worlds
+from tests.laws.features import warehouse
 
 ONE_RUN = """
 import hashlib, json, sys
 from desim_warehouse import load, simulate
+
+import pytest
 for world in json.load(sys.stdin):
     run = simulate(load(world), 3)
     print(hashlib.sha256(repr(run.record.rows).encode()).hexdigest())
 """
 
-
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-@given(worlds())
-def test_all_work_is_done_no_battery_runs_flat_and_a_run_can_be_repeated(world):
-    model = load(world)
-    run = simulate(model, 1)
-    done = sorted(row[3] for row in run.record.rows if row[1] == "delivered")
-    assert done == list(range(len(world["tasks"]["goods"])))
-    assert run.record.rows == simulate(model, 1).record.rows
+pytestmark = pytest.mark.slow
 
 
-def test_the_log_does_not_depend_on_the_hash_seed(tmp_path):
-    drawn = []
+def test_a_run_can_be_repeated():
+    for number in range(20):
+        model = load(warehouse(number, "policies"))
+        assert simulate(model, 1).record.rows == simulate(model, 1).record.rows, number
 
-    @settings(max_examples=25, deadline=None, database=None, derandomize=True)
-    @given(worlds())
-    def draw(world):
-        drawn.append(world)
 
-    draw()
+def test_the_log_does_not_depend_on_the_hash_seed():
+    drawn = [warehouse(number, "policies") for number in range(12)]
     logs = {
         subprocess.run(
             [sys.executable, "-c", ONE_RUN],
@@ -47,7 +40,7 @@ def test_the_log_does_not_depend_on_the_hash_seed(tmp_path):
             text=True,
             check=True,
         ).stdout
-        for seed in ("0", "1", "4242")
+        for seed in ("0", "4242")
     }
     assert len(logs) == 1
     assert len(logs.pop().split()) == len(drawn)

@@ -10,6 +10,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.policies.catalogue import user_source
 
+pytestmark = pytest.mark.slow
 TUTORIAL = str(Path(__file__).parents[2] / "models" / "tutorial.yaml")
 CODE = """
 from dataclasses import dataclass

@@ -13,7 +13,7 @@ from desim_warehouse.run import check
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.motion import Motion
 from tests.auditor import audit
-from tests.laws import test_moving
+from tests.laws.features import warehouse
 from tests.world.floor import PARK, Floor, line
 
 near = pytest.approx
@@ -96,7 +96,7 @@ def test_a_kind_keeps_what_its_robot_keeps_or_its_own():
 
 def careful(number):
     """A random model whose robots keep their braking distance, with the log of everything."""
-    mapping = test_moving.make(number)
+    mapping = warehouse(number, ("moving", "wider moving", "closures moving")[number % 3])
     robot = {"deceleration": 0.3, **mapping["fleet"]["robot"], "keeps": "braking"}
     return dw.load({**mapping, "fleet": {**mapping["fleet"], "robot": robot}}).replace({"log": "all"})
 

@@ -32,7 +32,9 @@ def halls(robots):
     }
 
 
-@pytest.mark.parametrize(("robots", "least"), [(2, 43), (4, 86), (8, 165), (24, 500)])
+@pytest.mark.parametrize(
+    ("robots", "least"), [(2, 43), (4, 86), (8, 165), pytest.param(24, 500, marks=pytest.mark.slow)]
+)
 def test_a_bridge_between_two_halls_carries_nearly_what_robots_do_that_never_wait(robots, least):
     """A round takes 167 s: two robots do 43 an hour, eight 172. One at a time on the bridge they would do 33 in all."""
     run = dw.simulate(dw.load(halls(robots)), 0)
@@ -50,6 +52,7 @@ def core(robots, length, seed=0):
     return dw.simulate(model.replace({"run.length": length, "run.warm_up": length / 3}), seed)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("length", [1800.0, pytest.param(5400.0, marks=pytest.mark.long)])
 def test_a_one_way_core_with_twenty_bridges_has_no_knee_at_a_hundred_robots(length):
     run = core(100, length)

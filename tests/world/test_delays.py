@@ -6,9 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.world.traffic.motion import Motion
-from tests.laws.moving import moving
-from tests.laws.random_models import model
-from tests.laws.test_two_way import model as two_way
+from tests.laws.features import ONE_WAY, warehouse
 from tests.laws.two_way import KINDS
 from tests.world.closed_form import drive_time
 from tests.world.floor import line
@@ -54,8 +52,7 @@ NONE_AT_ALL = ({"share": 0, "time": 5}, {"share": 1, "time": 0}, {"share": 0, "t
 @pytest.mark.parametrize("seed", [*range(8), *(pytest.param(seed, marks=pytest.mark.long) for seed in range(8, 300))])
 def test_delays_that_never_are_change_nothing(seed):
     """Not a row of the log, also where robots keep their braking distance and go from node to node."""
-    plain = two_way(KINDS[seed % len(KINDS)], seed) if seed % 2 else model(seed)
-    mapping = moving(plain, seed)
+    mapping = warehouse(seed, "moving", KINDS[seed % len(KINDS)] if seed % 2 else ONE_WAY)
     mapping["fleet"]["robot"] |= {"acceleration": 1.0, "deceleration": 1.0, "keeps": "braking"}
     assert rows(mapping, seed, NONE_AT_ALL[seed % 3]) == rows(mapping, seed, None)
 

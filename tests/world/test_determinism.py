@@ -42,6 +42,7 @@ for changes in ({}, LIFELONG, {"policies.allocation": "hungarian", "policies.rou
 """
 
 
+@pytest.mark.slow
 def test_same_seed_same_log_whatever_the_hash_seed():
     said = []
     for hash_seed in ("0", "1", "4242"):

@@ -246,6 +246,7 @@ def plain():
     return day()
 
 
+@pytest.mark.slow
 def test_three_flows_run_at_once_and_the_run_is_sound(plain):
     assert audit(plain) == []
     assert faults(plain) == []
@@ -330,6 +331,7 @@ def test_what_is_changed_is_fleet_policies_kinds_and_other_flows():
     assert {"fleet.size", "fleet.kinds", "policies.allocation", "policies.batching", "tasks.flows"} <= sections
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("changes", CHANGES, ids=str)
 def test_what_a_flow_draws_does_not_depend_on_anything_else(changes, plain):
     """More than 20 changes: all other flows have the same tasks, each of which takes as long to load and unload."""

@@ -6,8 +6,8 @@ import pytest
 
 import desim_warehouse as dw
 from tests.accounting import faults
-from tests.laws.random_models import model as random_model
-from tests.laws.test_random_models import endless, standstill
+from tests.laws.features import warehouse
+from tests.laws.found import endless, standstill
 from tests.recount import differences
 from tests.world.floor import PARK, Floor, line
 
@@ -101,7 +101,7 @@ def test_a_node_that_the_layout_does_not_have_is_refused():
 def test_work_goes_on_and_everything_adds_up_with_free_nodes_anywhere(part):
     """Random models, every other node of them free, or all, one slow."""
     for number in range(8 * part, 8 * part + 8):
-        mapping = random_model(number)
+        mapping = warehouse(number)
         names = list(dw.load(mapping).layout.nodes) or ["A", "B", "C", "D"]
         some = names[:: 1 + number % 2]
         nodes = {name: {"free": True} for name in some} | {names[0]: {"free": number % 3 == 0, "time": 3.0}}

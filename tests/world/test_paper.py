@@ -58,6 +58,7 @@ def test_goods_are_numbered_down_block_columns_and_along_their_rows(multibots, g
     assert (place.number, "".join(place.edge), place.offset, (place.x, place.y)) == (good, edge, offset, centre)
 
 
+@pytest.mark.slow
 def test_the_stepped_reference_picks_all_goods_at_the_same_places(multibots):
     layout = run(multibots, 1, [0]).layout
     assert len(layout.storage) == 80
@@ -85,6 +86,7 @@ def test_the_30_cells_against_the_authors_program(multibots):
     assert (stops, sum(cell["S_program"] for cell in CELLS)) == (70, 65)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("seed", "margin", "more_stops"),
     [

@@ -12,6 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.layout.travel import travel_on
 from tests.auditor import audit
 
+pytestmark = pytest.mark.slow
 SIDE = 6
 
 

@@ -5,6 +5,8 @@ import pytest
 
 from benchmarks import sorting
 
+pytestmark = pytest.mark.slow
+
 
 def test_the_floor_is_one_way_connected_and_has_the_chutes():
     floor = sorting.floor()

@@ -1,0 +1,109 @@
+"""Random warehouses by number, with any features: the same number and features are the same model today and tomorrow.
+
+`warehouse(17)` is one of `random_models`; `warehouse(17, "tours breakdowns")` has tours and robots that break down;
+`warehouse(17, "zones", "tree")` is made on a network with two-way lanes. `python -m tests.laws.features 17 tours grid`
+looks for faults in one model alone.
+"""
+
+from __future__ import annotations
+
+import random
+import sys
+
+from tests.laws import random_models, two_way
+from tests.laws.breakdowns import with_breakdowns
+from tests.laws.closures import with_closures
+from tests.laws.hours import with_hours
+from tests.laws.kinds import with_kinds
+from tests.laws.moving import moving
+from tests.laws.tours import with_tours
+from tests.laws.wider import wider
+from tests.laws.zones import with_zones
+
+ONE_WAY = "one-way"
+EVERYTHING = "kinds tours closures hours moving breakdowns"
+POLICIES = {
+    "allocation": [
+        "in-order",
+        "nearest",
+        {"name": "nearest", "candidates": 2},
+        "nearest-aging",
+        "earliest-due",
+        "hungarian",
+        "regret",
+        {"name": "regret", "objective": "total", "depth": 2, "commit": True},
+        "auction",
+        {"name": "auction", "objective": "makespan", "robots": 1, "candidates": 3},
+        {"name": "auction", "commit": True},
+        "cost-aware",
+    ],
+    "routing": ["highways", "shortest", "fastest", "congestion-aware"],
+    "charging": [
+        {"name": "reach-aware", "margin": 0.25},
+        {"name": "opportunity", "margin": 0.25},
+        {"name": "four-thresholds", "margin": 0.25},
+        {"name": "swap", "time": 20, "margin": 0.25},
+        {"name": "reach-aware", "margin": 0.25, "charger": "least-loaded"},
+        {"name": "opportunity", "margin": 0.25, "charger": "own"},
+        "threshold",
+    ],
+    "parking": ["home", "stay", "nearest", "spread"],
+}
+
+
+def with_policies(mapping, key):
+    """Any policy of ours with any other."""
+    draw = random.Random(f"policies {key}")
+    chosen = {kind: draw.choice(some) for kind, some in POLICIES.items()}
+    return {**mapping, "policies": {**mapping["policies"], **chosen}}
+
+
+def restless(mapping, key):
+    """Robots that turn off at random, of several sizes, with a station for each, called home on the way or early."""
+    draw = random.Random(f"restless {key}")
+    fleet, battery, policies = mapping["fleet"], mapping["battery"], mapping["policies"]
+    detours = draw.randint(1, 4)
+    wanderer = {"name": "tests.laws.wanderer:Wanderer", "seed": draw.randint(0, 9), "detours": detours}
+    policies = {**policies, "routing": draw.choice((wanderer, wanderer, "congestion-aware"))}
+    kinds = {
+        name: {**kind, "radius": fleet["robot"]["radius"] * draw.choice((1, 0.6))}
+        for name, kind in fleet.get("kinds", {}).items()
+    }
+    if battery:
+        battery = {**battery, "threshold": battery["capacity"] * draw.choice((0.5, 0.7, 0.8))}
+        policies["charging"] = draw.choice(("threshold", {"name": "reach-aware", "margin": draw.uniform(0.1, 0.6)}))
+    tasks, unload = mapping["tasks"], mapping["tasks"]["unload_at"]
+    if len(unload) > 1 and draw.random() < 0.5:
+        each = [unload[rank % len(unload)] for rank in range(fleet["size"])]
+        tasks = {**tasks, "unload_at": each, "station_choice": "each"}
+    fleet = {**fleet, "kinds": kinds}
+    return {**mapping, "fleet": fleet, "tasks": tasks, "battery": battery, "policies": policies}
+
+
+FEATURES = {
+    "wider": wider,
+    "moving": moving,
+    "closures": with_closures,
+    "breakdowns": with_breakdowns,
+    "hours": with_hours,
+    "kinds": with_kinds,
+    "policies": with_policies,
+    "restless": restless,
+    "tours": with_tours,
+    "zones": with_zones,
+}
+
+
+def warehouse(number, features="", ground=ONE_WAY):
+    """The model of a number, as a mapping: features are added in the order in which they are named."""
+    made = random_models.model(number) if ground == ONE_WAY else two_way.model(ground, number)
+    for feature in features.split():
+        made = FEATURES[feature](made, number if ground == ONE_WAY else f"{ground} {number}")
+    return made
+
+
+if __name__ == "__main__":
+    from tests.laws.found import faults_of
+
+    number, features, ground = (*sys.argv[1:], "", ONE_WAY)[:3]
+    print("\n".join(faults_of(warehouse(int(number), features, ground), int(number))))  # noqa: T201 - a tool

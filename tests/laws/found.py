@@ -1,0 +1,60 @@
+"""What is wrong with a run of any model, a line each: it fails, its log cannot be, counts are wrong, time is lost."""
+
+from __future__ import annotations
+
+import desim_warehouse as dw
+from desim_warehouse.errors import WarehouseError
+from tests import accounting, little
+from tests.auditor import audit
+from tests.laws.random_models import CUT
+from tests.recount import differences
+
+
+def faults_of(mapping, seed):
+    """Nothing impossible happens, work ends, indicators are those of the log, accounts add up, Little's law holds."""
+    try:
+        run = dw.simulate(dw.load(mapping), seed)
+    except WarehouseError as error:
+        return [f"{type(error).__name__}: {error}"]
+    rules = (audit, standstill, crowded, endless, differences, accounting.faults, little.faults)
+    return [fault for rule in rules for fault in rule(run)]
+
+
+def standstill(run):
+    """In work without an end no run can stall in so many words: there, nothing has happened for long."""
+    model = run.model
+    exogenous = {"released", "edge_closed", "edge_opened", "person_in", "person_out"}
+    last = max((row[0] for row in run.record.rows if row[1] not in exogenous), default=0.0)
+    slowest = min(
+        [robot.speed for robot in model.fleet.robots()] + [slow.speed for slow in model.traffic.slow.values()]
+    )
+    edges = run.layout.graph.edges(data=True)
+    around = sum(data["length"] / min(slowest, data["speed"]) for *_, data in edges)
+    patience = 3 * (around + len(run.layout.graph) * model.traffic.node_time) + 50 + model.policies.interval
+    if model.battery is not None:
+        patience += 5 * model.battery.capacity / model.battery.charge_rate
+    patience += 10 * max((one.end - one.start for one in run.history.blocked), default=0.0)
+    if getattr(model.tasks.goods, "saturated", 0) and run.T - last > patience:
+        return [f"nothing happened from {last:g} to {run.T:g}"]
+    return []
+
+
+def endless(run):
+    """Work that has an end is done, long before a run is given up."""
+    if run.model.name != CUT and (run.kpis["backlog"] or run.model.run.length == run.T):
+        return [f"{run.kpis['backlog']} tasks are not done by {run.T:g}"]
+    return []
+
+
+def crowded(run):
+    """With `saturated: n` a task is released only while fewer than n are open; those given back come on top."""
+    most = getattr(run.model.tasks.goods, "saturated", None)
+    if most is None:
+        return []
+    steps = {"released": 1, "returned": 1, "assigned": -1}
+    count = 0
+    for row in run.record.rows:
+        count += steps.get(row[1], 0)
+        if row[1] == "released" and count > most:
+            return [f"{row[0]:g}: {count} tasks are open, of {most}"]
+    return []

@@ -1,0 +1,155 @@
+"""Whatever is in a warehouse: work ends, nothing impossible happens, and all is counted.
+
+Random warehouses by number, with any features, on one-way floors and on networks with two-way lanes; some hundreds of
+them every day, 50,000 in the long run. A fault names its number; `python -m tests.laws.features` looks at one alone.
+"""
+
+from __future__ import annotations
+
+import pytest
+
+import desim_warehouse as dw
+from tests.laws import two_way
+from tests.laws.features import EVERYTHING, FEATURES, ONE_WAY, POLICIES, warehouse
+from tests.laws.found import faults_of
+from tests.laws.moving import moving
+from tests.laws.random_models import WHOLE
+from tests.laws.two_way import KINDS
+from tests.laws.wider import wider
+
+DAILY = {
+    "": 100,
+    "wider": 40,
+    "tours": 60,
+    "hours": 20,
+    "tours hours": 20,
+    "zones": 30,
+    "zones closures": 30,
+    "closures": 50,
+    "breakdowns": 60,
+    "tours breakdowns": 20,
+    "wider breakdowns": 20,
+    "zones breakdowns": 20,
+    "moving": 20,
+    "wider moving": 20,
+    "closures moving": 20,
+    "policies": 60,
+    "restless": 60,
+    "restless breakdowns": 30,
+    EVERYTHING: 40,
+}
+"""How many warehouses with some features are looked at every day."""
+TWO_WAY = tuple(features for features in DAILY if not {"policies", "restless"} & {*features.split()})
+"""What is put on two-way lanes: four warehouses of each shape and feature a day."""
+WENT_WRONG = {
+    "closures": (260,),  # a robot turned off that waited for a robot and then for an opening
+    "wider moving": (1213,),  # a run ended while a ring gathered speed: how far its robots had come was wrong
+    "closures moving": (2234,),
+    EVERYTHING: (287, 572, 701),  # cleared off a lane with people, recalled when let in, in a ring that looked ahead
+}
+LONG, CHUNK = 2000, 10
+
+
+def cases():
+    """(ground, features, numbers), in chunks; what nobody has looked at before is for the long run."""
+    for features, daily in DAILY.items():
+        for first in range(0, LONG, CHUNK):
+            yield ONE_WAY, features, range(first, first + CHUNK), first >= daily
+        if features in WENT_WRONG:
+            yield ONE_WAY, features, WENT_WRONG[features], False
+    for features in TWO_WAY:
+        for ground in KINDS:
+            yield ground, features, range(4), False
+            yield from ((ground, features, range(first, first + CHUNK), True) for first in range(4, 400, CHUNK))
+
+
+def named(ground, features, numbers, long):
+    name = f"{features or 'plain'}-{ground}-{numbers[0]}"
+    return pytest.param(ground, features, numbers, id=name, marks=[pytest.mark.long] if long else [])
+
+
+@pytest.mark.parametrize(("ground", "features", "numbers"), [named(*case) for case in cases()])
+def test_work_ends_nothing_impossible_happens_and_all_is_counted(ground, features, numbers):
+    found = {number: faults_of(warehouse(number, features, ground), number) for number in numbers}
+    assert {number: faults for number, faults in found.items() if faults} == {}
+
+
+@pytest.mark.parametrize(("ground", "number"), [("bridges", 19), ("bridges", 286), ("ring", 316)])
+def test_robots_may_start_on_one_lane_in_any_order(ground, number):
+    """The one behind has the smaller number."""
+    mapping = wider(moving(two_way.model(ground, number), number), f"{ground} {number}")
+    assert faults_of(mapping, number) == []
+
+
+def drawn(features, count=40):
+    return [dw.load(warehouse(number, features)) for number in range(count)]
+
+
+def share(models, holds):
+    """In how many of some models, or runs, something is true."""
+    return sum(bool(holds(one)) for one in models) / len(models)
+
+
+MODELS = {
+    "a battery": ("", 1 / 3, lambda one: one.battery),
+    "a warm-up before an end at an instant": ("", 1 / 5, lambda one: one.name != WHOLE and one.run.warm_up),
+    "several speeds": ("", 1 / 4, lambda one: len({robot.speed for robot in one.fleet.robots()}) > 1),
+    "stops on the way": ("tours", 1 / 6, lambda one: any(flow.via for flow in one.tasks.flows.values())),
+    "a station with hours": ("hours", 1 / 4, lambda one: any(item.hours for item in one.layout.stations.values())),
+    "a pause": ("hours", 1 / 8, lambda one: any(item.at_close == "pause" for item in one.layout.stations.values())),
+    "a buffer": ("hours", 1 / 8, lambda one: any(item.buffer is not None for item in one.layout.stations.values())),
+    "shifts": ("hours", 1 / 3, lambda one: one.fleet.has_hours),
+    "flows with hours": ("tours hours", 1 / 10, lambda one: any(flow.hours for flow in one.tasks.flows.values())),
+    "breakdowns": ("breakdowns", 0.7, lambda one: one.fleet.breaks_down),
+    "delays": ("breakdowns", 0.3, lambda one: one.fleet.robot.delays),
+    "chargers that fail": ("breakdowns", 0.2, lambda one: any(bay.outages for bay in one.layout.bays.values())),
+    "slow zones": ("closures", 1 / 3, lambda one: one.traffic.slow),
+    "robots that start on lanes": ("wider", 1 / 4, lambda one: one.fleet.start_on_lanes),
+    "a bay in a lane": ("wider", 1 / 20, lambda one: any(bay.in_lane for bay in one.layout.bays.values())),
+    "sizes": ("restless", 1 / 10, lambda one: len({robot.radius for robot in one.fleet.robots()}) > 1),
+}
+RUNS = {
+    "closures": dict.fromkeys(("waiting_closed", "waiting_person", "encounters_per_hour", "shared_time"), 1 / 5),
+    "breakdowns": {"breakdowns": 1 / 2},
+    "moving": {"rotations": 1 / 14, "collisions": 1 / 3},
+}
+"""In which share of runs with a feature an indicator is above zero."""
+
+
+@pytest.mark.parametrize(("features", "least", "holds"), MODELS.values(), ids=MODELS)
+def test_what_can_go_wrong_is_drawn(features, least, holds):
+    """Else the law says little."""
+    assert share(drawn(features), holds) > least
+
+
+@pytest.mark.parametrize("features", RUNS)
+def test_what_can_go_wrong_happens(features):
+    runs = [dw.simulate(model, number) for number, model in enumerate(drawn(features))]
+    for indicator, least in RUNS[features].items():
+        assert share(runs, lambda run, of=indicator: run.kpis.get(of, 0) > 0) > least, indicator
+
+
+def test_policies_work_and_zones_of_every_kind_are_drawn():
+    models = drawn("policies", 60)
+    for kind, some in POLICIES.items():
+        names = {one if isinstance(one, str) else one["name"] for one in some}
+        assert {getattr(one.policies, kind).name for one in models} == names
+    assert {type(one.tasks.goods).__name__ for one in models} == {
+        "tuple",
+        "RandomGoods",
+        "SaturatedGoods",
+        "PoissonGoods",
+    }
+    assert {one.tasks.station_choice for one in models} == {"each", "nearest", "least-loaded", "random"}
+    toured = drawn("tours")
+    assert {one.policies.batching.name for one in toured} == {"fixed-size", "time-window", "by-order", "single"}
+    assert {one.fleet.robot.capacity for one in toured} == {2, 3, 4}
+    zoned = [dw.load(warehouse(number, "zones", ground)) for ground in KINDS for number in range(6)]
+    rules = [zone.rule for one in zoned for zone in one.traffic.zones.values()]
+    assert rules.count("one-robot") > 10
+    assert rules.count("one-direction") > 10
+
+
+def test_the_same_number_and_features_are_the_same_model():
+    for feature in FEATURES:
+        assert warehouse(7, feature) == warehouse(7, feature) != warehouse(8, feature)
