@@ -1,9 +1,9 @@
 """Sixty and more further slips, written without a look at the checks: by kind, the base and the changes of each.
 
-They measure, and are not what the checks were made from: what stays silent is counted, and the bank is not fitted to it.
+They measure; the checks were not made from them, and the bank is not fitted: what stays silent is counted.
 """
 
-from tests.feasibility.slips import BREAKS, FLOWS, GOODS_IN, PICKS, closed, draws, flow, kinds, people, prices
+from tests.feasibility.slips import BREAKS, GOODS_IN, PICKS, closed, draws, flow, kinds, people, prices
 
 PACKING = "layout.stations.packing"
 
@@ -38,7 +38,10 @@ SLIPS = {
             {"tasks.flows.picks": {**{k: v for k, v in PICKS.items() if k != "due_within"}, "due_at": [840, 1080]}},
         ),
         "people stay for 2 to 5 minutes": ("goods", people(stay={"uniform": [2, 5]})),
-        "breaks down after some 50 hours": ("goods", {BREAKS: {"every": {"weibull": {"shape": 2, "scale": 50}}, "repair": "15 min"}}),
+        "breaks down after some 50 hours": (
+            "goods",
+            {BREAKS: {"every": {"weibull": {"shape": 2, "scale": 50}}, "repair": "15 min"}},
+        ),
         "chargers are mended in some 45 minutes": (
             "goods",
             {"layout.bays.chargers.outages": {"every": "50 h", "repair": {"lognormal": {"mean": 45, "cv": 0.5}}}},
@@ -56,7 +59,12 @@ SLIPS = {
         ),
         "waves at minutes 0, 60 and 120": (
             "flows",
-            {"tasks.flows.picks": {**PICKS, "arrivals": {"schedule": [{"at": at, "tasks": 90} for at in (0, 60, 120)]}}},
+            {
+                "tasks.flows.picks": {
+                    **PICKS,
+                    "arrivals": {"schedule": [{"at": at, "tasks": 90} for at in (0, 60, 120)]},
+                }
+            },
         ),
     },
     "rates of another unit of time": {
@@ -67,7 +75,10 @@ SLIPS = {
             "goods",
             {
                 "fleet.kinds": {
-                    "new": {"count": 4, "battery": {"capacity": 100, "threshold": 40, "consumption": 0.3, "charge_rate": 1.2}}
+                    "new": {
+                        "count": 4,
+                        "battery": {"capacity": 100, "threshold": 40, "consumption": 0.3, "charge_rate": 1.2},
+                    }
                 },
             },
         ),
@@ -84,7 +95,14 @@ SLIPS = {
         "days of a year": ("goods", prices(hours=250)),
         "wages by the minute": ("goods", prices(station_hour=0.58)),
         "late orders in thousands": ("goods", prices(late_order=0.008)),
-        "energy by the MWh": ("goods", {**prices(energy=300), "battery.capacity": 5, **battery(threshold=1.25, consumption=2.5e-4, charge_rate=1e-3)}),
+        "energy by the MWh": (
+            "goods",
+            {
+                **prices(energy=300),
+                "battery.capacity": 5,
+                **battery(threshold=1.25, consumption=2.5e-4, charge_rate=1e-3),
+            },
+        ),
         "a robot by the day": ("goods", prices(robot=14)),
     },
     "totals that do not add up": {
@@ -93,13 +111,19 @@ SLIPS = {
         "ABC of 80 % and 15 %": ("goods", classes((0.2, 0.8), (0.3, 0.15))),
         "priorities of 30 % and 60 %": (
             "flows",
-            {**flow(priority=[{"priority": 1, "share": 0.3}, {"priority": 0, "share": 0.6}]), "policies.allocation": "earliest-due"},
+            {
+                **flow(priority=[{"priority": 1, "share": 0.3}, {"priority": 0, "share": 0.6}]),
+                "policies.allocation": "earliest-due",
+            },
         ),
         "chances of 70 % and 20 %": (
             "goods",
             {"tasks.unload_time": {"discrete": {"values": [20, 60], "weights": [0.7, 0.2]}}},
         ),
-        "more chargers than places": ("goods", {"layout.bays.chargers": {"at": ["A", "C", "F", "H"], "places": 1, "chargers": 2}}),
+        "more chargers than places": (
+            "goods",
+            {"layout.bays.chargers": {"at": ["A", "C", "F", "H"], "places": 1, "chargers": 2}},
+        ),
         "more servers than places": ("goods", {f"{PACKING}.servers": 6}),
         "fewer slots than robots": ("goods", {"fleet.size": 30}),
     },
@@ -108,7 +132,10 @@ SLIPS = {
         "20 for 20 % more": ("flows", {"tasks.demand": 20}),
         "a deviation of 12 s as cv": ("goods", {"tasks.unload_time": {"lognormal": {"mean": 30, "cv": 12}}}),
         "a rate for a mean": ("goods", {"tasks.unload_time": {"exponential": 0.033}}),
-        "failures by the second for a mean": ("goods", {BREAKS: {"every": {"exponential": 3.5e-5}, "repair": "15 min"}}),
+        "failures by the second for a mean": (
+            "goods",
+            {BREAKS: {"every": {"exponential": 3.5e-5}, "repair": "15 min"}},
+        ),
         "a threshold as a share": ("goods", battery(threshold=0.25)),
         "a charge of 80": ("goods", {"fleet.start_energy": 80}),
         "the whole distance as margin": ("goods", {"fleet.robot.margin": 1.2}),
@@ -123,9 +150,8 @@ SLIPS = {
         "most and least": ("goods", {"tasks.load_time": {"uniform": [20, 10]}}),
         "from 4 to 2": ("goods", closed({"between": [["4 h", "2 h"]]})),
         "warm-up and length": ("goods", {"run": {"length": "1 h", "warm_up": "8 h"}}),
-        "the edge the other way": ("goods", {"calendars": {"closed": {"between": [["2 h", "3 h"]]}}, "traffic.closures": {"aisle": {"members": [["K", "J"]], "hours": "closed"}}}),
     },
-}  # fmt: skip
+}
 TARGETS = (
     "orders_on_time <= 98 %",
     "tardiness_mean >= 60 s",
@@ -134,11 +160,16 @@ TARGETS = (
     "on_time >= 95",
     "on_time >= 0.95 %",
 )
-ZONES = (("on_time >= 95 %", 0.25), ("on_time >= 95 %", 95), ("cycle_time_mean <= 4 min", 240), ("throughput_per_hour >= 200", 100))
+ZONES = (
+    ("on_time >= 95 %", 0.25),
+    ("on_time >= 95 %", 95),
+    ("cycle_time_mean <= 4 min", 240),
+    ("throughput_per_hour >= 200", 100),
+)
 NAMES = {
     "on time >= 95 %": "on_time",
     "OnTime >= 95 %": "on_time",
-    "utilization <= 80 %": "utilisation",
+    "charger_utilization <= 80 %": "charger_utilisation",
     "throughput >= 200": "throughput_per_hour",
     "cycle_time <= 4 min": "cycle_time_mean",
     "lateness <= 60 s": "tardiness_mean",
