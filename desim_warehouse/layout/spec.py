@@ -451,8 +451,8 @@ class StationSpec(PlacesSpec):
     unload_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(
         None, description="unloading there; default: that of the flow or of tasks"
     )
-    # one piece into a tote takes 2 s or more; a pallet is repacked in hours
-    work_time: Annotated[Varying | None, Usual("2 s", "8 h")] = Field(
+    # one piece into a tote takes 3 s or more; a pallet is repacked in hours
+    work_time: Annotated[Varying | None, Usual("3 s", "8 h")] = Field(
         None, description="work on each load unit that is put down there; default: none"
     )
     workers: Count = Field(1, description="with work_time: load units worked on at a time, at each node")

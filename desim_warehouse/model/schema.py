@@ -301,7 +301,7 @@ class Prices(Part):
     currency: Name | None = Field(None, description="its name, such as EUR, for sums on pages and in sentences")
     # a shift a week is 400 hours a year, a leap year 8,784
     hours: Annotated[
-        Positive, Usual(200, 8784, words="hours a year", cure="all year are 8,760, a shift of 8 h on 250 days 2,000")
+        Positive, Usual(400, 8784, words="hours a year", cure="all year are 8,760, a shift of 8 h on 250 days 2,000")
     ] = Field(title="hours a year", description="hours a year that the warehouse runs as in this model")
     robot: Annotated[NotNegative, ROBOT_PRICE] = Field(
         0.0, title="price of a robot", description="a robot, per year: price / years of use, and maintenance"

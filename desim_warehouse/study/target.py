@@ -44,6 +44,9 @@ def read_target(text: str, units: UnitNames | None = None) -> statistics.Target:
         meant = f"; did you mean {goal.value:g} %?" if not written and 1 < goal.value <= 100 else ""  # noqa: PLR2004
         raise StudyError(f"target {text!r}: {goal.indicator} is a share, expected a number from 0 to 1, or a %{meant}")
     _right_way_round(text, goal)
+    if written and find(goal.indicator).is_share and goal.sign > 0 and 0 < goal.value < 0.01:  # noqa: PLR2004
+        said, meant = f"{written['number']} {written['unit']}", f"{100 * float(written['number']):g} %"
+        raise StudyError(f"target {text!r}: {said} is hardly a target; did you mean {meant}?")
     return replace(goal, unit=_unit(goal.indicator, units))
 
 

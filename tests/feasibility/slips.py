@@ -152,7 +152,7 @@ OURS = {
     "unloading for half a minute": ("goods", {"tasks.unload_time": 0.5}, "UNUSUAL", "0.5 min"),
     "loading for half a minute at a station": ("goods", {"layout.stations.packing.unload_time": 0.5}, "UNUSUAL", "min"),
     "stops for a quarter of a minute": ("flows", flow(via=["dock"], stop_time=0.25), "UNUSUAL", "0.25 min"),
-    "decisions in ms": ("goods", {"policies.interval": 5000}, "UNUSUAL", "5000 ms"),
+    "decisions in ms": ("goods", {"policies.interval": 5000}, "UNUSUAL", "5,000 ms"),
     "a run of 10 minutes": ("goods", {"run": {"length": 600}}, "SHORT_RUN", "hour has 3600"),
     "counted for 20 minutes": ("goods", {"run": {"length": "2 h", "warm_up": "100 min"}}, "SHORT_RUN", "hundred tasks"),
     "a window of 2": (

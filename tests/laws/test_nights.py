@@ -41,6 +41,7 @@ def fleet_at_rest(seed, policy):
             "fleet.start": ["parking"],
             "fleet.start_energy": {"uniform": [low, high]},
             "battery": {"capacity": capacity, "threshold": 0.25 * capacity, "consumption": drawn, "charge_rate": rate},
+            "battery.taper": {"start": 0.8, "end_rate": 0.1} if seed % 2 else None,
             **POLICIES[policy],
             "run": {"length": "48 h", "warm_up": 0},
         },

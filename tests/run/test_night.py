@@ -80,6 +80,14 @@ def test_the_robot_that_cannot_reach_a_charger_runs_flat_first():
     assert flat.tried == 24
 
 
+def test_nearly_full_robots_take_turns_at_a_charger_that_tapers():
+    """One is charged from 85 % on; the other, at 84 %, never is 20 % of a battery behind it."""
+    high = {"fleet.start_energy": 0.9, "policies.charging": {"name": "threshold", "level": 850}}
+    taper = {"battery.taper": {"start": 0.8, "end_rate": 0.1}}
+    work = {"tasks.goods": {"poisson": 60}, "run.length": 2000}
+    assert dw.simulate(ring({**high, **taper, **work})).kpis["tasks"] > 10
+
+
 @pytest.mark.parametrize(
     ("changes", "hours"),
     [

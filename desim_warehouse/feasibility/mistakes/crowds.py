@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model.facts.demand import arrival_rate
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -30,9 +31,19 @@ def warnings(model: Model, found: HandCalculation) -> Iterator[Finding]:
     if isinstance(size, int) and not batching.own and size > most > 1:
         text = f"tours of {size} loads, and a robot carries {most}: tours have {most}"
         yield Finding("MORE_THAN_FIT", "policies.batching.size", text, "fleet.robot.capacity, or a smaller size")
+    yield from _windows(model)
     yield from _aisles(model, found)
     yield from _chargers(model)
     yield from _pace(model)
+
+
+def _windows(model: Model) -> Iterator[Finding]:
+    """Windows in which mostly no second task comes, so that there is nothing to put together."""
+    batching, rate, unit = model.policies.batching, arrival_rate(model), model.units.time
+    window = batching.params.get("window")
+    if batching.name == "time-window" and isinstance(window, int | float) and rate and window * rate < 1:
+        text = f"in {amount(window)} {unit} {amount(window * rate)} tasks come on average: few go together"
+        yield Finding("UNUSUAL", "policies.batching.window", text, f"a longer window; times are in {unit}")
 
 
 def _aisles(model: Model, found: HandCalculation) -> Iterator[Finding]:

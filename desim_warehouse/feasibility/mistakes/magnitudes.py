@@ -14,7 +14,7 @@ from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import levels, start_energy
 from desim_warehouse.model.facts.demand import order_files
 from desim_warehouse.model.facts.kinds import by_kind, said
-from desim_warehouse.values.distributions import Distribution, mean_of
+from desim_warehouse.values.distributions import DiscreteTime, Distribution, mean_of
 from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec, OutageSpec
 from desim_warehouse.values.fields import parts_in
 from desim_warehouse.values.units import SECONDS
@@ -51,10 +51,7 @@ def warnings(model: Model, found: HandCalculation) -> Iterator[Finding]:
     yield from unusual.warnings(model)
     for place, part in parts_in(model, tuple(Distribution.__subclasses__())):
         assert isinstance(part, Distribution)
-        if part.cv > MOST_CV:
-            meant = f"; did you mean {part.cv / 100:g} ({part.cv:g} %)?" if MOST_CV < part.cv <= 100 else ""  # noqa: PLR2004
-            text = f"a coefficient of variation of {amount(part.cv)}: most times would be far below the mean"
-            yield Finding("UNUSUAL", place, text, f"it is standard deviation / mean, mostly 0.1 to 1{meant}")
+        yield from _distribution(place, part)
     yield from _disturbances(model)
     yield from _handling(model)
     yield from _kinds(model)
@@ -84,6 +81,19 @@ def notes(model: Model) -> Iterator[Finding]:
 
 
 # Times
+
+
+def _distribution(place: str, times: Distribution) -> Iterator[Finding]:
+    """Times that vary beyond belief, and chances that do not add up."""
+    if times.cv > MOST_CV:
+        meant = f"; did you mean {times.cv / 100:g} ({times.cv:g} %)?" if times.cv <= 100 else ""  # noqa: PLR2004
+        text = f"a coefficient of variation of {amount(times.cv)}: most times would be far below the mean"
+        yield Finding("UNUSUAL", place, text, f"it is standard deviation / mean, mostly 0.1 to 1{meant}")
+    weights = (times.discrete.weights or ()) if isinstance(times, DiscreteTime) else ()
+    total = math.fsum(weights)
+    if weights and max(weights) < 1 and not math.isclose(total, 1, abs_tol=0.005):
+        text = f"chances that add up to {amount(total)}: each is taken as its part of that"
+        yield Finding("UNUSUAL", f"{place}.discrete.weights", text, "chances that add up to 1, or whole numbers")
 
 
 def _disturbances(model: Model) -> Iterator[Finding]:

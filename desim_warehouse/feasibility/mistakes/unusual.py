@@ -5,6 +5,7 @@ What is usual stands beside the type of each key (`Usual`); here is only how it 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -27,6 +28,8 @@ ALIKE = ("EUR", "USD", "GBP", "CHF", "CAD", "AUD", "€", "$", "£")
 """Currencies of about the same worth, for which the usual prices hold; in others nothing is said of them."""
 LONG = 3600.0
 """Seconds of a run in which something within the first minute is rather meant in minutes or hours."""
+AT_START, MOST_AT_START = 0.01, 300.0
+"""The same of a run of which it all happens in the first hundredth, within these seconds."""
 
 
 def warnings(model: Model) -> Iterator[Finding]:
@@ -35,8 +38,9 @@ def warnings(model: Model) -> Iterator[Finding]:
         for name, key, usual, kind in _usual_keys(type(part)):
             if not _judged(model, part, usual, kind):
                 continue
+            since = _begins(model) if usual.instant else 0.0
             for below, value in _numbers(getattr(part, name), usual):
-                yield from _unusual(f"{place}.{key}{below}", value, usual, kind, model.units)
+                yield from _unusual(f"{place}.{key}{below}", value, usual, kind, model.units, since)
     for decision, spec in model.policies.specs().items():
         kinds = catalogue.quantities_of(decision, spec.name)
         for key, note in catalogue.notes_of(decision, spec.name):
@@ -78,6 +82,12 @@ def _judged(model: Model, part: Part, usual: Usual, kind: str) -> bool:
     return not usual.instant or model.run.end * model.units.seconds >= LONG
 
 
+def _begins(model: Model) -> float:
+    """Seconds from the start of the run within which not all that happens at some times is to be expected."""
+    end = model.run.end
+    return min(AT_START * end * model.units.seconds, MOST_AT_START) if math.isfinite(end) else 0.0
+
+
 def comparable(currency: str | None) -> bool:
     """Whether prices in a currency are about as high as in EUR; where it has no name they are taken to be."""
     return currency is None or currency in ALIKE
@@ -94,8 +104,11 @@ def _numbers(value: Any, usual: Usual) -> Iterator[tuple[str, float]]:
         yield from [("", max(numbers))] if usual.instant else (("", number) for number in numbers)
 
 
-def _unusual(place: str, value: float, usual: Usual, kind: str, units: Units) -> Iterator[Finding]:
+def _unusual(
+    place: str, value: float, usual: Usual, kind: str, units: Units, since: float = 0.0
+) -> Iterator[Finding]:
     low, high = usual.between(kind)
+    low = max(low, since)
     real = value * _si(kind, units)
     if value == 0 or low <= real <= high:
         return
@@ -122,7 +135,7 @@ def _meant(value: float, low: float, high: float, kind: str) -> str:
         return f"{value:g} %" if low <= value / 100 <= high else f"{1 + value:g}, which is {value:.0%} more"
     least = low or high / (400 if kind == "time" else 40)  # in ms, but not in mm
     table = {"time": SECONDS, "length": METRES}.get(kind, {})
-    fits = [f"{value:g} {name}" for name, size in table.items() if least <= value * float(size) <= high]
+    fits = [f"{amount(value)} {name}" for name, size in table.items() if least <= value * float(size) <= high]
     return spoken(fits[:2], "or") if fits else ""
 
 

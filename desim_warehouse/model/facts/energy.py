@@ -33,10 +33,12 @@ def charge_time(spec: BatterySpec, start: float, end: float) -> float:
     """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
 
     Tapered, the rate falls linearly with the level l above `taper.start`: dl/dt = r(l), so the time is an
-    integral of 1 / r(l), a logarithm.
+    integral of 1 / r(l), a logarithm. No battery is ever charged beyond its capacity.
     """
     if end <= start:
         return 0.0
+    if end > spec.capacity:
+        return math.inf
     rate, taper = spec.charge_rate, spec.taper
     if taper is None:
         return (end - start) / rate

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 Sense = Literal[">=", "<=", ">", "<"]
 
 _TARGET = re.compile(
-    r"\s*(?P<indicator>[A-Za-z_][\w.-]*(?::[^<>=≥≤]*[^<>=≥≤\s])?)\s*(?P<sense>>=|<=|>|<|≥|≤)\s*"
+    r"\s*(?P<indicator>[A-Za-z_](?:[\w. -]*[\w.-])?(?::[^<>=≥≤]*[^<>=≥≤\s])?)\s*(?P<sense>>=|<=|>|<|≥|≤)\s*"
     r"(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
 )
 
