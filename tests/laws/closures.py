@@ -9,6 +9,7 @@ import networkx as nx
 import desim_warehouse as dw
 from desim_warehouse.layout import build
 from desim_warehouse.layout.zones import edges_inside, zones_on
+from tests.laws.random_models import lasting
 from tests.laws.wider import refused
 
 SPANS = (3.0, 20.0, 60.0, 200.0)
@@ -55,9 +56,7 @@ def with_closures(mapping, seed):
             del people[f"p{number}"]["aisles"]
     traffic = {**mapping.get("traffic", {}), "closures": closures, "slow": slow}
     made = {**mapping, "calendars": calendars, "traffic": traffic, "people": people}
-    if made.get("battery"):
-        last = {key: 20 * made["battery"][key] for key in ("capacity", "threshold", "charge_rate", "reserve")}
-        made["battery"] = {**made["battery"], **last}  # for waits that no estimate includes
+    made["battery"] = lasting(mapping["battery"], 20)  # for waits that no estimate includes
     return {**made, "traffic": {**traffic, "closures": {}}} if refused(made, "CUT_OFF") else made
 
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import random
 
+from tests.laws.random_models import lasting
+
 RATES = (0.05, 0.3, 1.0, 4.0, 1e3)
 LARGER = 8
 """How much more a battery must hold, so that it lasts for any task with all its stops, at rates of at least 1."""
@@ -23,10 +25,7 @@ def moving(mapping, seed):
         robot["acceleration"] = draw.choice(rates)
     if draw.random() < 0.3 and ("acceleration" in robot or "deceleration" in robot):
         robot["keeps"] = "braking"
-    if battery is not None:
-        amounts = ("capacity", "threshold", "charge_rate", "reserve")
-        battery = {**battery, **{key: LARGER * battery[key] for key in amounts if key in battery}}
-    return {**mapping, "battery": battery, "fleet": {**fleet, "robot": robot, "kinds": kinds}}
+    return {**mapping, "battery": lasting(battery, LARGER), "fleet": {**fleet, "robot": robot, "kinds": kinds}}
 
 
 def drawn(draw, rates, speed):

@@ -350,6 +350,12 @@ class Draw:
         }
 
 
+def lasting(battery, times):
+    """A battery that lasts for a number of times what it did, and is charged in the same time."""
+    amounts = ("capacity", "threshold", "charge_rate", "reserve")
+    return battery and {**battery, **{key: times * battery[key] for key in amounts if key in battery}}
+
+
 def model(number):
     """The model of a number, as a mapping; its run has the number for a seed."""
     return Draw(random.Random(number)).whole()

@@ -7,6 +7,8 @@ from __future__ import annotations
 
 import random
 
+from tests.laws.random_models import lasting
+
 BATCHING = (
     {"name": "fixed-size"},
     {"name": "fixed-size", "size": 2},
@@ -25,19 +27,10 @@ def with_tours(mapping, number):
     for kind in fleet.get("kinds", {}).values():
         kind["capacity"] = draw.randint(1, most)
     mapping.setdefault("policies", {})["batching"] = draw.choice(BATCHING)
-    _last(mapping, 2 * most + 4)
+    mapping["battery"] = lasting(mapping["battery"], 2 * most + 4)
     if draw.random() < 0.6:
         _flows(mapping, draw)
     return mapping
-
-
-def _last(mapping, times):
-    """Batteries that last for a tour of a number of drives."""
-    battery = mapping.get("battery")
-    if battery:
-        for key in ("capacity", "threshold", "charge_rate", "reserve"):
-            if key in battery:
-                battery[key] *= times
 
 
 def names_of(layout):

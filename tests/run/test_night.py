@@ -80,6 +80,26 @@ def test_the_robot_that_cannot_reach_a_charger_runs_flat_first():
     assert flat.tried == 24
 
 
+@pytest.mark.parametrize("charging", ["threshold", "reach-aware", "opportunity", "four-thresholds"])
+def test_a_charger_that_may_fail_and_never_does_is_as_one_that_cannot(charging):
+    """One robot is charged while the other seeks its slot: once it stayed there, full, and hardly a task was done."""
+    low = {"fleet.start_energy": {"uniform": [0.25, 0.5]}, "policies.charging": charging}
+    model = ring({**low, "tasks.goods": {"poisson": 60}, "run.length": 5000})
+    never = model.replace({"layout.bays.charging.outages": {"every": 1e9, "repair": 10}})
+    assert dw.simulate(never).kpis["tasks"] == dw.simulate(model).kpis["tasks"] > 60
+
+
+def test_robots_of_one_bay_take_turns_at_its_charger():
+    """Four rest at 0.01 a second, and the charger gives 0.04: it feeds four. They queued until one was full, and ran flat."""
+    bays = {"charging": {"at": ["A"], "places": 5, "chargers": 1}}
+    draws = {"standing": 0.01, "empty": 0.02, "loaded": 0.02, "handling": 0.01}
+    battery = {"capacity": 100, "threshold": 30, "consumption": draws, "charge_rate": 0.04}
+    low = {"fleet.size": 4, "fleet.start": ["A"], "fleet.start_energy": 0.12, "policies.charging": "reach-aware"}
+    model = ring({"layout.bays": bays, "battery": battery, "run": {"length": 50_000}, **low})
+    world = World(model, 0, orders=False).run()
+    assert min(robot.charge_left() for robot in world.robots) > 0.04
+
+
 def test_nearly_full_robots_take_turns_at_a_charger_that_tapers():
     """One is charged from 85 % on; the other, at 84 %, never is 20 % of a battery behind it."""
     high = {"fleet.start_energy": 0.9, "policies.charging": {"name": "threshold", "level": 850}}

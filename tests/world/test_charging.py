@@ -203,17 +203,20 @@ def test_a_robot_resting_without_a_charger_leaves_for_one_in_time():
     assert home[:2] == [pytest.approx(96), pytest.approx(96 + 243 + 21)]
 
 
-def test_a_robot_that_must_charge_queues_for_the_one_charger():
+def test_robots_that_must_charge_queue_for_the_one_charger_and_take_turns():
     goods = [0, {"good": 0, "release": 30}, {"good": 0, "release": 300}]
     one_charger = {"layout.bays": {"home": {"at": ["A"], "places": 2, "chargers": 1}}, "fleet.size": 2}
     world = play({**one_charger, "tasks.goods": goods, "battery.threshold": 110, "battery.charge_rate": 2})
-    # Robot 0 is home at 96 with 96 drawn and charges for 48, up to 144; robot 1, 30 later on its way, is home at 126.
+    # Robot 0 is home at 96 with 104 left; robot 1, 30 later on its way and that long at rest, at 126 with 74. That is
+    # less than three quarters of the threshold, and robot 0 is at 164, more than half of the threshold ahead: it goes.
     assert times(world, "parked")[:2] == [pytest.approx(96), pytest.approx(126)]
-    assert times(world, "queueing") == [pytest.approx(126)]
-    assert times(world, "charging")[:2] == [pytest.approx(96), pytest.approx(144)]
-    assert world.robots[1].time_in["queueing"] == pytest.approx(18)
+    assert times(world, "charging")[:2] == [pytest.approx(96), pytest.approx(126)]
+    # Robot 0 rests until it is at 110, at 180; no need yet of robot 1, which is full at 189.
+    assert times(world, "queueing") == [pytest.approx(126), pytest.approx(180)]
+    assert times(world, "charging")[2] == pytest.approx(189)
+    assert world.robots[0].time_in["queueing"] == pytest.approx(9)
     left = [row[6] for row in world.log.rows if row[1] == "charging"]
-    assert left[1] == pytest.approx(200 - 144)  # robot 1 rested for 30, and queued for 18
+    assert left[:3] == [pytest.approx(104), pytest.approx(74), pytest.approx(101)]
 
 
 @pytest.mark.parametrize("chargers", [0, 1, 2, 4])

@@ -104,9 +104,7 @@ def _numbers(value: Any, usual: Usual) -> Iterator[tuple[str, float]]:
         yield from [("", max(numbers))] if usual.instant else (("", number) for number in numbers)
 
 
-def _unusual(
-    place: str, value: float, usual: Usual, kind: str, units: Units, since: float = 0.0
-) -> Iterator[Finding]:
+def _unusual(place: str, value: float, usual: Usual, kind: str, units: Units, since: float = 0.0) -> Iterator[Finding]:
     low, high = usual.between(kind)
     low = max(low, since)
     real = value * _si(kind, units)

@@ -21,7 +21,8 @@ if TYPE_CHECKING:
 class Bay:
     """Slots for robots beside a node, of which `taken` are occupied or reserved.
 
-    `charges`: the kinds whose robots use its chargers; empty without chargers.
+    `charges`: the kinds whose robots use its chargers; empty without chargers. `waiting`: robots in it that wait for
+    one, which there may be where it has fewer chargers than slots, or some that have failed.
     """
 
     def __init__(
@@ -36,6 +37,7 @@ class Bay:
         self.taken = 0
         self.chargers = chargers
         self.charges = charges
+        self.waiting: list[Guest] = []
 
     @property
     def charges_every_slot(self) -> bool:
@@ -158,9 +160,10 @@ class Bays:
         return sum(bay.free for bay in bays) > len(ahead)
 
     def neediest(self, robot: Guest) -> Guest | None:
-        """Of the robots that seek the chargers of a robot's bay, the one with the least energy."""
+        """Of the robots that seek the chargers of a robot's bay or wait there, the one with the least energy."""
         assert robot.bay is not None
-        return min(self._seekers_of([robot.bay]), key=lambda one: one.charge_left(), default=None)
+        in_need = [*robot.bay.waiting, *self._seekers_of([robot.bay])]
+        return min(in_need, key=lambda one: one.charge_left(), default=None)
 
     def _seekers_of(self, bays: Iterable[Bay]) -> list[Guest]:
         kinds = frozenset().union(*(bay.charges for bay in bays))
@@ -180,17 +183,21 @@ class Bays:
         sought = robot.bay.charges.intersection(seeker.kind for seeker in self.seekers)
         return [bay for bay in self.by_node.values() if sought.isdisjoint(bay.charges) and self.may_take(robot, bay)]
 
-    def seek_charger(self) -> Event:
-        """A robot must charge and finds no slot: those at a charger are told, and the event is due when one leaves."""
+    def tell_sought(self) -> None:
+        """A robot must charge and finds no slot, or no charger in its bay: those at a charger are told."""
         if self._sought is not None:
             self._sought.succeed()
             self._sought = None
+
+    def seek_charger(self) -> Event:
+        """A robot must charge and finds no slot: those at a charger are told, and the event is due when one leaves."""
+        self.tell_sought()
         if self._left is None:
             self._left = Event(self.env)
         return self._left
 
     def charger_sought(self) -> Event:
-        """Due when a robot must charge and finds no slot."""
+        """Due when a robot must charge and finds no slot, or no charger in its bay."""
         if self._sought is None:
             self._sought = Event(self.env)
         return self._sought

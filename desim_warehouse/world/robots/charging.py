@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from simpy.events import Event, Timeout
+from simpy.events import AnyOf, Event, Timeout
 
 from desim_warehouse.model.facts.charging import LEAST_CHARGE
 from desim_warehouse.states import Phase
@@ -97,7 +97,9 @@ class ChargingStop:
             with chargers.turn(first=has_lost_one) as turn:
                 if not turn.triggered:
                     robot.enter("queueing" if offer is None else robot.at_rest)
-                yield turn if offer is None else turn | offer
+                    yield from self._wait(turn if offer is None else turn | offer)
+                else:
+                    yield turn
                 self.is_charging = robot.job is None
                 if robot.job is not None:
                     return offer
@@ -115,6 +117,15 @@ class ChargingStop:
         self.is_charging = False
         return offer
 
+    def _wait(self, due: Event) -> Generator[Event, object, None]:
+        """Until there is a charger for it, or a task; those at a charger know of it meanwhile."""
+        bay = self.robot.bay
+        assert bay is not None
+        bay.waiting.append(self.robot)
+        self.bays.tell_sought()
+        yield due
+        bay.waiting.remove(self.robot)
+
     def _fill(
         self, levels: Levels, least: float, offer: Event | None, lost: Event | None
     ) -> Generator[Event, object, tuple[Event | None, bool]]:
@@ -127,14 +138,13 @@ class ChargingStop:
         battery.plug(env.now)
         if offer is None:
             done = Timeout(env, battery.charge_time(level, least))
-            due: Event = done if lost is None else done | lost
-            while not (due.processed or self._is_needed()):
-                yield self._or_needed(due) if self.reach.scarce else due
+            while not (done.processed or _has_failed(lost) or self._is_needed()):
+                yield self._first_of(done, lost)
             if not done.processed:
                 battery.unplug(env.now)
-                if not due.processed:
-                    robot.make_room()
-                return None, due.processed
+                if not _has_failed(lost):
+                    self._make_room()
+                return None, _has_failed(lost)
             level = max(level, least)
             if level < levels.full:
                 offer = self.dispatcher.wait(robot)
@@ -142,16 +152,15 @@ class ChargingStop:
                     yield offer | end_of_instant(env, AFTER_DECISIONS)  # a task, or robots that seek a charger
         while offer is not None and level < levels.full and robot.job is None:
             if self._is_needed(free=True):
-                robot.make_room()
+                self._make_room()
                 offer = None
                 break
             goal = self.reach.enough_for_first(robot.view(), levels)
             goal = goal if level < goal < levels.full else levels.full
             done = Timeout(env, battery.charge_time(level, goal))
-            due = self._or_needed(offer | done, free=True) if self.reach.scarce else offer | done
-            yield due if lost is None else due | lost
+            yield self._first_of(offer, done, lost, free=True)
             level = goal if done.processed else battery.level(env.now)
-            if lost is not None and lost.processed and robot.job is None and not done.processed:
+            if _has_failed(lost) and robot.job is None and not done.processed:
                 battery.unplug(env.now, level)
                 return offer, True
             if done.processed and robot.job is None:
@@ -159,15 +168,40 @@ class ChargingStop:
         battery.unplug(env.now, level)
         return offer, False
 
-    def _or_needed(self, due: Event, *, free: bool = False) -> Event:
-        """Something that is due, or the next time to look whether another robot needs the charger more."""
-        due = due | self.bays.charger_sought()
-        time = self._needed_in(free=free)
-        return due | Timeout(self.env, time) if EPS < time < math.inf else due
+    @property
+    def _takes_turns(self) -> bool:
+        """Whether other robots may need the charger, as there are fewer chargers or slots at them than robots."""
+        bay = self.robot.bay
+        return self.reach.scarce or (bay is not None and not bay.charges_every_slot)
+
+    def _make_room(self) -> None:
+        """Leave the charger to one that waits in the bay, or the slot to one that is elsewhere."""
+        assert self.robot.bay is not None
+        if self.bays.neediest(self.robot) in self.robot.bay.waiting:
+            self.dispatcher.withdraw(self.robot)
+        else:
+            self.robot.make_room()
+
+    def _first_of(self, *events: Event | None, free: bool = False) -> Event:
+        """The first of some events, or the next time to look whether another robot needs the charger more.
+
+        It is made anew for every look, of events alone: SimPy takes those out of a condition in one that has happened.
+        """
+        found = [event for event in events if event is not None]
+        if self._takes_turns:
+            found.append(self.bays.charger_sought())
+            time = self._needed_in(free=free)
+            if EPS < time < math.inf:
+                found.append(Timeout(self.env, time))
+        return AnyOf(self.env, found) if len(found) > 1 else found[0]
 
     def _is_needed(self, *, free: bool = False) -> bool:
         """Whether the robot leaves its charger to another that needs it more; one `free` for work stays able to."""
-        if self._needed_in(free=free) > EPS or not self.bays.wants_room(self.robot):
+        if not self._takes_turns or self._needed_in(free=free) > EPS:
+            return False
+        bay = self.robot.bay
+        assert bay is not None
+        if self.bays.neediest(self.robot) not in bay.waiting and not self.bays.wants_room(self.robot):
             return False
         if self._needed_in() <= EPS:
             return True
@@ -193,3 +227,8 @@ class ChargingStop:
 
         needed = max(urgent - now, gains(ahead))
         return min(needed, gains(TURN)) if free else needed
+
+
+def _has_failed(lost: Event | None) -> bool:
+    """Whether a charger has failed; None: it never does."""
+    return lost is not None and lost.processed
