@@ -92,12 +92,6 @@ class Why:
     batched: float = 0.0
 
     @property
-    def by_waiting(self) -> Suspect | None:
-        """The suspect at which robots wait longest, who would be blamed without a test."""
-        waiting = [suspect for suspect, _ in self.found if suspect.waited]
-        return max(waiting, key=lambda suspect: suspect.waited or 0.0, default=None)
-
-    @property
     def is_clear(self) -> bool:
         """Whether one suspect is shown to cost most, though it may be open which of its reliefs gains most."""
         competing = [(suspect.name, gain.each) for suspect, gain in self.found if gain.competes]

@@ -1,7 +1,8 @@
 """Robots at rest share their chargers: nobody runs flat in two days where chargers give a quarter more than is drawn.
 
-While robots change places a charger gives nothing: that is counted for turns of a tenth of a battery. The quarter is for
-shorter turns, and for what robots draw on the way. Half of the fleets rest in one bay with fewer chargers than slots.
+While robots change places a charger gives nothing: that is counted, for turns of a tenth of a battery. The quarter is
+for shorter turns, and for what robots draw on the way. Half of the fleets rest in one bay, with more slots than
+chargers.
 """
 
 import math

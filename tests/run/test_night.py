@@ -90,7 +90,7 @@ def test_a_charger_that_may_fail_and_never_does_is_as_one_that_cannot(charging):
 
 
 def test_robots_of_one_bay_take_turns_at_its_charger():
-    """Four rest at 0.01 a second, and the charger gives 0.04: it feeds four. They queued until one was full, and ran flat."""
+    """Four rest at 0.01 a second, and the charger gives 0.04. They queued until one was full, and ran flat."""
     bays = {"charging": {"at": ["A"], "places": 5, "chargers": 1}}
     draws = {"standing": 0.01, "empty": 0.02, "loaded": 0.02, "handling": 0.01}
     battery = {"capacity": 100, "threshold": 30, "consumption": draws, "charge_rate": 0.04}

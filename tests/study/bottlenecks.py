@@ -145,12 +145,12 @@ def blame(number):
     )
     study.run()
     had = study.compare(found.indicator).differences[0].estimate.mean
-    waiting = found.by_waiting
+    waiting = [one for one, _ in found.found if one.waited]  # who would be blamed without a test
     return Blame(
         number,
         name,
         suspect.name,
-        waiting.name if waiting else None,
+        max(waiting, key=lambda one: one.waited).name if waiting else None,
         found.gains.clear,
         (gain.low, gain.high),
         had,
