@@ -86,7 +86,7 @@ class Nodes:
                 follows = before is not None and abs(before.leave - visit.enter) <= TOL
                 if before is None and visit.enter < 0:  # it starts on the edge
                     stay = Stay(via=visit, begin=self.sets_out(visit), left=visit.leave)
-                    found[end].append(stay)
+                    self.add(found[end], stay)
                     continue
                 if stay is None or not follows:  # out of a bay
                     stay = Stay(begin=self.comes_out(before, visit))
@@ -97,11 +97,16 @@ class Nodes:
                     continue
                 stay.left, stay.away = visit.enter, visit
                 stay = Stay(via=visit, begin=self.sets_out(visit), left=visit.leave)
-                if math.isfinite(stay.begin) and not (visit.cleared and stay.begin >= visit.leave):
-                    found[end].append(stay)
+                self.add(found[end], stay)
         for robot, node, begin, end in self.loads_on_nodes():
             self.add_load(found[of[node]], robot, begin, end)
         return found
+
+    @staticmethod
+    def add(stays, stay):
+        """Of a robot on its way to a node, unless it never sets out for it, or is cleared off the edge before."""
+        if math.isfinite(stay.begin) and not (stay.via.cleared and stay.begin >= stay.via.leave):
+            stays.append(stay)
 
     def comes_out(self, before, visit):
         """When a robot is on the node from which it enters an edge: at the start of the run one that starts there."""

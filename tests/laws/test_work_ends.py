@@ -63,15 +63,9 @@ def cases():
             yield from ((ground, features, range(first, first + CHUNK), True) for first in range(4, 254, CHUNK))
 
 
-OPEN = {"wider breakdowns-grid-0": "of number 1 the auditor says that two robots stand at one node as the run begins"}
-"""Cases that are not understood yet: whether the world or its auditor is wrong."""
-
-
 def named(ground, features, numbers, long):
     name = f"{features or 'plain'}-{ground}-{numbers[0]}"
-    marks = [pytest.mark.long] if long else []
-    marks += [pytest.mark.xfail(strict=True, reason=OPEN[name])] if name in OPEN else []
-    return pytest.param(ground, features, numbers, id=name, marks=marks)
+    return pytest.param(ground, features, numbers, id=name, marks=[pytest.mark.long] if long else [])
 
 
 @pytest.mark.parametrize(("ground", "features", "numbers"), [named(*case) for case in cases()])
