@@ -14,10 +14,9 @@ TARGET = 0.95
 
 
 def day(words: Draft) -> dw.Model:
-    """A draft of which orders come from 6 to 22 o'clock, and whose first cross aisle is closed from 12 to 13."""
+    """A draft of which orders come from 6 to 22 o'clock, and one aisle with goods is closed from 12 to 13."""
     model = dw.load(read_yaml(draft(words), "draft").data)
-    aisles = {place.edge for place in model.floor.storage}
-    edge = next(list(edge) for edge in model.floor.graph.edges if edge not in aisles)
+    aisle = list(model.floor.storage[len(model.floor.storage) // 2].edge)
     rates = [0] * 6 + [words.orders] * 16 + [0] * 2
     orders = {
         "from": "storage",
@@ -31,7 +30,7 @@ def day(words: Draft) -> dw.Model:
             "tasks.unload_at": dw.UNSET,
             "tasks.flows": {"orders": orders},
             "calendars": {"noon": {"between": [["12 h", "13 h"]]}},
-            "traffic.closures": {"cleaning": {"members": [edge], "hours": "noon"}},
+            "traffic.closures": {"cleaning": {"members": [aisle], "hours": "noon"}},
             "run": {"length": "24 h"},
         }
     )
