@@ -30,6 +30,8 @@ from desim_warehouse.model.sections.flows import (
     ProfileArrivals,
     Rates,
     SaturatedArrivals,
+    StorageEnd,
+    ends_of_storage,
     fixed_orders,
     mean_rate,
 )
@@ -37,7 +39,7 @@ from desim_warehouse.model.sections.goods import GOODS_FORM, Good, GoodsRule, Po
 from desim_warehouse.model.sections.orders import Reading, files_of, problems_of
 from desim_warehouse.model.sections.people import PeopleSpec
 from desim_warehouse.model.sections.policy import Policies
-from desim_warehouse.model.sections.popularity import PopularityRule
+from desim_warehouse.model.sections.popularity import Popularity, PopularityRule
 from desim_warehouse.model.sections.traffic import TrafficSpec
 from desim_warehouse.model.tables import resolve
 from desim_warehouse.model.valid import valid
@@ -67,7 +69,7 @@ from desim_warehouse.values.fields import (
 from desim_warehouse.values.units import METRES, SECONDS, UnitNames
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
 
 class Units(Part):
@@ -203,6 +205,24 @@ class Tasks(Part):
             some = [flow for flow in self.flows.values() if not isinstance(flow.when, SaturatedArrivals)]
             return bool(some) and not any(fixed_orders(flow) for flow in some)
         return isinstance(self.goods, PoissonGoods)
+
+    @model_validator(mode="after")
+    def _near_what(self) -> Tasks:
+        """Refuse classes by distance where no load is driven between storage and a station."""
+        if self.flows and not ends_of_storage(self.flows.values())[0]:
+            for keys, popularity in self.popularities():
+                if isinstance(popularity, Popularity) and popularity.by == "distance":
+                    text = "nothing is brought from storage to a station, or back (got 'distance')"
+                    raise wrong(f"{text}, expected number or random", *keys, "by")
+        return self
+
+    def popularities(self) -> Iterator[tuple[tuple[str, ...], str | Popularity]]:
+        """Every popularity that is given, and where it stands below this section."""
+        yield ("popularity",), self.popularity
+        for name, flow in self.flows.items():
+            for key, end in (("from", flow.source), ("to", flow.target)):
+                if isinstance(end, StorageEnd) and end.popularity is not None:
+                    yield ("flows", name, key, "popularity"), end.popularity
 
     @property
     def grow(self) -> bool:
