@@ -332,6 +332,9 @@ class Prices(Part):
     charger: Annotated[NotNegative, Usual(20, price=True, words="a year", cure=BY_YEAR)] = Field(
         0.0, title="price of a charger", description="a charger, per year"
     )
+    battery: Annotated[NotNegative, Usual(20, price=True, words="a year", cure=BY_YEAR)] = Field(
+        0.0, title="price of a spare battery", description="a spare battery (policies.charging.batteries), per year"
+    )
     energy: NotNegative = Field(0.0, title="price of energy", description="a unit of the energy that robots draw")
     station_hour: Annotated[
         NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")
@@ -360,7 +363,7 @@ class Prices(Part):
     @property
     def of_fleet(self) -> bool:
         """Whether robots or chargers have a price."""
-        return any((self.robot, self.charger, *self.kinds.values()))
+        return any((self.robot, self.charger, self.battery, *self.kinds.values()))
 
     @field_validator("kinds")
     @classmethod
