@@ -79,7 +79,9 @@ def draft(words: Draft) -> str:
         raise ModelError(
             [f"--stations {found.stations}: no aisle is left for goods in, expected fewer, or more aisles"]
         )
-    return _text(found if words.day == AROUND_THE_CLOCK else _lasts_a_night(found, given))
+    if words.day != AROUND_THE_CLOCK:
+        found = _full_in_the_morning(_lasts_a_night(found, given), given)
+    return _text(found)
 
 
 def read_size(text: str) -> tuple[float, float]:
@@ -248,6 +250,17 @@ def _lasts_a_night(words: Draft, given: int | None) -> Draft:
     at_night = f"without orders robot {flat.robot} runs flat after {flat.hours:.1f} h"
     name = "chargers" if given is not None else "robots"
     raise ModelError([f"--{name} {getattr(words, name)}: {at_night}, {at_rest(model, model.floor)}; {cure}"])
+
+
+def _full_in_the_morning(words: Draft, given: int | None) -> Draft:
+    """The same with as many chargers more as fill all batteries between two days, where their number is not given."""
+    from desim_warehouse.model.facts.charging import refills_overnight
+
+    assert words.chargers is not None and words.robots is not None  # noqa: PT018
+    if given is not None or words.day.length == DAY:
+        return words
+    enough = (replace(words, chargers=number) for number in range(words.chargers, words.robots + 1))
+    return next((more for more in enough if refills_overnight(_model(more))), words)
 
 
 def _model(words: Draft) -> Model:

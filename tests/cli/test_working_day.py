@@ -50,6 +50,8 @@ def test_fleet_and_packers_are_for_the_busiest_hour(drafted):
     found = check(model)
     assert not found.errors
     assert not [item for item in found.findings if item.level == "warning"]
+    bays = model.layout.bays["charging"]
+    assert bays.total_chargers * 0.02 * 8 * 3600 >= 100 * model.fleet.size  # a night of eight hours fills them all
     station = model.layout.stations["packing"]
     assert 672 * 20 / 3600 / (station.servers * len(station.at)) <= 0.75
     day = dw.simulate(model, 3)
