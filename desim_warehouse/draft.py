@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.working_day import AROUND_THE_CLOCK, DAY, WorkingDay, clock
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility import HandCalculation
@@ -27,6 +28,8 @@ DEPTH = 15.0
 """Approximate length of a block in metres, the distance between cross aisles."""
 UNLOAD_TIME, LOAD_TIME = 20, 10
 """Seconds."""
+ON_BREAK = 30 / 480
+"""Part of a shift of 8 h that people are on their break, and relieved."""
 BUSY = 0.75
 """Share of their time that stations and robots may be busy by the hand calculation, where their number is not given."""
 MOST_ROBOTS = 1000
@@ -39,7 +42,8 @@ class Draft:
     """A warehouse in a few words: lengths in metres, orders an hour, due in minutes after release.
 
     None: worked out. `aisles` run north to south; storage lies between them, stations at their south ends, bays at
-    their north ends.
+    their north ends. `packers`: people in all stations together; `inbound`: loads an hour that are put away. `people`:
+    their times vary and they have breaks, as where anything is said of packers, the day or goods in.
     """
 
     size: tuple[float, float] = (60.0, 40.0)
@@ -49,7 +53,16 @@ class Draft:
     robots: int | None = None
     chargers: int | None = None
     due: float = 15.0
+    day: WorkingDay = AROUND_THE_CLOCK
+    packers: int | None = None
+    inbound: float = 0.0
+    people: bool = False
     name: str = "our warehouse"
+
+    @property
+    def busiest(self) -> float:
+        """Orders and loads put away in the busiest hour."""
+        return self.orders * self.day.busiest + self.inbound
 
 
 def draft(words: Draft) -> str:
@@ -58,7 +71,17 @@ def draft(words: Draft) -> str:
     Raises:
         ModelError: what is impossible, with the option at fault.
     """
-    return _text(_worked_out(words))
+    given = words.chargers
+    busiest = replace(words, orders=words.busiest, day=AROUND_THE_CLOCK, inbound=0.0)
+    found = _worked_out(busiest)
+    found = replace(found, orders=words.orders, day=words.day, inbound=words.inbound)
+    if found.inbound and found.stations == found.aisles:
+        raise ModelError(
+            [f"--stations {found.stations}: no aisle is left for goods in, expected fewer, or more aisles"]
+        )
+    if words.day != AROUND_THE_CLOCK:
+        found = _full_in_the_morning(_lasts_a_night(found, given), given)
+    return _text(found)
 
 
 def read_size(text: str) -> tuple[float, float]:
@@ -73,7 +96,7 @@ def read_size(text: str) -> tuple[float, float]:
     return float(match[1]), float(match[2])
 
 
-def read_orders(text: str) -> float:
+def read_orders(text: str, option: str = "--orders") -> float:
     """Orders an hour, such as `200`, `200/h` or `4/min`.
 
     Raises:
@@ -86,8 +109,21 @@ def read_orders(text: str) -> float:
     except ValueError:
         number = math.nan
     if not 0 < number < math.inf:
-        raise ModelError([f"--orders {text}: not a rate, expected orders an hour such as 200/h"])
+        raise ModelError([f"{option} {text}: not a rate, expected {option[2:]} an hour such as 200/h"])
     return number
+
+
+def read_packers(text: str) -> int | None:
+    """People who pack, such as `8`; `auto`: as many as the busiest hour needs, None.
+
+    Raises:
+        ModelError: no such number.
+    """
+    if text == "auto":
+        return None
+    if not text.isdecimal() or not int(text):
+        raise ModelError([f"--packers {text}: not a number of people, expected one above 0, or auto"])
+    return int(text)
 
 
 @dataclass(frozen=True)
@@ -131,9 +167,8 @@ def _worked_out(words: Draft) -> Draft:
     """The same with everything that was not given."""
     floor = _floor(words)
     words = replace(words, aisles=floor.aisles)
-    if words.stations is None:
-        need = words.orders * UNLOAD_TIME / 3600 / BUSY
-        words = replace(words, stations=min(max(math.ceil(need), 1), floor.aisles))
+    stations, packers = _staff(words, floor.aisles)
+    words = replace(words, stations=stations, packers=packers)
     problems = [
         f"--{name} {value}: out of range, expected 1 to {most}"
         for name, value, most in (
@@ -143,6 +178,9 @@ def _worked_out(words: Draft) -> Draft:
         )
         if value is not None and not 0 < value <= most
     ]
+    if 0 < stations <= floor.aisles and packers % stations:
+        text = f"not as many at each of {stations} packing stations"
+        problems.append(f"--packers {packers}: {text}, expected a multiple of {stations}")
     if not 0 < words.due < math.inf:
         problems.append(f"--due {words.due:g}: expected minutes above 0")
     if problems:
@@ -162,6 +200,18 @@ def _worked_out(words: Draft) -> Draft:
             words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(most))))
     _fits(words, given_robots)
     return _lasts_a_night(words, given)
+
+
+def _staff(words: Draft, aisles: int) -> tuple[int, int]:
+    """The packing stations, one in an aisle at most, and the people in all of them."""
+    need = words.orders * UNLOAD_TIME / 3600 / BUSY
+    stations, packers = words.stations, words.packers
+    if stations is None:
+        stations = min(max(math.ceil(need), 1), aisles)
+        if packers is not None:
+            stations = max(n for n in range(1, stations + 1) if packers % n == 0)
+    each = max(math.ceil(need / max(stations, 1)), 1)
+    return stations, each * stations if packers is None else packers
 
 
 def _fits(words: Draft, given: int | None) -> None:
@@ -202,6 +252,17 @@ def _lasts_a_night(words: Draft, given: int | None) -> Draft:
     raise ModelError([f"--{name} {getattr(words, name)}: {at_night}, {at_rest(model, model.floor)}; {cure}"])
 
 
+def _full_in_the_morning(words: Draft, given: int | None) -> Draft:
+    """The same with as many chargers more as fill all batteries between two days, where their number is not given."""
+    from desim_warehouse.model.facts.charging import refills_overnight
+
+    assert words.chargers is not None and words.robots is not None  # noqa: PT018
+    if given is not None or words.day.length == DAY:
+        return words
+    enough = (replace(words, chargers=number) for number in range(words.chargers, words.robots + 1))
+    return next((more for more in enough if refills_overnight(_model(more))), words)
+
+
 def _model(words: Draft) -> Model:
     """The model of a complete draft."""
     from desim_warehouse.model.parse import read_yaml
@@ -234,18 +295,16 @@ def _text(words: Draft) -> str:
     packing = _spread(rows[-1], words.stations)
     charging = _spread(rows[0], min(words.chargers, max(floor.aisles // 2, 1)))
     parking = [name for name in rows[0] if name not in charging]
-    servers = max(math.ceil(words.orders * UNLOAD_TIME / 3600 / words.stations / BUSY), 1)
-    width, height = words.size
+    assert words.packers is not None
+    servers = words.packers // words.stations
     blocks = f"{floor.aisles - 1} x {floor.blocks_down} blocks of 2 x {floor.depth} places, one-way aisles around each"
-    due = f"{words.due / 60:g} h" if words.due >= 60 else f"{words.due:g} min"  # noqa: PLR2004 - minutes
-    parts = {"packing station": words.stations, "robot": words.robots, "charger": words.chargers}
-    counted = ", ".join(number_of(number, name) for name, number in parts.items())
+    receiving = next((name for name in reversed(rows[-1]) if name not in packing), None) if words.inbound else None
     return f"""\
-# {width:g} x {height:g} m, {floor.aisles} aisles, {counted}, {words.orders:g} orders an hour, due in {due}.
+# {said_in_full(words)}
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then
 #   desim check FILE                              errors, and what can be worked out by hand
 #   desim draw FILE -o floor.svg                  the floor
-#   desim run FILE                                six hours of it
+#   desim run FILE                                {"a day" if words.day != AROUND_THE_CLOCK else "six hours"} of it
 #   desim plan FILE --target "on_time >= 95 %"    how many robots and chargers
 name: {words.name}
 
@@ -255,8 +314,8 @@ layout:                       # metres; every key: docs/reference/model.md
     rows: {floor.blocks_down}
     block_width: 2            # places across a block: the left ones are picked from the aisle on their left
     block_depth: {floor.depth}
-    goods_size: {PLACE:g}           # (!) side of a storage place
-    aisle_width: {floor.aisle:.4g}         # what {floor.aisles} aisles leave of {width:g} m
+    goods_size: {PLACE:g}           # (!) side of a storage place: a EUR-pallet is 1.2 x 0.8 m (EN 13698-1)
+    aisle_width: {floor.aisle:.4g}         # what {floor.aisles} aisles leave of {words.size[0]:g} m
     cross_aisle_width: {floor.cross_aisle:.4g}
     directions: ring          # the outer aisles clockwise, the inner ones alternate
   bays:                       # beside the north ends of the aisles; `desim draw` shows the names of the nodes
@@ -264,7 +323,7 @@ layout:                       # metres; every key: docs/reference/model.md
     parking: {{at: [{", ".join(parking)}], chargers: 0}}
   stations:                   # beside the south ends; places: robots that may be there or on the way, at each
     packing: {{at: [{", ".join(packing)}], places: {max(10, math.ceil(2 * words.robots / words.stations), servers)}, \
-servers: {servers}}}   # (!) servers: people who pack, at each
+servers: {servers}}}   # (!) servers: people who pack, at each{_receiving(words, receiving)}
 
 fleet:
   size: {words.robots}
@@ -272,16 +331,11 @@ fleet:
   robot:                      # (!)
     radius: 0.4               # robots keep 2 x radius + margin apart
     margin: 0.2
-    speed: 1.5 m/s
+    speed: 1.5 m/s            # a MiR250 drives 2 m/s at most (data sheet)
     acceleration: 0.5 m/s^2   # and deceleration; typical where loads must not shift
-  start_energy: settled       # batteries at the start as in the long run: the day before is not simulated
+  start_energy: {_start(words)}
 
-tasks:
-  goods: {{poisson: {words.orders:g} / h, due_within: {words.due:g} min}}   # (!) at random times, each for one place
-  unload_at: [packing]
-  station_choice: least-loaded
-  load_time: {LOAD_TIME} s             # (!)
-  unload_time: {UNLOAD_TIME} s           # (!) of a packer's time
+{_tasks(words)}
 
 battery:                      # (!) in % and seconds, as of a MiR250 (data sheet): a charge lasts 22 h standing,
   capacity: 100               # 17.4 h driving empty, 13 h driving loaded; from 0 to full in 1.4 h
@@ -296,9 +350,103 @@ policies:                     # `desim policies` lists them
   charging: four-thresholds
   parking: nearest
 
-run:                          # the first two hours are not counted: chargers and queues come to their usual state
-  length: 6 h
-  warm_up: 2 h
+{_run(words.day)}
 
 log: tasks                    # --set log=all records every move, for replays and accounts of time
 """
+
+
+def said_in_full(words: Draft) -> str:
+    """A complete draft in a sentence: everything that it took, or worked out."""
+    assert words.stations is not None and words.packers is not None  # noqa: PT018
+    packers = {"packer": words.packers} if words.people else {}
+    parts = {"packing station": words.stations, **packers, "robot": words.robots, "charger": words.chargers}
+    counted = ", ".join(number_of(number or 0, name) for name, number in parts.items())
+    size = f"{words.size[0]:g} x {words.size[1]:g} m, {words.aisles} aisles"
+    said = f"{size}, {counted}, {words.orders:g} orders an hour{words.day.words()}, due in {_minutes(words.due)}"
+    return f"{said}, {words.inbound:g} loads an hour put away." if words.inbound else f"{said}."
+
+
+def _minutes(due: float) -> str:
+    return f"{due / 60:g} h" if due >= 60 else f"{due:g} min"  # noqa: PLR2004 - minutes
+
+
+def _receiving(words: Draft, node: str | None) -> str:
+    """The station where goods come in."""
+    if node is None:
+        return ""
+    servers = max(math.ceil(words.inbound * LOAD_TIME / 3600 / BUSY), 1)
+    return f"\n    receiving: {{at: [{node}], places: 10, servers: {servers}}}   # (!) where goods come in"
+
+
+def _tasks(words: Draft) -> str:
+    """What is asked for, and how long people and robots take for it."""
+    if words.day == AROUND_THE_CLOCK and not words.inbound:
+        asked = f"""\
+  goods: {{poisson: {words.orders:g} / h, due_within: {words.due:g} min}}   # (!) at random times, each for one place
+  unload_at: [packing]"""
+    else:
+        asked = "  flows:                      # (!) at random times, each for one place\n"
+        ways = f"from: storage, to: [packing], due_within: {words.due:g} min"
+        asked += _flow("orders", ways, words.day, words.orders)
+        if words.inbound:
+            even = WorkingDay(words.day.shifts)
+            asked += "\n" + _flow("inbound", "from: [receiving], to: storage", even, words.inbound)
+    return f"""\
+tasks:
+{asked}
+  station_choice: least-loaded
+  load_time: {LOAD_TIME} s             # (!)
+{_packing(words)}"""
+
+
+def _packing(words: Draft) -> str:
+    """How long a packer takes."""
+    if not words.people:
+        return f"  unload_time: {UNLOAD_TIME} s           # (!) of a packer's time"
+    mean = UNLOAD_TIME / (1 - ON_BREAK)
+    return f"""\
+  # (!) of a packer's time: {UNLOAD_TIME} s, and what a break of 30 min in 8 h adds where packers relieve each other
+  # (breaks: Directive 2003/88/EC, article 4). Times of people are skewed, and how much they vary differs widely
+  # (Knott and Sury, IIE Transactions 19 (1987) 50-55): measure yours
+  unload_time: {{lognormal: {{mean: {mean:.3g} s, cv: 0.3}}}}"""
+
+
+def _flow(name: str, ways: str, day: WorkingDay, hourly: float) -> str:
+    """A flow of the draft: at one rate, or at those of the day, by the clock."""
+    if day == AROUND_THE_CLOCK:
+        return f"    {name}: {{{ways}, arrivals: {{poisson: {hourly:g} / h}}}}"
+    every, rates = day.rates(hourly)
+    a_line = DAY // 2 // every
+    listed = [", ".join(f"{rate:g}" for rate in rates[first : first + a_line]) for first in (0, a_line)]
+    lines = ways.replace(", ", "\n      ")
+    return f"""\
+    {name}:
+      {lines}
+      arrivals:
+        profile:              # an hour, every {every} min from midnight on
+          every: {every} min
+          per_hour: [{listed[0]},
+                     {listed[1]}]"""
+
+
+def _start(words: Draft) -> str:
+    """What batteries hold at the start, with the reason."""
+    if words.day.shifts:
+        return "1               # full: chargers have had the night"
+    return "settled       # batteries at the start as in the long run: the day before is not simulated"
+
+
+def _run(day: WorkingDay) -> str:
+    """How long a run is, and from when on it counts."""
+    if day.shifts:
+        return f"""\
+run:                          # a working day, all of it counted
+  start: "{clock(day.begin)}"
+  length: {day.length / 60:g} h"""
+    hours = 6 if day.peak is None else DAY // 60 + 2
+    start = "" if day.peak is None else '  start: "22:00"\n'
+    return f"""\
+run:                          # the first two hours are not counted: chargers and queues come to their usual state
+{start}  length: {hours} h
+  warm_up: 2 h"""

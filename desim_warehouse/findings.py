@@ -40,6 +40,7 @@ CODES: dict[str, Code] = {
     "ROBOT_WIDER_THAN_AISLE": Code("error", "a robot's diameter is more than the width of an aisle of the blocks"),
     "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the drive to a charger"),
     "NO_CHARGER": Code("error", "no bay has a charger, and the batteries do not last for the run"),
+    "NO_SPARE": Code("error", "fewer spare batteries than bays where batteries are swapped"),
     "HOME_WITHOUT_CHARGER": Code(
         "error",
         "robots with equal batteries park without chargers, so all run low together, and the last ones run flat "

@@ -31,11 +31,15 @@ _WORKED_OUT = "worked out by hand"
     metavar="TIME",
     help="Time from an order to its due time; a plain number is in minutes.",
 )
+@click.option("--shifts", metavar="FROM-TO", help="When people work and orders come, such as 06-22.  [default: always]")
+@click.option("--peak", metavar="FROM-TOxTIMES", help="When most orders come, such as 11:30-13x1.6.")
+@click.option("--packers", metavar="N", help="People who pack, in all stations; auto: as many as are needed.")
+@click.option("--inbound", metavar="RATE", help="Loads put away, such as 60/h.  [default: none]")
 @with_force
 def command(file: str | None, *, force: bool, **given: Any) -> None:
     """Write a commented model FILE from a few words, ready for `check`, `draw`, `run` and `plan`.
 
-    Without FILE it asks. Example: desim new w.yaml --size 60x40 --aisles 8 --stations 3 --orders 200/h
+    Without FILE it asks. Example: desim new w.yaml --size 70x45 --orders 420/h --shifts 06-22 --peak 11:30-13x1.6
     """
     from desim_warehouse.draft import draft
 
@@ -50,9 +54,21 @@ def command(file: str | None, *, force: bool, **given: Any) -> None:
 
 
 def _words(given: dict[str, Any]) -> Draft:
-    from desim_warehouse.draft import Draft, read_orders, read_size
+    from desim_warehouse.draft import Draft, read_orders, read_packers, read_size
+    from desim_warehouse.working_day import WorkingDay, read_peak, read_shifts
 
-    return Draft(**{**given, "size": read_size(given["size"]), "orders": read_orders(given["orders"])})
+    words = dict(given)
+    shifts, peak = words.pop("shifts"), words.pop("peak")
+    open_from_to = read_shifts(shifts) if shifts else ()
+    read = {
+        "size": read_size(words["size"]),
+        "orders": read_orders(words["orders"]),
+        "day": WorkingDay(open_from_to, read_peak(peak, open_from_to) if peak else None),
+        "packers": None if words["packers"] is None else read_packers(words["packers"]),
+        "inbound": read_orders(words["inbound"], "--inbound") if words["inbound"] else 0.0,
+        "people": any(one is not None for one in (shifts, peak, words["packers"], words["inbound"])),
+    }
+    return Draft(**{**words, **read})
 
 
 def _asked(given: dict[str, Any]) -> tuple[str, dict[str, Any]]:
@@ -62,10 +78,20 @@ def _asked(given: dict[str, Any]) -> tuple[str, dict[str, Any]]:
     words["size"] = click.prompt("Floor in metres, width x height", default=given["size"])
     words["orders"] = click.prompt("Orders", default=given["orders"])
     words["due"] = click.prompt("Due after how many minutes", default=f"{given['due']:g}", type=TimeIn("min"))
+    words["shifts"] = _text("Shifts", "always")
+    words["peak"] = _text("Peak, such as 11:30-13x1.6", "none")
+    words["packers"] = _text("Packers, or auto", "not said")
+    words["inbound"] = _text("Loads put away", "none")
     for name, what in (("aisles", "as many as fit"), ("stations", "as many as needed"), ("robots", _WORKED_OUT)):
         words[name] = _number(name, what)
     words["chargers"] = _number("chargers", _WORKED_OUT)
     return file, words
+
+
+def _text(what: str, otherwise: str) -> str | None:
+    """What is said; None by default."""
+    said: str = click.prompt(what, default=otherwise)
+    return None if said == otherwise else said
 
 
 def _number(name: str, otherwise: str) -> int | None:

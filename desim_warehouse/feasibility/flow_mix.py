@@ -14,9 +14,9 @@ from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.travel import free_travel
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.facts.stations import flow_times, own_times
 from desim_warehouse.model.sections.flows import StorageEnd
-from desim_warehouse.model.sections.popularity import shares
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
@@ -238,8 +238,7 @@ class FlowMix:
             nodes, none = list(places), np.zeros(len(places))
             return Points(np.array(nodes, dtype=object), nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
         storage = self.layout.storage
-        popularity = self.model.tasks.popularity if places.popularity is None else places.popularity
-        weights = shares(popularity, storage)
+        weights = place_shares(self.model, self.layout, places)
         weights = np.full(len(storage), 1 / len(storage)) if weights is None else weights
         names = there = np.flatnonzero(weights)
         weights = weights[there]

@@ -11,6 +11,7 @@ from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.feasibility.mistakes import clashes, crowds, magnitudes, unused
 from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
 from desim_warehouse.model.facts.stations import specs
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.values.distributions import mean_of
@@ -40,6 +41,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     yield from hours.errors(model, layout)
     if model.battery is not None:
         yield from of_kinds.errors(model, layout)
+        yield from _spares(model, layout)
 
 
 def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[Finding]:
@@ -78,6 +80,16 @@ def _spread(model: Model) -> Iterator[Finding]:
             "with traffic.turn_time equally short routes take different times, so only one of them is used",
             "leave out one of the two, or take congestion-aware",
         )
+
+
+def _spares(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Spare batteries of a kind that are fewer than the bays where they are swapped: at some there is none, ever."""
+    for kind, count in spare_batteries(model).items():
+        bays = len(swapped_at(layout, kind))
+        if count < bays:
+            where = f"fleet.kinds.{kind}.charging" if kind else "policies.charging"
+            text = f"{'1 spare battery' if count == 1 else f'{count} spare batteries'} for {bays} bays with chargers"
+            yield Finding("NO_SPARE", f"{where}.batteries", text, "at least one for each, or chargers in fewer bays")
 
 
 # Widths, units and times

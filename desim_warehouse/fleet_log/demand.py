@@ -10,9 +10,9 @@ import numpy as np
 from desim_warehouse.fleet_log.estimates import CONFIDENCE, KeyEstimate, short, unknown
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import PICK
+from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.overrides import UNSET
 from desim_warehouse.model.sections.goods import PoissonGoods
-from desim_warehouse.model.sections.popularity import shares
 from desim_warehouse.values.calendars import clock_of
 
 if TYPE_CHECKING:
@@ -109,7 +109,7 @@ def _popularity(tracks: Tracks) -> KeyEstimate:
     stops = np.array([complex(*layout.position(place.edge, place.offset)) for place in layout.storage])
     kinds, inverse = np.unique(np.round(stops / _NEAR), return_inverse=True)
     picks = np.bincount(np.abs(at[:, None] - kinds[None, :] * _NEAR).argmin(axis=1), minlength=len(kinds))
-    prior = shares(tracks.model.tasks.popularity, layout.storage)
+    prior = place_shares(tracks.model, layout)
     prior = np.full(len(stops), 1 / len(stops)) if prior is None else prior
     expected = np.bincount(inverse, prior)
     off = float((((picks - expected * len(at)) ** 2)[expected > 0] / (expected * len(at))[expected > 0]).sum())

@@ -16,24 +16,34 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.spec import Blocks
 
 
-def directions(blocks: Blocks) -> Directions:
-    """The one-way rule as a direction for every row (top first) and column (left first).
+def directions(blocks: Blocks) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    """How every row (top first) and every column (left first) is driven: east, west, north, south or two-way.
 
     `alternating`: east, west, east, ... and north, south, north, ...
     `ring`: the outer aisles run clockwise round the warehouse: top row east, right column south, bottom row west, left
     column north. Inner rows alternate from the bottom up, inner columns from the left. So every size is strongly
     connected.
+    `two-way`: all of them are one lane for both directions.
     """
-    if isinstance(blocks.directions, Directions):
-        return blocks.directions
     high, wide = blocks.rows + 1, blocks.columns + 1
-    columns = ["south" if c % 2 else "north" for c in range(wide)]
-    if blocks.directions == "alternating":
-        rows = ["west" if r % 2 else "east" for r in range(high)]
-    else:
-        rows = ["west" if (high - 1 - r) % 2 == 0 else "east" for r in range(high)]
-        rows[0], columns[-1] = "east", "south"
-    return Directions.model_validate({"rows": tuple(rows), "columns": tuple(columns)})
+    by_rule = {
+        "alternating": (("west" if r % 2 else "east" for r in range(high)), _columns(wide)),
+        "ring": (
+            ["east", *("west" if (high - 1 - r) % 2 == 0 else "east" for r in range(1, high))],
+            [*_columns(wide)[:-1], "south"],
+        ),
+        "two-way": (["two-way"] * high, ["two-way"] * wide),
+    }
+    chosen = blocks.directions
+    rows, columns = (chosen.rows, chosen.columns) if isinstance(chosen, Directions) else (chosen, chosen)
+    return (
+        tuple(by_rule[rows][0] if isinstance(rows, str) else rows),
+        tuple(by_rule[columns][1] if isinstance(columns, str) else columns),
+    )
+
+
+def _columns(wide: int) -> list[str]:
+    return ["south" if c % 2 else "north" for c in range(wide)]
 
 
 def highways(blocks: Blocks) -> nx.DiGraph:
@@ -42,23 +52,24 @@ def highways(blocks: Blocks) -> nx.DiGraph:
     cross = blocks.cross_aisle_width or blocks.aisle_width
     dx = blocks.block_width * blocks.goods_size + blocks.aisle_width
     dy = blocks.block_depth * blocks.goods_size + cross
-    rule = directions(blocks)
+    rows, columns = directions(blocks)
     import networkx as nx
 
     graph = nx.DiGraph()
     for r, row in enumerate(names):
         for c, name in enumerate(row):
             graph.add_node(name, x=blocks.aisle_width / 2 + c * dx, y=cross / 2 + r * dy)
-    for row, along in zip(names, rule.rows, strict=True):
-        _chain(graph, row if along == "east" else row[::-1], dx)
-    for column, down in zip(zip(*names, strict=True), rule.columns, strict=True):
-        _chain(graph, column if down == "south" else column[::-1], dy)
+    for row, along in zip(names, rows, strict=True):
+        _chain(graph, row[::-1] if along == "west" else row, dx, two_way=along == "two-way")
+    for column, down in zip(zip(*names, strict=True), columns, strict=True):
+        _chain(graph, column[::-1] if down == "north" else column, dy, two_way=down == "two-way")
     return graph
 
 
-def _chain(graph: nx.DiGraph, names: list[str] | tuple[str, ...], length: float) -> None:
+def _chain(graph: nx.DiGraph, names: tuple[str, ...], length: float, *, two_way: bool) -> None:
     for source, target in pairwise(names):
-        graph.add_edge(source, target, length=float(length), speed=math.inf)
+        for edge in ((source, target), (target, source))[: 1 + two_way]:
+            graph.add_edge(*edge, length=float(length), speed=math.inf)
 
 
 def storage(blocks: Blocks, graph: nx.DiGraph) -> tuple[StoragePlace, ...]:

@@ -34,10 +34,15 @@ def build(spec: LayoutSpec, *limits: tuple[Members, float]) -> Layout:
 
     if spec.blocks is not None:
         graph = generator.highways(spec.blocks)
+        if spec.edges or spec.blocks.two_way:
+            _draw(graph, spec)
         storage = generator.storage(spec.blocks, graph)
         size = spec.blocks.goods_size
     else:
-        graph = _drawn(spec)
+        graph = nx.DiGraph()
+        for name, (x, y) in spec.nodes.items():
+            graph.add_node(name, x=x, y=y)
+        _draw(graph, spec)
         storage = tuple(_place(graph, number, item) for number, item in enumerate(spec.storage))
         size = 0.0
     bays = {bay.node: bay for name, item in spec.bays.items() for bay in _bays(name, item, places_of(graph, item))}
@@ -100,23 +105,18 @@ def _only_once(what: str, nodes: list[str]) -> None:
         raise LayoutError([f"layout: node {node} has more than one {what}; give it one" for node in doubled])
 
 
-def _drawn(spec: LayoutSpec) -> nx.DiGraph:
-    import networkx as nx
-
-    graph = nx.DiGraph()
-    for name, (x, y) in spec.nodes.items():
-        graph.add_node(name, x=x, y=y)
+def _draw(graph: nx.DiGraph, spec: LayoutSpec) -> None:
+    """Add the edges that are given to the nodes, or to the blocks."""
     beside = {frozenset((edge.source, edge.target)) for edge in spec.edges if edge.side_by_side}
+    at = {name: (data["x"], data["y"]) for name, data in graph.nodes(data=True)}
     for edge in spec.edges:
-        straight = math.dist(spec.nodes[edge.source], spec.nodes[edge.target])
-        length, speed = edge.length or straight, edge.speed or math.inf
+        length, speed = edge.length or math.dist(at[edge.source], at[edge.target]), edge.speed or math.inf
         graph.add_edge(edge.source, edge.target, length=length, speed=speed)
         if edge.two_way:
             graph.add_edge(edge.target, edge.source, length=length, speed=edge.speed_back or speed)
     _backwards(spec)
     _join_twins(graph, beside)
     _prefer(graph, spec)
-    return graph
 
 
 def _backwards(spec: LayoutSpec) -> None:

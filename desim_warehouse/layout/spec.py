@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Mapping
 from typing import Annotated, Any, Literal
 
@@ -119,11 +118,20 @@ def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
     raise wrong(f"no such {kind} (got {got(name)}), expected {expected}{hint}")
 
 
-class Directions(Part):
-    """The one-way rule spelt out: a direction for every row (top first) and column (left first)."""
+Rule = Literal["alternating", "ring", "two-way"]
+_LINES = Forms("'ring', 'alternating', 'two-way', or a list of directions", pick=by_type(rule=str, list=(list, tuple)))
 
-    rows: tuple[Literal["east", "west"], ...] = Field(description="one for each row of nodes, top first")
-    columns: tuple[Literal["north", "south"], ...] = Field(description="one for each column of nodes, left first")
+
+class Directions(Part):
+    """How rows and columns of aisles are driven: by a rule, or spelt out for every one of them."""
+
+    rows: Annotated[
+        Annotated[Rule, form("rule")] | Annotated[tuple[Literal["east", "west", "two-way"], ...], form("list")], _LINES
+    ] = Field(description="a rule, or one for each row of nodes, top first: east, west or two-way")
+    columns: Annotated[
+        Annotated[Rule, form("rule")] | Annotated[tuple[Literal["north", "south", "two-way"], ...], form("list")],
+        _LINES,
+    ] = Field(description="a rule, or one for each column of nodes, left first: north, south or two-way")
 
 
 class Blocks(Part):
@@ -139,22 +147,22 @@ class Blocks(Part):
         None, description="width of the rows; default: aisle_width"
     )
     directions: Annotated[
-        Annotated[Literal["alternating", "ring"], form("rule")] | Annotated[Directions, form("hand")],
-        Forms("'ring', 'alternating', or a section with rows and columns", pick=by_type(rule=str, hand=SECTION)),
+        Annotated[Rule, form("rule")] | Annotated[Directions, form("hand")],
+        Forms(
+            "'ring', 'alternating', 'two-way', or a section with rows and columns", pick=by_type(rule=str, hand=SECTION)
+        ),
     ] = Field(
         "ring",
-        description="ring: outer aisles clockwise, inner ones alternating; alternating; or by hand",
+        description="ring: outer aisles clockwise, inner ones alternating; alternating; two-way: one lane for both "
+        "directions; or rows and columns apart, each by a rule or a list",
     )
 
-    @field_validator("directions", mode="before")
-    @classmethod
-    def _one_way(cls, directions: Any) -> Any:
-        if isinstance(directions, str) and re.fullmatch(r"(two|both|bi).*", directions.lower()):
-            cure = (
-                "'ring' or 'alternating'; two-way lanes are given as layout.nodes and layout.edges with two_way: true"
-            )
-            raise wrong(f"the aisles of blocks are one-way (got {got(directions)}), expected {cure}")
-        return directions
+    @property
+    def two_way(self) -> bool:
+        """Whether some of its aisles have one lane for both directions."""
+        chosen = self.directions
+        lines = (chosen.rows, chosen.columns) if isinstance(chosen, Directions) else (chosen,)
+        return any("two-way" in line for line in lines)
 
     @property
     def places(self) -> int:
@@ -184,8 +192,9 @@ class Blocks(Part):
     @classmethod
     def _one_each(cls, directions: str | Directions, info: ValidationInfo) -> str | Directions:
         if isinstance(directions, Directions) and {"columns", "rows"} <= info.data.keys():
-            given = len(directions.rows), len(directions.columns)
             nodes = info.data["rows"] + 1, info.data["columns"] + 1
+            listed = zip((directions.rows, directions.columns), nodes, strict=True)
+            given = tuple(number if isinstance(lines, str) else len(lines) for lines, number in listed)
             if given != nodes:
                 said = "{} rows and {} columns given for {} rows and {} columns of nodes".format(*given, *nodes)
                 raise wrong(f"{said}, expected one for each: blocks and one more")
@@ -486,7 +495,7 @@ class LayoutSpec(Part):
     blocks: Blocks | None = Field(None, description="a layout to generate")
     nodes: Named[tuple[Coordinate, Coordinate]] = Field(FrozenMap(), description="name: [x, y], y downwards")
     edges: tuple[Annotated[Edge, BeforeValidator(_short_edge), Forms(_EDGE, _PAIR)], ...] = Field(
-        (), description="edges between the nodes"
+        (), description="edges between the nodes; beside blocks those that their aisles do not have"
     )
     storage: Annotated[
         tuple[
@@ -513,7 +522,9 @@ class LayoutSpec(Part):
 
     @property
     def two_way(self) -> bool:
-        """Whether any edge is, or two edges together are, a two-way lane."""
+        """Whether any edge is, or two edges together are, a two-way lane; of blocks, any aisle."""
+        if self.blocks is not None and (self.blocks.two_way or self._meets_blocks):
+            return True
         drawn = {(edge.source, edge.target) for edge in self.edges}
         beside = {frozenset((edge.source, edge.target)) for edge in self.edges if edge.side_by_side}
         return any(
@@ -521,6 +532,14 @@ class LayoutSpec(Part):
             and frozenset((edge.source, edge.target)) not in beside
             for edge in self.edges
         )
+
+    @property
+    def _meets_blocks(self) -> bool:
+        """Whether an edge beside blocks leads back along one of their aisles, so that the two are one lane."""
+        from desim_warehouse.layout.blocks import highways
+
+        aisles = () if self.blocks is None or not self.edges else highways(self.blocks).edges
+        return any((edge.target, edge.source) in aisles and not edge.side_by_side for edge in self.edges)
 
     @property
     def has_hours(self) -> bool:
@@ -536,8 +555,12 @@ class LayoutSpec(Part):
     @field_validator("nodes", "edges", "storage", mode="before")
     @classmethod
     def _not_beside_blocks(cls, value: Any, info: ValidationInfo) -> Any:
-        if known(info).blocks and value:
-            raise wrong(f"blocks make their own {info.field_name}, expected either blocks, or nodes, edges and storage")
+        if known(info).blocks and value and info.field_name != "edges":
+            raise wrong(f"blocks make their own {info.field_name}, expected blocks, or nodes, edges and storage")
+        if info.field_name == "edges" and value and (blocks := info.data.get("blocks")) is not None:
+            from desim_warehouse.layout.blocks import highways
+
+            known(info).edges.update({(a, b): length for a, b, length in highways(blocks).edges(data="length")})
         limit = "places" if info.field_name == "storage" else str(info.field_name)
         at_most(limit, len(value) if isinstance(value, list | Mapping) else 0)
         if info.field_name == "nodes" and isinstance(value, Mapping) and value:

@@ -150,8 +150,9 @@ def turnable_blocks(blocks: Blocks) -> Turnable:
     units = tuple(
         line if graph.has_edge(*line[0]) else tuple((head, tail) for tail, head in reversed(line)) for line in lines
     )
-    ways: tuple[Way, ...] = ("along", "back")
-    return Turnable(units, (ways,) * len(units), (), (), tuple(graph))
+    both = [graph.has_edge(*line[0]) and graph.has_edge(*line[0][::-1]) for line in units]
+    ways: list[tuple[Way, ...]] = [("both", "along", "back") if two_way else ("along", "back") for two_way in both]
+    return Turnable(units, tuple(ways), (), (), tuple(graph))
 
 
 def _chains(graph: nx.DiGraph, lanes: Sequence[Edge]) -> Iterator[tuple[Edge, ...]]:

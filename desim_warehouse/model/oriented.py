@@ -35,6 +35,9 @@ def orientation(model: Model) -> Orientation:
     layout = model.floor
     main = max(nx.strongly_connected_components(layout.graph), key=len)
     lanes = [lane for lane in layout.two_way if main.issuperset(lane)]
+    if lanes and model.layout.blocks is not None:
+        text = "the aisles of blocks lead one way from end to end, expected a search (--indicator), or lists"
+        raise ModelError([f"layout.blocks.directions: {text}"])
     if not lanes:
         raise ModelError([f"{model.name}: no two-way lane, expected some to make one-way"])
     ends: dict[str, float] = {}
@@ -112,7 +115,7 @@ def turned_files(
 
 def _turn(section: MutableMapping[str, Any], layout: Layout, ways: Mapping[Edge, Way], against: float) -> None:
     """Change a layout section in place, so that lanes are driven in other ways; goods lie along what is left."""
-    if "blocks" in section:
+    if section.get("blocks") is not None:
         _turn_blocks(section["blocks"], ways)
         return
     edges: MutableSequence[Any] = section.get("edges", [])
@@ -189,7 +192,7 @@ def _turn_blocks(section: MutableMapping[str, Any], ways: Mapping[Edge, Way]) ->
     def led(line: Sequence[str], onward: str, backward: str) -> str:
         first, second = line[0], line[1]
         way = ways[first, second] if (first, second) in ways else mirrored(ways[second, first])
-        return onward if way == "along" else backward
+        return {"along": onward, "back": backward}.get(way, "two-way")
 
     section["directions"] = {
         "rows": [led(row, "east", "west") for row in names],

@@ -6,6 +6,7 @@ from enum import Enum
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
+from desim_warehouse.layout.spec import Blocks
 from desim_warehouse.model.messages import FilePositions, Keys, Outline, Problem, dotted
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.sections.policy import Policies
@@ -121,12 +122,14 @@ def _is_entry(section: Any, key: str | int) -> bool:
 
 
 def _opened(section: Any, keys: Keys, positions: FilePositions, said: str) -> Any:
-    """What lies below a key. A policy given by its name becomes a section, and a missing section is made."""
+    """What lies below a key. A policy or a rule given by its name becomes a section, and a missing one is made."""
     key: Any = keys[-1]
     below = section[key] if isinstance(section, list) else section.get(key)
     if len(keys) == 2 and keys[0] == "policies" and key in Policies.model_fields:  # noqa: PLR2004 - policies.charging
         below = getattr(Policies.model_fields[key].default, "name", None) if below is None else below
         return {"name": below} if isinstance(below, str) else below
+    if keys == ("layout", "blocks", "directions") and (below is None or isinstance(below, str)):
+        return dict.fromkeys(("rows", "columns"), below or Blocks.model_fields["directions"].default)
     if below is None:
         positions.overridden(keys, said)
         return {}

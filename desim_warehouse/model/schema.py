@@ -30,6 +30,8 @@ from desim_warehouse.model.sections.flows import (
     ProfileArrivals,
     Rates,
     SaturatedArrivals,
+    StorageEnd,
+    ends_of_storage,
     fixed_orders,
     mean_rate,
 )
@@ -37,7 +39,7 @@ from desim_warehouse.model.sections.goods import GOODS_FORM, Good, GoodsRule, Po
 from desim_warehouse.model.sections.orders import Reading, files_of, problems_of
 from desim_warehouse.model.sections.people import PeopleSpec
 from desim_warehouse.model.sections.policy import Policies
-from desim_warehouse.model.sections.popularity import PopularityRule
+from desim_warehouse.model.sections.popularity import Popularity, PopularityRule
 from desim_warehouse.model.sections.traffic import TrafficSpec
 from desim_warehouse.model.tables import resolve
 from desim_warehouse.model.valid import valid
@@ -67,7 +69,7 @@ from desim_warehouse.values.fields import (
 from desim_warehouse.values.units import METRES, SECONDS, UnitNames
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
 
 class Units(Part):
@@ -204,6 +206,24 @@ class Tasks(Part):
             return bool(some) and not any(fixed_orders(flow) for flow in some)
         return isinstance(self.goods, PoissonGoods)
 
+    @model_validator(mode="after")
+    def _near_what(self) -> Tasks:
+        """Refuse classes by distance where no load is driven between storage and a station."""
+        if self.flows and not ends_of_storage(self.flows.values())[0]:
+            for keys, popularity in self.popularities():
+                if isinstance(popularity, Popularity) and popularity.by == "distance":
+                    text = "nothing is brought from storage to a station, or back (got 'distance')"
+                    raise wrong(f"{text}, expected number or random", *keys, "by")
+        return self
+
+    def popularities(self) -> Iterator[tuple[tuple[str, ...], str | Popularity]]:
+        """Every popularity that is given, and where it stands below this section."""
+        yield ("popularity",), self.popularity
+        for name, flow in self.flows.items():
+            for key, end in (("from", flow.source), ("to", flow.target)):
+                if isinstance(end, StorageEnd) and end.popularity is not None:
+                    yield ("flows", name, key, "popularity"), end.popularity
+
     @property
     def grow(self) -> bool:
         """Whether it `has_rates`, and none of it ends, as a schedule does."""
@@ -312,6 +332,9 @@ class Prices(Part):
     charger: Annotated[NotNegative, Usual(20, price=True, words="a year", cure=BY_YEAR)] = Field(
         0.0, title="price of a charger", description="a charger, per year"
     )
+    battery: Annotated[NotNegative, Usual(20, price=True, words="a year", cure=BY_YEAR)] = Field(
+        0.0, title="price of a spare battery", description="a spare battery (policies.charging.batteries), per year"
+    )
     energy: NotNegative = Field(0.0, title="price of energy", description="a unit of the energy that robots draw")
     station_hour: Annotated[
         NotNegative, Usual(2, 300, price=True, words="an hour", cure="wages of a year, divided by the hours worked")
@@ -340,7 +363,7 @@ class Prices(Part):
     @property
     def of_fleet(self) -> bool:
         """Whether robots or chargers have a price."""
-        return any((self.robot, self.charger, *self.kinds.values()))
+        return any((self.robot, self.charger, self.battery, *self.kinds.values()))
 
     @field_validator("kinds")
     @classmethod

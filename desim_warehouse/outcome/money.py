@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.model.facts.charging import spare_batteries
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
@@ -12,9 +14,10 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.history import History
 
 
-def equipment(prices: Prices, kinds: Sequence[str], chargers: int) -> float:
-    """What robots of these kinds, and these chargers, cost a year."""
-    return math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds) + prices.charger * chargers
+def equipment(prices: Prices, kinds: Sequence[str], chargers: int, batteries: int) -> float:
+    """What robots of these kinds, these chargers and these spare batteries cost a year."""
+    robots = math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds)
+    return robots + prices.charger * chargers + prices.battery * batteries
 
 
 def is_fixed(prices: Prices | None) -> bool:
@@ -39,7 +42,8 @@ def annual_cost(history: History) -> float:
         + prices.late_order * late(history) / hours
     )
     kinds = history.model.fleet.kinds_of_robots()
-    return equipment(prices, kinds, history.chargers) + by_the_hour * prices.hours
+    spare = sum(spare_batteries(history.model).values())
+    return equipment(prices, kinds, history.chargers, spare) + by_the_hour * prices.hours
 
 
 def cost_per_task(history: History) -> float:

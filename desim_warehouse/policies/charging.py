@@ -135,19 +135,24 @@ class Swap:
     """At a charger the battery is swapped for a full one in a fixed time.
 
     Source: battery swapping of AGVs; McHaney (1995). `time`: of a swap, in time units. `level`: share of the
-    capacity at which a robot goes to swap. `margin`: share to be left after a task on reaching a charger.
+    capacity at which a robot goes to swap. `margin`: share to be left after a task on reaching a charger. `batteries`:
+    spare ones, full at the start, shared out among the bays with chargers; one that is taken out of a robot charges by
+    itself from then on, and robots wait for a full one. None: there is always a full one.
     """
 
     time: Annotated[float, Unit("time"), Usual("5 s", "1 h")]
     level: ShareOfCapacity = 0.2
     margin: ShareOfCapacity = 0.1
     charger: str = "nearest"
+    batteries: int | None = None
     fixed: ClassVar[bool] = True
 
     def __post_init__(self) -> None:
         """Check the parameters."""
         if not self.time >= 0:
             raise ValueError(f"time is {self.time}, expected at least 0")
+        if self.batteries is not None and self.batteries < 1:
+            raise ValueError(f"batteries is {self.batteries}, expected at least 1, or none for as many as are needed")
         _part("level", self.level)
         _part("margin", self.margin)
         _known_charger(self.charger)

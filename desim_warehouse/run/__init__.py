@@ -290,7 +290,7 @@ class Check:
 
 def check(model: Source) -> Check:
     """Check a model or its file before it runs: what would be refused or holds robots up, and the hand calculation."""
-    from desim_warehouse.feasibility import examine
+    from desim_warehouse.feasibility import examine, nearer
     from desim_warehouse.feasibility.left_out import left_out
     from desim_warehouse.layout import checks
     from desim_warehouse.run import night
@@ -320,6 +320,7 @@ def check(model: Source) -> Check:
     findings, calculation = examine(model, layout)
     if not any(item.level == "error" and item.code not in model.accept for item in findings):
         findings = checks.worst_first([*findings, *night.findings(model, layout)])
+        facts += nearer.lines(model, layout)
     lines = [] if calculation is None else calculation.lines(model.units)
     return Check(facts, findings, calculation, model.accept, lines)
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, OrderedDict
+from collections import Counter, OrderedDict, defaultdict
 from typing import TYPE_CHECKING, Any
 
 from simpy import Event
@@ -14,7 +14,7 @@ from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
-from desim_warehouse.model.facts.charging import start_levels
+from desim_warehouse.model.facts.charging import spare_batteries, start_levels, swapped_at
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike
 from desim_warehouse.outcome.log import Log
@@ -30,6 +30,7 @@ from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers
 from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.handling import HandlingTimes, handling_of
+from desim_warehouse.world.places.spares import Spares
 from desim_warehouse.world.places.stations import stations_of
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.departures import Departures
@@ -158,7 +159,8 @@ class World:
         self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
         self.stations = stations_of(env, model, layout, self.travel, self.handling, self.log, streams, self._worked)
         keep = self.traffic.rules.guard is not None
-        self.bays = _bays(env, layout, homes, frozenset(model.fleet.kinds_of_robots()), streams, keep=keep)
+        kinds, batteries = frozenset(model.fleet.kinds_of_robots()), spare_batteries(model)
+        self.bays = _bays(env, layout, homes, kinds, batteries, streams, keep=keep)
 
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
         """What energy and hours let robots do at these places, and where they go that leave their work."""
@@ -495,12 +497,27 @@ def _rule(model: Model, layout: Layout) -> Rule:
     return rule
 
 
-def _bays(env: Clock, layout: Layout, homes: list[str], kinds: frozenset[str], streams: Streams, *, keep: bool) -> Bays:
+def _bays(
+    env: Clock,
+    layout: Layout,
+    homes: list[str],
+    kinds: frozenset[str],
+    batteries: Mapping[str, int],
+    streams: Streams,
+    *,
+    keep: bool,
+) -> Bays:
     """The layout's bays. Without a number of its own a bay has a slot and a charger for each robot at home there.
 
-    Chargers are for robots of all `kinds`, unless the bay names some.
+    Chargers are for robots of all `kinds`, unless the bay names some. `batteries`: spare ones of each kind, shared out
+    among the bays with chargers round-robin.
     """
     bays, at_home = [], Counter(homes)
+    spares: defaultdict[str, dict[str, Spares]] = defaultdict(dict)
+    for kind, count in batteries.items():
+        swapped = swapped_at(layout, kind)
+        for rank, node in enumerate(swapped):
+            spares[node][kind] = Spares(env, count // len(swapped) + (rank < count % len(swapped)))
     for node, item in layout.bays.items():
         places = item.slots(at_home[node])
         number = places if item.chargers is None else item.chargers
@@ -510,5 +527,5 @@ def _bays(env: Clock, layout: Layout, homes: list[str], kinds: frozenset[str], s
         elif number:
             chargers = Chargers(env, number)
         charges = frozenset(item.kinds) or kinds if number else frozenset[str]()
-        bays.append(Bay(node, places, chargers, charges))
+        bays.append(Bay(node, places, chargers, charges, spares.get(node)))
     return Bays(env, bays, keep=keep)

@@ -107,12 +107,22 @@ def test_bare_in_a_terminal_it_asks(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     assert call("new").exit_code == 2
     monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
-    said = call("new", input="mine.yaml\n30x20\n60/h\n10\n4\n1\nmany\n5\n\n")
+    said = call("new", input="mine.yaml\n30x20\n60/h\n10\n\n\n\n\n4\n1\nmany\n5\n\n")
     assert said.exit_code == 0, said.output
     assert "many: not a number" in said.output
     model = dw.load("mine.yaml")
     assert (model.layout.blocks.columns, model.fleet.size) == (3, 5)
     assert (model.tasks.goods.poisson, model.tasks.goods.due_within) == (60, 600)
+
+
+def test_asked_for_it_takes_a_working_day(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("click.testing._NamedTextIOWrapper.isatty", lambda _: True, raising=False)
+    said = call("new", input="day.yaml\n30x20\n60/h\n10\n07-19\n11-12x2\n2\n20/h\n4\n1\n5\n\n")
+    assert said.exit_code == 0, said.output
+    assert "2 packers" in said.output
+    assert "60 orders an hour from 07:00 to 19:00 with 2 times as many from 11:00 to 12:00" in said.output
+    assert set(dw.load("day.yaml").tasks.flows) == {"orders", "inbound"}
 
 
 def test_a_floor_is_drawn_with_all_its_names(tmp_path):

@@ -88,10 +88,10 @@ def test_an_entry_in_a_list_of_a_parameter():
             ),
         ),
         (
-            {"layout.edges.0": ["A", "B"]},
+            {"layout.nodes.A": [0, 0]},
             (
-                "override layout.edges.0: layout.edges: blocks make their own edges, "
-                "expected either blocks, or nodes, edges and storage"
+                "override layout.nodes.A: layout.nodes: blocks make their own nodes, "
+                "expected blocks, or nodes, edges and storage"
             ),
         ),
         (

@@ -27,6 +27,7 @@ from tests.theory.formulas import (
     m_g_1_wait,
     m_m_c_wait,
     on_and_off,
+    repair_with_spares,
     repairman,
     wait_until_empty,
 )
@@ -271,6 +272,15 @@ def chargers() -> Iterator[Case]:
             ),
             runs=10,
             long=robots > 1,
+        )
+    for robots, spare, up, charge in ((4, 2, 100.0, 80.0), (2, 3, 100.0, 150.0)):
+        yield Case(
+            CHARGERS,
+            f"machine repair with spares M/D/infinity: {count(robots, 'robot')}, {spare} spare batteries that charge",
+            partial(models.fleet_with_spare_batteries, robots, spare, up, charge, 1000),
+            (Quantity("swaps per hour", 3600 * repair_with_spares(robots, spare, up, charge), "throughput_per_hour"),),
+            runs=10,
+            long=True,
         )
     p, r = 0.5, 1.0  # power in is power out: robots at work draw p, a charger gives r
     for places, robots in ((1, 1), (4, 4), (3, 6), (2, 5), (1, 2)):

@@ -60,6 +60,20 @@ def repairman(machines, up, repair):
     return 1 - 1 / (1 + machines * repair / up * total)
 
 
+def repair_with_spares(machines, spare, up, repair):
+    """Failures per time unit of machines with spares, each repaired by itself; up times exponential.
+
+    A birth and death process in the number in repair. How repair times are distributed does not matter (Palm).
+    """
+    alive, total, failures = 1.0, 0.0, 0.0
+    for broken in range(machines + spare + 1):
+        rate = min(machines, machines + spare - broken) / up
+        total += alive
+        failures += alive * rate
+        alive *= rate / ((broken + 1) / repair)
+    return failures / total
+
+
 def held_up(rate, stay, away):
     """How often a robot finds people in an aisle `away` after it last found it empty; M/M/infinity.
 

@@ -212,6 +212,20 @@ def fleet_with_one_charger(robots, up, swap, rounds):
     }
 
 
+def fleet_with_spare_batteries(robots, spare, up, charge, rounds):
+    """After every task a robot swaps its battery at once, if a spare one is full; each charges for the same time.
+
+    Energy is drawn by loading alone, which takes no time to speak of.
+    """
+    model = fleet_with_one_charger(robots, up, 0, rounds)
+    model["layout"]["bays"]["home"]["chargers"] = robots
+    model["tasks"]["load_time"] = 1e-3
+    draws = {"standing": 0, "empty": 0, "loaded": 0, "handling": 1e5}
+    model["battery"] |= {"consumption": draws, "charge_rate": 100 / charge}
+    model["policies"]["charging"]["batteries"] = spare
+    return model
+
+
 def fleet_on(chargers, robots, consumption, charge_rate, length=1e5):
     """Robots that always have work, and a battery that lasts for some dozen rounds of it."""
     return {

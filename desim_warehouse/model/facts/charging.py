@@ -34,6 +34,17 @@ def chargers_at(model: Model, layout: Layout) -> dict[str, int]:
     return found
 
 
+def spare_batteries(model: Model) -> dict[str, int]:
+    """How many spare batteries there are for robots of each kind; only kinds for which they are counted."""
+    found = {kind: alone.policies.charging.params.get("batteries") for kind, alone in by_kind(model).items()}
+    return {} if model.battery is None else {kind: count for kind, count in found.items() if count is not None}
+
+
+def swapped_at(layout: Layout, kind: str) -> list[str]:
+    """The nodes of the bays where batteries of a kind are swapped, among which its spare ones are shared out."""
+    return [node for node, bay in layout.bays.items() if bay.charges(kind)]
+
+
 def levels(model: Model) -> Levels | None:
     """The levels of a built-in charging policy for a full robot; None for a policy of the user's, which may differ."""
     policy, battery = model.policies.charging, model.battery

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, SaturatedArrivals, mean_rate
 from desim_warehouse.model.sections.goods import Good, PoissonGoods
 from desim_warehouse.model.sections.orders import files_of, summary
-from desim_warehouse.model.sections.popularity import shares
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
@@ -45,7 +45,7 @@ def asked_for(model: Model, layout: Layout) -> list[int]:
     """The storage places that tasks fetch from."""
     if isinstance(model.tasks.goods, tuple):
         return list(dict.fromkeys(listed(model)))
-    drawn = shares(model.tasks.popularity, layout.storage)
+    drawn = place_shares(model, layout)
     return [place.number for place in layout.storage if drawn is None or drawn[place.number] > 0]
 
 
@@ -56,7 +56,7 @@ def demand(model: Model, layout: Layout) -> Any:
     goods, size = model.tasks.goods, len(layout.storage)
     if isinstance(goods, tuple):
         return np.bincount(listed(model), minlength=size) / len(goods)
-    drawn = shares(model.tasks.popularity, layout.storage)
+    drawn = place_shares(model, layout)
     return np.full(size, 1 / size) if drawn is None else drawn
 
 

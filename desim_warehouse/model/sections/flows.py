@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import PurePath
 from typing import Annotated, Any, Literal, NamedTuple
 
@@ -441,6 +441,14 @@ class FlowSpec(Part):
         if isinstance(when, OrdersArrivals):
             return when.orders.resample is not None
         return not isinstance(when, ScheduleArrivals)
+
+
+def ends_of_storage(flows: Iterable[FlowSpec]) -> tuple[tuple[str, ...], bool]:
+    """The nodes that loads from storage are brought to, and True; where none are, those they come from, and False."""
+    ends = [(route.source, route.target) for flow in flows for route in flow.routes]
+    to = [target for source, target in ends if isinstance(source, StorageEnd) and isinstance(target, tuple)]
+    come = [source for source, target in ends if isinstance(target, StorageEnd) and isinstance(source, tuple)]
+    return tuple(dict.fromkeys(node for nodes in to or come for node in nodes)), bool(to)
 
 
 _ENDS = {

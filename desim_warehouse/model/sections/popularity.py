@@ -39,9 +39,16 @@ class AbcClass(Part):
 
 
 class Popularity(Part):
-    """How demand is spread over storage places: ABC classes (in order of number), or a weight for each."""
+    """How demand is spread over storage places: ABC classes, placed `by` a rule, or a weight for each place."""
 
     classes: tuple[AbcClass, ...] = Field((), description="A, B, C, ...: shares and demands add up to 1 each")
+    by: Literal["number", "distance", "random"] | None = Field(
+        None,
+        title="where classes lie",
+        description="with classes: which places are class A, and so on. number: the first places; distance: those with "
+        "the shortest way to the nearest station that loads from storage go to (where none do, from the nearest that "
+        "they come from); random: scattered, in all runs alike. Default: number",
+    )
     weights: tuple[NotNegative, ...] = Field((), description="one for each storage place")
 
     @field_validator("classes")
@@ -68,6 +75,8 @@ class Popularity(Part):
         if bool(self.classes) == bool(self.weights):
             both = "both classes and weights" if self.classes else "neither classes nor weights"
             raise wrong(f"{both}, expected one of the two")
+        if self.by is not None and not self.classes:
+            raise wrong(f"a weight for each place says where goods lie (got {got(self.by)}), expected classes", "by")
         return self
 
 
@@ -98,24 +107,28 @@ PopularityRule = Annotated[
 """Which storage places are asked for."""
 
 
-def one_place(popularity: Popularity | Literal["uniform", "layout"], storage: Sequence[StoragePlace]) -> int | None:
-    """The storage place that all demand for drawn goods is for; None: it is for several, so that chance decides."""
-    if len(storage) == 1:
-        return 0
-    found = shares(popularity, storage)
+def only(found: Any) -> int | None:
+    """The number of what all demand is for, by the `shares`; None: it is for several, so that chance decides."""
     asked_for = [] if found is None else found.nonzero()[0].tolist()
     return asked_for[0] if len(asked_for) == 1 else None
 
 
 def is_drawn(popularity: Popularity | Literal["uniform", "layout"], model: Any) -> bool:
     """Whether chance decides which storage place of a model is asked for; most often known before it is built."""
-    if popularity == "uniform":
-        return bool(model.layout.storage_places > 1)
-    return one_place(popularity, model.floor.storage) is None
+    if model.layout.storage_places == 1:
+        return False
+    return popularity == "uniform" or only(shares(popularity, model.floor.storage)) is None
 
 
-def shares(popularity: Popularity | Literal["uniform", "layout"], storage: Sequence[StoragePlace]) -> Any:
-    """The share of every storage place in the demand for drawn goods, a numpy array, or None for equal shares."""
+def shares(
+    popularity: Popularity | Literal["uniform", "layout"],
+    storage: Sequence[StoragePlace],
+    order: Sequence[int] | None = None,
+) -> Any:
+    """The share of every storage place in the demand for drawn goods, a numpy array, or None for equal shares.
+
+    `order`: the numbers of the places, those of the first class first; default: as they are numbered.
+    """
     import numpy as np
 
     if popularity == "uniform":
@@ -128,6 +141,10 @@ def shares(popularity: Popularity | Literal["uniform", "layout"], storage: Seque
             end = round(share * len(storage))
             weights[begin:end] = item.demand / max(end - begin, 1)
             begin = end
+        if order is not None:
+            placed = np.empty(len(storage))
+            placed[list(order)] = weights
+            weights = placed
     elif isinstance(popularity, Popularity):
         weights = np.array(popularity.weights, dtype=float)
     else:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors, estimate
-from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
 from desim_warehouse.outcome.money import equipment
 
 if TYPE_CHECKING:
@@ -65,7 +65,8 @@ class Designs:
         robots, chargers = design
         special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
         others = sum(self._now.values()) - self.today
-        return equipment(prices, [*special, *[""] * (robots - len(special))], others + chargers)
+        kinds, spare = [*special, *[""] * (robots - len(special))], sum(spare_batteries(self.model).values())
+        return equipment(prices, kinds, others + chargers, spare)
 
     def key(self, design: Counts) -> tuple[float, ...]:
         """What to sort designs by: cost, then robots, then chargers."""

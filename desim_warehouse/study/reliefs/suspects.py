@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.feasibility.nearer import nearer
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.sections.goods import PoissonGoods
@@ -267,6 +268,8 @@ def _plain(model: Model) -> Iterator[Suspect]:
             yield Suspect(f"robots of kind {name}", f"one {name} more", more, dose=1 / kind.count)
     if model.fleet.exit_time:
         yield Suspect("the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}, dose=-1)
+    if classes := nearer(model):
+        yield Suspect("where goods lie", "fast movers nearer", classes)
     even = evenly(model)
     if even:
         yield Suspect("peaks", "the same orders evenly", even)

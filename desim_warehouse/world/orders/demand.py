@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 from simpy.events import Event, Timeout
 
 from desim_warehouse.model.facts.destinations import own_destinations
+from desim_warehouse.model.facts.places import only_place, place_shares
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, RandomGoods, SaturatedGoods
-from desim_warehouse.model.sections.popularity import one_place, shares
 from desim_warehouse.policies import Task
 
 if TYPE_CHECKING:
@@ -30,19 +30,20 @@ class Demand:
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
         self.robots = model.fleet.size
+        self.layout = layout
         self.storage = layout.storage
         self.own = own_destinations(model, layout)
         self.streams = streams
         assert model.tasks.goods is not None
         self.goods = model.tasks.goods
-        self.popularity = model.tasks.popularity
+        self.model = model
         self.hour = model.units.hour / model.tasks.demand
         self.hours = model.hours(getattr(self.goods, "hours", None))
         self.total: int | None = None
         self._number = self._open = 0
         self._drawn: list[int] = []
         self._stream: Any = None
-        self._only = None if isinstance(self.goods, tuple) else one_place(self.popularity, self.storage)
+        self._only = None if isinstance(self.goods, tuple) else only_place(model, layout)
 
     def start(self, release: Callable[[Task], None]) -> None:
         """Release what is known at the start to `release`, and schedule what comes later."""
@@ -138,7 +139,7 @@ class Demand:
 
     def _weights(self) -> Any:
         """The share of every storage place in the demand, or None for equal shares."""
-        return shares(self.popularity, self.storage)
+        return place_shares(self.model, self.layout)
 
 
 class NoOrders:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.model.facts.places import only_place, place_shares
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
     STORAGE,
@@ -24,7 +25,6 @@ from desim_warehouse.model.sections.flows import (
     StorageEnd,
 )
 from desim_warehouse.model.sections.orders import OrderLine, read, resampled, summary
-from desim_warehouse.model.sections.popularity import one_place, shares
 from desim_warehouse.policies import StopPlace, Task
 
 if TYPE_CHECKING:
@@ -286,11 +286,10 @@ class _Flow:
 
     def _numbers(self, end: str, which: int, places: End) -> Iterator[int]:
         if isinstance(places, StorageEnd):
-            popularity = self.model.tasks.popularity if places.popularity is None else places.popularity
-            only = one_place(popularity, self.layout.storage)
+            only = only_place(self.model, self.layout, places)
             if only is not None:
                 yield from repeat(only)
-            size, weights = len(self.layout.storage), shares(popularity, self.layout.storage)
+            size, weights = len(self.layout.storage), place_shares(self.model, self.layout, places)
         else:
             size, weights = len(places), None
         stream: Any = self.streams.stream(f"{end}:{self.name}", which)

@@ -16,13 +16,15 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.world.places.chargers import Chargers, FailingChargers
+    from desim_warehouse.world.places.spares import Spares
 
 
 class Bay:
     """Slots for robots beside a node, of which `taken` are occupied or reserved.
 
-    `charges`: the kinds whose robots use its chargers; empty without chargers. `waiting`: robots in it that wait for
-    one, which there may be where it has fewer chargers than slots, or some that have failed.
+    `charges`: the kinds whose robots use its chargers; empty without chargers. `spares`: batteries to swap, by kind;
+    none where there is always a full one. `waiting`: robots in it that wait for a charger, which there may be where it
+    has fewer chargers than slots, or some that have failed.
     """
 
     def __init__(
@@ -31,12 +33,14 @@ class Bay:
         places: int,
         chargers: Chargers | FailingChargers | None,
         charges: frozenset[str] = frozenset(),
+        spares: Mapping[str, Spares] | None = None,
     ) -> None:
         self.node = node
         self.places = places
         self.taken = 0
         self.chargers = chargers
         self.charges = charges
+        self.spares = spares or {}
         self.waiting: list[Guest] = []
 
     @property

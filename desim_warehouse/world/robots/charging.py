@@ -9,6 +9,7 @@ from simpy.events import AnyOf, Event, Timeout
 
 from desim_warehouse.model.facts.charging import LEAST_CHARGE
 from desim_warehouse.states import Phase
+from desim_warehouse.world.places.spares import NewBattery
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.policies import Levels
-    from desim_warehouse.world.places.bays import Bays
+    from desim_warehouse.world.places.bays import Bay, Bays
     from desim_warehouse.world.places.chargers import Chargers, FailingChargers
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
@@ -73,11 +74,11 @@ class ChargingStop:
         levels, level = self.reach.levels.of(robot.view), battery.level(self.env.now)
         if level < levels.full and (again or levels.top_up or self.must_charge or level <= levels.good):
             ready = level >= levels.sufficient and not self.must_charge
-            return (yield from self._charge_at(bay.chargers, self.dispatcher.wait(robot) if ready else None))
+            return (yield from self._charge_at(bay, bay.chargers, self.dispatcher.wait(robot) if ready else None))
         return None
 
     def _charge_at(
-        self, chargers: Chargers | FailingChargers, offer: Event | None
+        self, bay: Bay, chargers: Chargers | FailingChargers, offer: Event | None
     ) -> Generator[Event, object, Event | None]:
         """Charge, up to `sufficient` whatever comes, from there to `full` only until there is a task.
 
@@ -91,7 +92,8 @@ class ChargingStop:
         if self.must_charge:
             least = min(max(least, battery.level(env.now) + LEAST_CHARGE * battery.capacity), levels.full)
         self.is_charging, self.must_charge = True, False
-        swap, failed = levels.swap_time, True
+        new = None if levels.swap_time is None else NewBattery(levels.swap_time, bay.spares.get(robot.kind))
+        failed = True
         while failed:
             has_lost_one = robot.phase is Phase.CHARGING
             with chargers.turn(first=has_lost_one) as turn:
@@ -105,14 +107,10 @@ class ChargingStop:
                     return offer
                 robot.enter("charging")
                 begun, lost = env.now, chargers.outage_of(turn)
-                if swap is None:
+                if new is None:
                     offer, failed = yield from self._fill(levels, least, offer, lost)
                 else:
-                    done = Timeout(env, swap)
-                    yield done if lost is None else done | lost
-                    swap, failed = swap - (env.now - begun), not done.processed
-                    if not failed:
-                        battery.unplug(env.now, levels.full)
+                    failed = yield from self._swap(new, levels.full, lost)
                 self.has_charged = self.has_charged or env.now > begun
         self.is_charging = False
         return offer
@@ -125,6 +123,20 @@ class ChargingStop:
         self.bays.tell_sought()
         yield due
         bay.waiting.remove(self.robot)
+
+    def _swap(self, new: NewBattery, full: float, lost: Event | None) -> Generator[Event, object, bool]:
+        """Take its battery out, wait for a full one where they are counted, and have it put in.
+
+        True: the charger has failed (`lost`) before that; another goes on with what is left of it.
+        """
+        env, battery = self.env, self.robot.battery
+        for wait in new.waits(env, battery.charge_time(battery.level(env.now), full)):
+            yield wait if lost is None else wait | lost
+            if not wait.processed:
+                new.interrupt(env.now)
+                return True
+        battery.unplug(env.now, full)
+        return False
 
     def _fill(
         self, levels: Levels, least: float, offer: Event | None, lost: Event | None

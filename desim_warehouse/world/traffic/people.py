@@ -11,9 +11,9 @@ from functools import cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.layout.zones import edges_along
+from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.sections.flows import StorageEnd, mean_rate
 from desim_warehouse.model.sections.goods import Good
-from desim_warehouse.model.sections.popularity import shares
 from desim_warehouse.values.distributions import drawn, mean_left
 
 if TYPE_CHECKING:
@@ -158,7 +158,7 @@ def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[f
             listed[good.good if isinstance(good, Good) else good] += 1 / len(tasks.goods)
         yield 1.0, listed
     elif tasks.goods is not None:
-        yield 1.0, shares(tasks.popularity, storage)
+        yield 1.0, place_shares(model, layout)
     flows = list(tasks.flows.values())
     rates = [mean_rate(flow, model.run.end, model.units.hour, model.run.start) for flow in flows]
     for flow, rate in zip(flows, rates, strict=True):
@@ -166,4 +166,4 @@ def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[f
             for end in (route.source, route.target):
                 if isinstance(end, StorageEnd):
                     share = route.share * (rate if rate is not None and None not in rates else 1.0)
-                    yield share, shares(end.popularity or tasks.popularity, storage)
+                    yield share, place_shares(model, layout, end)

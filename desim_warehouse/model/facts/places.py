@@ -1,0 +1,69 @@
+"""Where goods lie: which storage places the classes of a popularity are, and so how often each place is asked for."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.model.sections.flows import ends_of_storage
+from desim_warehouse.model.sections.popularity import Popularity, only, shares
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.sections.flows import StorageEnd
+
+
+def place_shares(model: Model, layout: Layout, of: StorageEnd | None = None) -> Any:
+    """The share of every storage place in the demand (`of` an end of a flow), a numpy array; None: equal shares."""
+    popularity = model.tasks.popularity if of is None or of.popularity is None else of.popularity
+    by = popularity.by if isinstance(popularity, Popularity) else None
+    order: Sequence[int] | None = None
+    if by == "distance":
+        flows = model.tasks.flows
+        ends, there = ends_of_storage(flows.values()) if flows else (model.tasks.unload_at, True)
+        order = by_distance(layout, ends, there=there)
+    elif by == "random":
+        order = _scattered(len(layout.storage))
+    return shares(popularity, layout.storage, order)
+
+
+def only_place(model: Model, layout: Layout, of: StorageEnd | None = None) -> int | None:
+    """The storage place that all demand for drawn goods is for; None: it is for several, so that chance decides."""
+    return 0 if len(layout.storage) == 1 else only(place_shares(model, layout, of))
+
+
+@lru_cache(maxsize=8)
+def by_distance(layout: Layout, ends: tuple[str, ...], *, there: bool) -> tuple[int, ...]:
+    """The numbers of the storage places, nearest first, those equally far by number.
+
+    Args:
+        layout: the floor.
+        ends: nodes of stations.
+        there: whether loads are driven from the places to the nearest of `ends`, else from there to the places.
+
+    The way is the shortest along the lanes in their directions, and through no bay in a lane. Places from which there
+    is none are last.
+    """
+    import networkx as nx
+
+    through = layout.graph.subgraph([node for node in layout.graph if node not in layout.in_lane or node in ends])
+    graph = through.reverse(copy=False) if there else through
+    far = nx.multi_source_dijkstra_path_length(graph, set(ends), weight="length")
+
+    def way(edge: tuple[str, str], offset: float) -> float:
+        beyond = layout.length(edge) - offset if there else offset
+        return float(far.get(edge[1] if there else edge[0], float("inf"))) + beyond
+
+    ways = [min(way(*one) for one in layout.approaches(place.edge, place.offset)) for place in layout.storage]
+    return tuple(sorted(range(len(ways)), key=lambda number: (round(ways[number], 9), number)))
+
+
+@lru_cache(maxsize=8)
+def _scattered(size: int) -> Sequence[int]:
+    import numpy as np
+
+    found: list[int] = np.random.default_rng(0).permutation(size).tolist()
+    return found

@@ -1,0 +1,114 @@
+"""Drafts with a working day: shifts, a peak, packers and goods in."""
+
+import shlex
+
+import pytest
+from click.testing import CliRunner
+from hypothesis import given
+from hypothesis import strategies as st
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.draft import Draft, draft
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.run import check
+from desim_warehouse.working_day import Peak, WorkingDay, read_peak, read_shifts
+from tests.docs import pages
+
+HALL = "--size 70x45 --orders 420/h --due 15min --shifts 06-22 --peak 11:30-13x1.6 --packers auto --inbound 60/h"
+
+
+@pytest.fixture(scope="module")
+def drafted(tmp_path_factory):
+    file = str(tmp_path_factory.mktemp("new") / "w.yaml")
+    said = CliRunner().invoke(desim, ("new", file, *shlex.split(HALL)), catch_exceptions=False)
+    return said.stdout, dw.load(file)
+
+
+def test_the_sentence_repeats_everything_that_it_took(drafted):
+    said, model = drafted
+    station = model.layout.stations["packing"]
+    people = station.servers * len(station.at)
+    counted = f"13 aisles, {len(station.at)} packing stations, {people} packers, {model.fleet.size} robots"
+    assert said.startswith(f"70 x 45 m, {counted}, ")
+    day = "420 orders an hour from 06:00 to 22:00 with 1.6 times as many from 11:30 to 13:00, due in 15 min"
+    assert f"{day}, 60 loads an hour put away." in said
+
+
+def test_orders_come_by_the_clock_and_as_many_as_were_said(drafted):
+    _, model = drafted
+    orders, inbound = (model.tasks.flows[name].arrivals.profile for name in ("orders", "inbound"))
+    by_hour = [sum(orders.per_hour[2 * hour : 2 * hour + 2]) / 2 for hour in range(24)]
+    assert by_hour == [0] * 6 + [420] * 5 + [546, 672] + [420] * 9 + [0, 0]
+    assert sum(inbound.per_hour) == 16 * 60
+    assert (model.run.start, model.run.length) == ("06:00", 16 * 3600)
+    assert model.tasks.unload_time.mean == pytest.approx(20 * 480 / 450, rel=0.01)  # 30 min of break in 8 h
+
+
+def test_fleet_and_packers_are_for_the_busiest_hour(drafted):
+    _, model = drafted
+    found = check(model)
+    assert not found.errors
+    assert not [item for item in found.findings if item.level == "warning"]
+    bays = model.layout.bays["charging"]
+    assert bays.total_chargers * 0.02 * 8 * 3600 >= 100 * model.fleet.size  # a night of eight hours fills them all
+    station = model.layout.stations["packing"]
+    assert 672 * 20 / 3600 / (station.servers * len(station.at)) <= 0.75
+    day = dw.simulate(model, 3)
+    assert day.kpis["on_time"] > 0.97
+
+
+def test_a_draft_without_people_is_as_it_was():
+    model = dw.Model.model_validate(read_yaml(draft(Draft(orders=60, due=15)), "draft").data)
+    assert model.tasks.unload_time == 20
+    assert model.tasks.goods.poisson == 60
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        ("--shifts 22-6", "--shifts 22-6: not from one time to another"),
+        ("--shifts 06-14,13-22", "they overlap"),
+        ("--peak noon", "--peak noon: no peak, expected from-to and times as many"),
+        ("--shifts 06-12 --peak 11:30-13x2", "outside the shifts"),
+        ("--peak 11-12x100", "no peak"),
+        ("--packers few", "--packers few: not a number of people"),
+        ("--packers 5 --stations 3", "expected a multiple of 3"),
+        ("--inbound some", "--inbound some: not a rate, expected inbound an hour"),
+        ("--inbound 20/h --stations 4 --aisles 4", "no aisle is left for goods in"),
+    ],
+)
+def test_words_that_make_no_day_are_refused_with_the_option(tmp_path, words, said):
+    status, _, message = pages.run_desim(f"desim new {tmp_path / 'w.yaml'} {words}")
+    assert status == 2
+    assert said in message
+
+
+def test_packers_that_are_given_are_spread_evenly(tmp_path):
+    assert pages.run_desim(f"desim new {tmp_path / 'w.yaml'} --size 40x30 --orders 300/h --packers 6")[0] == 0
+    station = dw.load(str(tmp_path / "w.yaml")).layout.stations["packing"]
+    assert station.servers * len(station.at) == 6
+
+
+@given(
+    st.lists(st.integers(0, 47), min_size=2, max_size=6, unique=True).map(sorted),
+    st.integers(1, 4),
+    st.floats(0.5, 5),
+)
+def test_rates_add_up_to_the_shifts_and_the_peak(ends, part, times):
+    halves = list(zip(ends[::2], ends[1::2], strict=False))
+    text = ",".join(f"{a // 2}:{a % 2 * 30:02}-{b // 2}:{b % 2 * 30:02}" for a, b in halves)
+    shifts = read_shifts(text)
+    begin, end = shifts[0]
+    peak = Peak((begin, begin + (end - begin) * part // 4 // 30 * 30 or end), times)
+    every, rates = WorkingDay(shifts, peak if peak.stretch[1] > begin else None).rates(100)
+    open_for = sum(b - a for a, b in shifts)
+    more = (times - 1) * (peak.stretch[1] - peak.stretch[0]) if peak.stretch[1] > begin else 0
+    assert sum(rates) * every == pytest.approx(100 * (open_for + more))
+
+
+def test_times_of_day_are_read_as_people_write_them():
+    assert read_shifts("06-14,14-22") == ((360, 1320),)
+    assert read_shifts("6-14,15:30-22") == ((360, 840), (930, 1320))
+    assert read_peak("11:30-13x1.6", ()) == Peak((690, 780), 1.6)
+    assert read_peak("11:30-13*2", ((360, 1320),)).times == 2
