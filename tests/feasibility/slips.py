@@ -304,7 +304,6 @@ KEYS = {
     "policies.allocation=closest": "nearest",
     "policies.allocation=fifo": "in-order",
     "policies.routing=dijkstra": "shortest",
-    "layout.blocks.directions=two-way": "two_way: true",
-    "layout.blocks.directions=two_way": "two_way: true",
+    "layout.blocks.directions=two_way": "did you mean 'two-way'",
 }
 """Keys and values by other names, and what is meant."""
