@@ -23,6 +23,7 @@ from desim_warehouse.cli.study_options import (
 from desim_warehouse.cli.tables import NONE_MEETS, sheet, show, show_verdicts
 from desim_warehouse.errors import number_of
 from desim_warehouse.report.text import words
+from desim_warehouse.report.text.standing import WORDS, standing
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -171,5 +172,5 @@ def _show(key: str, found: Sizing[Any], model: Model) -> None:
     table = sheet(f"{words.target(goal)}: the values looked at", *heads, "verdict")
     for one in sorted(found.decisions, key=lambda decision: decision.value):
         ends = ("exact", "") if one.low is None or one.high is None else (scale.single(one.low), scale.single(one.high))
-        table.add_row(str(one.value), scale.single(one.mean), *ends, str(one.n), words.MET[one.verdict])
+        table.add_row(str(one.value), scale.single(one.mean), *ends, str(one.n), WORDS[standing(one)])
     show(table)

@@ -8,10 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import models_json_schema
 
 from desim_warehouse._version import __version__
+from desim_warehouse.report.text.standing import Standing
 
-Verdict = Literal[
-    "by hand", "first run", "early", "met", "not met", "open", "cannot keep up", "not settled", "fails", "known"
-]
+Verdict = Standing | Literal["by hand", "first run", "early"]
 
 
 class Message(BaseModel):

@@ -294,7 +294,7 @@ def test_the_first_page_has_question_answer_figure_and_cost_and_the_replay_is_be
     assert 'href="boss-replay.html"' in first
     assert "desimReplay" in (tmp_path / "boss-replay.html").read_text(encoding="utf-8")
     assert rest.index("Where the time goes") < rest.index("Findings") < rest.index("Appendix")
-    assert "Met with 3 robots; 4 robots." in Page(source).text
+    assert "Met: 3 robots; 4 robots." in Page(source).text
     _, *rows = Page(source).tables["results"]
     shown = {row[0]: row[Page(source).tables["results"][0].index("at least 70 % on time")] for row in rows}
     assert shown == {"1": "not met", "3": "met", "4": "met"}
@@ -311,10 +311,11 @@ def test_an_answer_for_each_demand_names_a_fleet_for_it():
     verdicts = [one.verdict for one in study.results.judged.values()]
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [3, 2, 1]
     assert lines[2] == (
-        "Of 6 designs 3 meet the target, 2 do not, 1 is too close to tell. About 426 runs of it would probably tell."
+        "Of 6 designs 3 meet the target, 1 does not, 1 cannot keep up, 1 needs more runs. "
+        "About 426 runs of it would probably tell."
     )
     said = [words.met_or_when(study.results, design) for design in study.results.designs]
-    assert said == ["not met", "met", "met", "not met", "too close to tell; about 426 runs would", "met"]
+    assert said == ["not met", "met", "met", "cannot keep up", "needs more runs, about 426", "met"]
 
 
 def test_a_verdict_rests_on_the_interval_that_is_shown():

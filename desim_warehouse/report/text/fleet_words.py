@@ -13,6 +13,7 @@ from desim_warehouse.model import options_of
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.report.text import cap_words, numbers, words
 from desim_warehouse.report.text.sentences import capital
+from desim_warehouse.report.text.standing import WORDS, standing
 from desim_warehouse.run.folder import PLAN, write_whole
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet.utilisation import TRIP
@@ -136,7 +137,7 @@ def evidence(plan: FleetPlan, loaded: Model, model: str, assignments: tuple[str,
                 Evidence(f"{name}: {_fleet(shown[-1])}, at most {sized.capped.cap} under way", said, n, command)
             )
         for one in shown:
-            verdict = "enough" if one is sized.best else _close(plan, one) if _is_close(one) else "too few"
+            verdict = WORDS[standing(one.verdict)]
             overrides = {**sized.overrides, **one.overrides}
             found.append(
                 Evidence(
@@ -199,18 +200,6 @@ def _fleet(shown: Shown) -> str:
     return words.fleet(shown.robots, shown.chargers)
 
 
-def _is_close(shown: Shown) -> bool:
-    return shown.verdict.verdict == "undecided"
-
-
-def _close(plan: FleetPlan, shown: Shown) -> str:
-    """Why a design is neither enough nor too few."""
-    if shown.verdict.within_zone:
-        return f"better than the target by less than {words.amount(plan.target.indicator, plan.zone, plan.target.unit)}"
-    alone = shown.verdict.outlier
-    return "too close to tell" if alone is None else f"too close to tell, for replication {alone} alone"
-
-
 def _ended(plan: FleetPlan, sized: Sized, when: str) -> str:
     """What is known where the runs allowed ended before there was an answer."""
     aim = f"reach {words.target(plan.target)}"
@@ -248,10 +237,15 @@ def _sized(plan: FleetPlan, sized: Sized, when: str, model: Model) -> str:
         line = f"{when} not even {_fleet(largest)} were shown to be enough: {_reached(plan, largest, model)}."
         return line if sized.capped is None else f"{line} {cap_words.capped(sized.capped, model)}."
     line = f"{when} {_fleet(sized.best)}: {_reached(plan, sized.best, model)}"
-    close = [one for one in sized.below if _is_close(one)]
+    line += "."
+    close = [_fleet(one) for one in sized.below if standing(one.verdict) == "open"]
+    edge = [_fleet(one) for one in sized.below if standing(one.verdict) == "edge"]
     if close:
-        line += f" ({spoken([_fleet(one) for one in close], 'or')} may do: too close to tell)"
-    return f"{line}." + (_worse(plan, sized) if sized.worse else "")
+        line += f" {capital(spoken(close, 'or'))} may also be enough; more runs would tell."
+    if edge:
+        zone = words.amount(plan.target.indicator, plan.zone, plan.target.unit)
+        line += f" {capital(spoken(edge, 'or'))} may also be enough: {WORDS['edge']}, within {zone} of the target."
+    return line + (_worse(plan, sized) if sized.worse else "")
 
 
 def _strategy(plan: FleetPlan) -> str:
@@ -316,7 +310,7 @@ def _found(plan: FleetPlan, shown: Shown, model: Model) -> str:
 def _value(plan: FleetPlan, shown: Shown, model: Model) -> str:
     if shown.estimate is None:
         return "no value"
-    return words.scale(plan.target.indicator, model, (shown.estimate.mean,)).estimate(shown.estimate)
+    return words.scale(plan.target.indicator, model, (shown.estimate.mean,)).estimate(shown.estimate, plan.target.value)
 
 
 def command_line(
