@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,8 +52,7 @@ def read(folder: str | Path | None) -> Results:
     errors = [row.outcome.error for row in results.rows]
     if None not in errors:
         raise ReportError(f"{Path(folder) / RESULTS}: every run failed, the first with: {errors[0]}")
-    why = answers.of_why(results)
-    return results if why is None else replace(results, plan=replace(results.plan, indicators=(why["indicator"],)))
+    return results
 
 
 def page(folder: str | Path, replay: str | None = None) -> ReportPage:

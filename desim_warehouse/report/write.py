@@ -9,12 +9,13 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
-from desim_warehouse.run.folder import PLAN, RUN, STUDY, write_whole
+from desim_warehouse.report.kept import WHY
+from desim_warehouse.run.folder import ANSWER, PLAN, RUN, STUDY, write_whole
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
-KINDS = {"plan": PLAN, "study": STUDY, "run": RUN}
+KINDS = {"answer": ANSWER, "why": WHY, "plan": PLAN, "study": STUDY, "run": RUN}
 """Kind of report: the file by which its kind of folder is known."""
 
 
@@ -44,17 +45,28 @@ def report(
         kind = kind_of(folder)
     path = folder / "report.html" if out is None else Path(out)
     beside = path.with_name(f"{path.stem}-replay.html")
-    parts = import_module(f"desim_warehouse.report.{kind}_parts")
     _make(path.parent)
     try:
         content = source if isinstance(source, Run) else folder
-        page = parts.page(content, str(beside) if replay else None).html()
+        page = _page(kind, content, str(beside) if replay else None)
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
     _write(path, page)
     if notebook is not None:
         _write(Path(notebook), _filled_in(kind, folder.resolve()))
     return path
+
+
+def _page(kind: str, content: Path | Run, replay: str | None) -> str:
+    if kind in {"answer", "why"} and isinstance(content, Path):
+        from desim_warehouse.report import answer_page
+        from desim_warehouse.report.answer import load
+        from desim_warehouse.report.kept import kept
+
+        answer = load(content) if kind == "answer" else kept(content / WHY)
+        return answer_page.page(answer, answer_page.run_of(answer), replay)
+    made: str = import_module(f"desim_warehouse.report.{kind}_parts").page(content, replay).html()
+    return made
 
 
 def kind_of(folder: Path) -> str:

@@ -25,8 +25,8 @@ if TYPE_CHECKING:
 FORMAT = 1
 RUN, STUDY, PLAN = "run.json", "study.json", "plan.json"
 """The files by which the folders of runs, studies and plans (`desim plan`) are recognised."""
-WHY = "why.json"
-"""The answer of `desim why` in the folder of its study."""
+ANSWER = "answer.json"
+"""The answer to a question, in the folder of its runs."""
 KPIS = "kpis.json"
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""

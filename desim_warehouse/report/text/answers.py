@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.outcome.money import is_fixed
 from desim_warehouse.outcome.verdicts import is_no_answer
 from desim_warehouse.report.text import numbers, sentences, standing, words
-from desim_warehouse.run.folder import WHY
 from desim_warehouse.study.statistics import MOST_TO_TELL
 from desim_warehouse.study.table import is_numeric
 
@@ -27,8 +25,6 @@ _LONG = 80
 
 def question(study: Results) -> str:
     """What was varied, and what for."""
-    if of_why(study) is not None:
-        return "What holds it up?"
     varied = [_factor(study, key) for key in study.varied or study.factors]
     if study.target is not None:
         aim = words.target(study.target)
@@ -55,23 +51,8 @@ def _factor(study: Results, key: str) -> str:
 
 def answer(study: Results) -> tuple[list[str], str | None]:
     """The answer in sentences, and the design that it names; None where no run has a value to judge by."""
-    found = of_why(study)
-    if found is not None:
-        return [found["answer"]], _relief(study, found)
     lines, named = _best(study) if study.target is None else _on_target(study)
     return lines + ([] if named is None else cost(study, named)), named
-
-
-def of_why(study: Results) -> dict[str, Any] | None:
-    """What `desim why` found; None for other studies."""
-    path = None if study.folder is None else study.folder / WHY
-    return json.loads(path.read_text(encoding="utf-8")) if path is not None and path.is_file() else None
-
-
-def _relief(study: Results, found: dict[str, Any]) -> str:
-    """The design of the relief that gains most, of those that compete; without one the model as it is."""
-    first = next((one["relief"] for one in found["reliefs"] if one["competes"]), None)
-    return next((design for design, levels in study.designs.items() if first in levels), study.baseline)
 
 
 def cost(study: Results, design: str) -> list[str]:

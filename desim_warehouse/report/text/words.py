@@ -108,8 +108,9 @@ def indicator_name(indicator: str) -> str:
 
 
 def in_sentence(indicator: str) -> str:
-    """An indicator's name inside a sentence: `task time T`."""
-    name = indicator_name(indicator)
+    """An indicator's name inside a sentence: `task time T`, `mean cycle time`."""
+    what, _, how = indicator_name(indicator).rpartition(", ")
+    name = f"mean {what[:1].lower()}{what[1:]}" if how == "mean" else indicator_name(indicator)
     return f"{name[:1].lower()}{name[1:]}"
 
 
