@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.live.answers import FEWEST, Named, RunsSoFar, results_of
 from desim_warehouse.live.by_hand import ByHand, by_hand
-from desim_warehouse.live.messages import Answer, Tried
+from desim_warehouse.live.messages import Tried, Watched
 from desim_warehouse.live.offers import levels_of, spoken_design
 from desim_warehouse.run.folder import STUDY
 from desim_warehouse.study.execution import worker_count
@@ -366,7 +366,7 @@ class Desk:
 
     # Looking
 
-    def answer(self, listener: Listener) -> Answer:
+    def answer(self, listener: Listener) -> Watched:
         """All that is known of a listener's design."""
         with self.lock:
             design, pinned = listener.design, listener.pinned
@@ -401,7 +401,7 @@ class Desk:
         measured = known.measured(listener.target, other, together) if known.n else []
         if measured and measured[0].difference is not None:
             more.append(f"Difference, run by run: {measured[0].difference}.")
-        return Answer(
+        return Watched(
             id=design.id,
             n=known.n,
             wanted=wanted,

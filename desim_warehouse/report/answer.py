@@ -26,7 +26,7 @@ class _Plain(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
-class Number(_Plain):
+class SaidNumber(_Plain):
     """A mean with its one interval, that of the verdict on it (None: exact); `text` is how everybody prints it."""
 
     of: str
@@ -45,7 +45,7 @@ class Option(_Plain):
 
     name: str
     standing: Standing
-    number: Number | None = None
+    number: SaidNumber | None = None
     said: str = ""
     runs: int
     cost: float | None = None
@@ -64,7 +64,7 @@ class Option(_Plain):
         return f"{self.name} (the same: {', '.join(self.same)})" if self.same else self.name
 
 
-class Tile(_Plain):
+class BigNumber(_Plain):
     """A large number, what it is, and a note such as its interval."""
 
     value: str
@@ -72,7 +72,7 @@ class Tile(_Plain):
     note: str = ""
 
 
-class Mark(_Plain):
+class Bar(_Plain):
     """A row of a figure: an interval, or a bar from 0 where there is only a mean."""
 
     label: str
@@ -89,10 +89,10 @@ class Rows(_Plain):
     title: str
     at: float | None = None
     at_words: str = ""
-    rows: tuple[Mark, ...]
+    rows: tuple[Bar, ...]
 
 
-class Grid(_Plain):
+class PairGrid(_Plain):
     """Which pairs of two counts are enough: a panel for each demand, a row for each count of `down`."""
 
     title: str
@@ -101,7 +101,7 @@ class Grid(_Plain):
     panels: dict[str, tuple[tuple[Standing, ...], ...]]
 
 
-class Table(_Plain):
+class Folded(_Plain):
     """A table that is folded away on the page."""
 
     title: str
@@ -110,7 +110,7 @@ class Table(_Plain):
     rows: tuple[tuple[str, ...], ...] = ()
 
 
-class About(_Plain):
+class Subject(_Plain):
     """The one design that a page shows: its name, its model as a file has it, and the seed of the run shown."""
 
     name: str
@@ -134,12 +134,12 @@ class Answer(_Plain):
     description: str = ""
     question: str
     answer: tuple[str, ...]
-    tiles: tuple[Tile, ...] = ()
+    tiles: tuple[BigNumber, ...] = ()
     measure: str = "found"
     options: tuple[Option, ...] = ()
-    figure: Rows | Grid | None = None
-    about: About | None = None
-    tables: tuple[Table, ...] = ()
+    figure: Rows | PairGrid | None = None
+    about: Subject | None = None
+    tables: tuple[Folded, ...] = ()
     promise: str = ""
     notes: tuple[str, ...] = ()
     runs: int

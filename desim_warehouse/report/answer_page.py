@@ -14,7 +14,7 @@ from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.model import load as load_model
 from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import html
-from desim_warehouse.report.answer import Grid, Mark, Rows
+from desim_warehouse.report.answer import Bar, PairGrid, Rows
 from desim_warehouse.report.floor_svg import floor
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts
@@ -75,7 +75,7 @@ def _heat() -> str:
     return f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
 
 
-def _figure(figure: Rows | Grid) -> Html:
+def _figure(figure: Rows | PairGrid) -> Html:
     if isinstance(figure, Rows):
         return rows(figure)
     seen = {cell for panel in figure.panels.values() for row in panel for cell in row}
@@ -105,7 +105,7 @@ def _account(run: Run) -> Html | None:
         return None
     unit = numbers.times(run.model.units.time, [float(parts.iloc[0])])
     marks = tuple(
-        Mark(
+        Bar(
             label=OF_TASKS[str(name)].doing,
             mean=float(part),
             text=f"{unit.value(float(part))} · {100 * part / whole:.0f} %",

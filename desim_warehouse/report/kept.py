@@ -9,7 +9,7 @@ import json
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, WarehouseError, reason
-from desim_warehouse.report.answer import Answer, Table
+from desim_warehouse.report.answer import Answer, Folded
 from desim_warehouse.report.text.numbers import NONE, number
 from desim_warehouse.study.record import read_record
 
@@ -43,7 +43,7 @@ def _why(content: Mapping[str, Any], folder: Path) -> Answer:
         description=record.plan.base.description,
         question="What holds it up?",
         answer=(content["answer"],),
-        tables=(Table(title="Everything tried", head=head, rows=rows),),
+        tables=(Folded(title="Everything tried", head=head, rows=rows),),
         runs=content["runs"],
         confidence=content["confidence"],
         made=dict(record.versions),

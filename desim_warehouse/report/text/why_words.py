@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.report.answer import Answer, Mark, Number, Option, Rows, Table, Tile
+from desim_warehouse.report.answer import Answer, Bar, BigNumber, Folded, Option, Rows, SaidNumber
 from desim_warehouse.report.text import judged, numbers, words
 from desim_warehouse.report.text.root_words import root
 from desim_warehouse.report.text.sentences import capital, sentence
@@ -161,10 +161,10 @@ class _Held:
 
     # Numbers
 
-    def _number(self, gain: Gain) -> Number:
+    def _number(self, gain: Gain) -> SaidNumber:
         return judged.within(self.found.indicator, self.scale, (gain.mean, gain.low, gain.high), 0.0)
 
-    def _as_it_is(self) -> list[Tile]:
+    def _as_it_is(self) -> list[BigNumber]:
         base = self.found.as_it_is
         if base is None:
             return []
@@ -172,13 +172,13 @@ class _Held:
         shown = judged.within(self.found.indicator, scale, (base.mean, *(base.interval or (None, None))))
         return [judged.tile(shown.text, f"{self.of}, as it is")]
 
-    def _health(self) -> list[Tile]:
+    def _health(self) -> list[BigNumber]:
         """How the warehouse does, where no sentence says it."""
         state = self.found.state
         if state is None or not self.found.is_held_up:
             return []
-        due = [] if state.on_time is None else [Tile(value=numbers.PERCENT.value(state.on_time), what="on time")]
-        return [*due, Tile(value=numbers.PERCENT.value(state.idle), what="of robots' time idle")]
+        due = [] if state.on_time is None else [BigNumber(value=numbers.PERCENT.value(state.on_time), what="on time")]
+        return [*due, BigNumber(value=numbers.PERCENT.value(state.idle), what="of robots' time idle")]
 
     def _standing(self, suspect: Suspect, gain: Gain) -> Standing:
         found = self.found
@@ -226,11 +226,11 @@ class _Held:
             one = self._number(gain.each)
             standing = self._standing(suspect, gain)
             shown = {"mean": one.mean, "low": one.low, "high": one.high, "text": one.text}
-            rows.append(Mark(label=suspect.relief, standing=standing, **shown))
+            rows.append(Bar(label=suspect.relief, standing=standing, **shown))
         title = f"What each change gains in {self.of}, {_PER} of it"
         return Rows(title=title, at=0.0, at_words="no gain", rows=tuple(rows)) if rows else None
 
-    def _changes(self) -> list[Table]:
+    def _changes(self) -> list[Folded]:
         """How large each change is, how long robots waited there, and what it gains as a whole."""
         rows = tuple(
             (
@@ -243,7 +243,7 @@ class _Held:
         )
         note = "Waited: the part of the robots' time, in one run. Gains as a whole, however large the change."
         head = ("change", "how much more", "waited", "gain as a whole")
-        return [Table(title="The changes as a whole", note=note, head=head, rows=rows)] if rows else []
+        return [Folded(title="The changes as a whole", note=note, head=head, rows=rows)] if rows else []
 
 
 def dose(suspect: Suspect) -> str:
