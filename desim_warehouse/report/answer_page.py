@@ -14,17 +14,19 @@ from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.model import load as load_model
 from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import html
-from desim_warehouse.report.answer import Bar, PairGrid, Rows
+from desim_warehouse.report.answer import Bar, PairGrid, Rows, load
 from desim_warehouse.report.floor_svg import floor
 from desim_warehouse.report.html import Html
+from desim_warehouse.report.kept import PLAN, WHY, kept
 from desim_warehouse.report.model_parts import model_facts
-from desim_warehouse.report.page import in_full
+from desim_warehouse.report.page import example, in_full
 from desim_warehouse.report.palette import HEAT
 from desim_warehouse.report.run_parts import lost_time, made_with, resources
 from desim_warehouse.report.text import numbers
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.web import colours
+from desim_warehouse.run.folder import ANSWER
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -36,6 +38,20 @@ _LEAST = 0.005
 """Part of a task's time from which on it has a bar of its own."""
 _SIGNS = {"met": "●", "not met": "×", "open": "?", "edge": "~", "overloaded": "×", "drained": "×"}
 """Cells of a grid; of what was not tried they are empty."""
+
+
+def read(folder: str | Path | None) -> Answer:
+    """The answer of a folder, also of versions before 0.4; None: that of a small warehouse.
+
+    Raises:
+        ReportError: where it is damaged.
+    """
+    if folder is None:
+        from desim_warehouse.study.why import why
+
+        return why(example(), first=5, cap=5).answer
+    found = (path for path in (Path(folder, PLAN), Path(folder, WHY)) if path.is_file())
+    return load(folder) if Path(folder, ANSWER).is_file() else kept(next(found, Path(folder, ANSWER)))
 
 
 def run_of(answer: Answer) -> Run | None:
@@ -124,7 +140,7 @@ def _folded(answer: Answer, run: Run | None) -> Iterator[tuple[str, Html]]:
         yield "Everything tried", _options(answer)
     for table in answer.tables:
         note = html.paragraph(table.note, "note") if table.note else Html("")
-        yield table.title, html.table(table.head, table.rows, words=len(table.head)) + note
+        yield table.title, html.table(table.head, table.rows, words=len(table.head), name=_id(table.title)) + note
     if run is not None:
         parts = {"Stations and chargers": resources(run), "What robots waited for": lost_time(run)}
         yield from ((title, part) for title, part in parts.items() if part is not None)
@@ -133,6 +149,11 @@ def _folded(answer: Answer, run: Run | None) -> Iterator[tuple[str, Html]]:
     yield "How sure is this?", sure + (html.bullets(answer.notes) if answer.notes else Html(""))
     facts = html.facts([*answer.made.items(), made_with()], "method")
     yield "See it again", (html.code(answer.command) if answer.command else Html("")) + facts
+
+
+def _id(title: str) -> str:
+    """The id of a table, for programs."""
+    return title.lower().replace(" ", "-")
 
 
 def _options(answer: Answer) -> Html:

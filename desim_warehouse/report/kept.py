@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
     from pathlib import Path
 
-WHY = "why.json"
+PLAN, WHY = "plan.json", "why.json"
 
 
 def kept(path: Path) -> Answer:
@@ -28,7 +28,7 @@ def kept(path: Path) -> Answer:
     """
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
-        return _why(content, path.parent)
+        return (_plan if path.name == PLAN else _why)(content, path.parent)
     except (OSError, ValueError, KeyError, TypeError, RecursionError, WarehouseError) as error:
         raise ReportError(f"{path}: damaged ({reason(error)})") from error
 
@@ -44,6 +44,29 @@ def _why(content: Mapping[str, Any], folder: Path) -> Answer:
         question="What holds it up?",
         answer=(content["answer"],),
         tables=(Folded(title="Everything tried", head=head, rows=rows),),
+        runs=content["runs"],
+        confidence=content["confidence"],
+        made=dict(record.versions),
+    )
+
+
+def _plan(content: Mapping[str, Any], folder: Path) -> Answer:
+    record = read_record(folder / content["today"]["study"])
+    rows = tuple((one["what"], one["found"], str(one["runs"])) for one in content["evidence"])
+    unsure = content.get("uncertain") or {}
+    tables = [Folded(title="What shows it", head=("option", "found", "runs"), rows=rows)]
+    if unsure:
+        head, *lines = unsure["table"]
+        tables.append(Folded(title="What is not known exactly", note=unsure["answer"][0], head=head, rows=lines))
+    return Answer(
+        kind="plan",
+        name=content["name"],
+        description=record.plan.base.description,
+        question=content["question"],
+        answer=(*content["answer"], *([unsure["in_short"]] if unsure else [])),
+        tables=tuple(tables),
+        promise=content["promise"],
+        notes=tuple(content.get("notes", ())),
         runs=content["runs"],
         confidence=content["confidence"],
         made=dict(record.versions),

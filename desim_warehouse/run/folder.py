@@ -23,8 +23,8 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 FORMAT = 1
-RUN, STUDY, PLAN = "run.json", "study.json", "plan.json"
-"""The files by which the folders of runs, studies and plans (`desim plan`) are recognised."""
+RUN, STUDY = "run.json", "study.json"
+"""The files by which the folders of runs and studies are recognised."""
 ANSWER = "answer.json"
 """The answer to a question, in the folder of its runs."""
 KPIS = "kpis.json"
