@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.model.facts.demand import arrival_rate
@@ -52,6 +53,10 @@ WORDS: dict[Standing, str] = {
 _BY_VERDICT: dict[str, Standing] = {"meets": "met", "fails": "not met", "undecided": "open"}
 
 
+_SHORT = re.compile(r"^not settled: |( while counted)?(;|: not sustainable).*$")
+"""What is left out of a verdict in a row."""
+
+
 def standing(judged: DesignVerdict[Any], wrong: Iterable[Verdict] = ()) -> Standing:
     """What a design was shown to be beside a target; `wrong`: verdicts on it, of which those that last count first."""
     lasting = lasts_not(wrong)
@@ -74,4 +79,4 @@ def instead(wrong: Iterable[Verdict], done: float | None, model: Model) -> str:
     if done is not None and done < asked and any(one.code == PILES_UP for one in lasting):
         of = "" if asked == math.inf else f" of {numbers.measured(asked)}"
         return f"only {numbers.measured(done)}{of} orders an hour delivered"
-    return ", and ".join(one.text for one in lasting)
+    return ", and ".join(_SHORT.sub("", one.text) for one in lasting)
