@@ -39,13 +39,15 @@ class SaidNumber(_Plain):
 class Option(_Plain):
     """What was tried, one row; `same` are others whose runs are equal to these.
 
-    `said`: instead of a number, such as what an option delivers that cannot keep up. `set`: what makes the model into
-    it. `demand`: for which demand, where there are several. `cost`: a year, in the currency of the model.
+    `also`: further numbers of it. `said`: instead of numbers, such as what an option delivers that cannot keep up.
+    `set`: what makes the model into it. `demand`: for which demand, where there are several. `cost`: a year, in the
+    currency of the model.
     """
 
     name: str
     standing: Standing
     number: SaidNumber | None = None
+    also: tuple[SaidNumber, ...] = ()
     said: str = ""
     runs: int
     cost: float | None = None
@@ -56,7 +58,8 @@ class Option(_Plain):
     @property
     def text(self) -> str:
         """Its number, or what is said instead."""
-        return self.said or (self.number.text if self.number else "no value")
+        known = ([] if self.number is None else [self.number]) + list(self.also)
+        return self.said or ", ".join(one.text for one in known) or "no value"
 
     @property
     def full_name(self) -> str:

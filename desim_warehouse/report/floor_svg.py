@@ -63,8 +63,9 @@ def _names(run: Run, places: list[Zone], middle: float, room: float) -> list[tup
     for zone in places:
         node = run.layout.graph.nodes[zone.node]
         xs, ys = zip(*zone.places, strict=True)
+        away = 0.8 * room + zone.room
         y = max(ys) if sum(ys) / len(ys) > node["y"] else min(ys)
-        found.append((zone.kind, sum(xs) / len(xs), y + (room if y > middle else -room), zone.name))
+        found.append((zone.kind, sum(xs) / len(xs), y + (away if y > middle else -away), zone.name))
     return found
 
 

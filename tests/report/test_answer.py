@@ -127,14 +127,14 @@ def is_everywhere(answer):
         for text in (option.text, option.full_name):
             assert re.sub(r"\s+", " ", text) in shown
             assert text in terminal
-        assert kept["number"] is None or kept["number"]["text"] == option.text
+        assert kept["number"] is None or option.text.startswith(kept["number"]["text"])
         assert not (option.standing == "overloaded" and option.number)
         if option.number:
             intervals.setdefault((option.name, option.demand), set()).add(option.number.text)
     assert all(len(found) == 1 for found in intervals.values())
     if isinstance(answer.figure, answers.Rows):
         texts = {option.name: option.text for option in answer.options}
-        assert all(texts[mark.label] == mark.text for mark in answer.figure.rows)
+        assert all(mark.text in texts[mark.label] for mark in answer.figure.rows)
     if answer.about is None:
         assert not answer.tiles
     return True

@@ -12,7 +12,7 @@ from desim_warehouse.report.text.numbers import PERCENT, Scale
 from desim_warehouse.study.statistics import DesignVerdict
 from desim_warehouse.study.study import Study
 
-ONE = r"((?:under |over )?[\d.,−]+)"
+ONE = r"([<>]?[\d.,−]+)"
 ENDS = re.compile(rf"{ONE}[^(]*\({ONE} to {ONE}\)")
 
 
@@ -21,8 +21,8 @@ def read(text):
 
 
 def number(text):
-    value = float(text.rpartition(" ")[2].replace("−", "-").replace(",", ""))
-    return value / 2 if text.startswith("under") else (value + 100) / 2 if text.startswith("over") else value
+    value = float(text.lstrip("<>").replace("−", "-").replace(",", ""))
+    return value / 2 if text.startswith("<") else (value + 100) / 2 if text.startswith(">") else value
 
 
 @pytest.mark.parametrize("scale", [PERCENT, Scale("min", 1 / 60), Scale("tasks/h"), Scale("m", 1000.0)])
@@ -50,7 +50,7 @@ def test_neither_mean_nor_end_is_written_as_the_target_or_as_none_or_all_that_is
         ((0.976, 0.9496, 0.99), 0.95, "98 % (94.96 to 99)"),
         ((0.976, 0.95, 1.0), 0.95, "98 % (95 to 100)"),
         ((0.9503, 0.94, 0.96), 0.95, "95.03 % (94 to 96)"),
-        ((0.02, 1e-8, 0.07), 0.95, "2 % (under 0.001 to 7)"),
+        ((0.02, 1e-8, 0.07), 0.95, "2 % (<0.001 to 7)"),
     ],
 )
 def test_only_what_would_look_like_the_target_has_more_digits(found, target, said):

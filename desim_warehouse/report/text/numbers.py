@@ -246,8 +246,9 @@ class Scale:
         """A value with so many decimals, or with as many more as it takes to look unlike what it is not."""
         aims = [aim for aim in (target, *((0.0, 1.0) if self.is_share else ())) if aim is not None]
         others = [self.by * aim for aim in aims if not math.isclose(value, aim, rel_tol=_SAME, abs_tol=_SAME)]
-        if self.is_share and 0 < value < 1 and round(100 * value, _MORE) in {0.0, 100.0}:
-            return least(100 * value, _MORE, 100)
+        if self.is_share and _SAME < value < 1 - _SAME and round(100 * value, _MORE) in {0.0, 100.0}:
+            step = 10.0**-_MORE
+            return f"<{number(step, _MORE)}" if value < 0.5 else f">{number(100 - step, _MORE)}"  # noqa: PLR2004
         while digits < _FINEST and any(round(self.by * value, digits) == round(aim, digits) for aim in others):
             digits += 1
         return self._rounded(value, digits)

@@ -50,7 +50,7 @@ WORDS: dict[Standing, str] = {
     "apart": "not ranked",
 }
 """What an option was shown to be, for people. `edge`: better than the target by so little that no run will tell."""
-_BY_VERDICT: dict[str, Standing] = {"meets": "met", "fails": "not met", "undecided": "open"}
+BY_VERDICT: dict[str, Standing] = {"meets": "met", "fails": "not met", "undecided": "open"}
 
 
 _SHORT = re.compile(r"^not settled: |( while counted)?(;|: not sustainable).*$")
@@ -62,7 +62,7 @@ def standing(judged: DesignVerdict[Any], wrong: Iterable[Verdict] = ()) -> Stand
     lasting = lasts_not(wrong)
     if lasting is not None:
         return lasting
-    return "edge" if judged.within_zone else _BY_VERDICT[judged.verdict]
+    return "edge" if judged.within_zone else BY_VERDICT[judged.verdict]
 
 
 def lasts_not(wrong: Iterable[Verdict]) -> Standing | None:
