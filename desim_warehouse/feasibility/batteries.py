@@ -19,7 +19,7 @@ from desim_warehouse.model.facts.charging import chargers_at, levels, refills_ov
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
 from desim_warehouse.model.facts.destinations import own_destinations
 from desim_warehouse.model.sections.battery import Consumption
-from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals, StorageEnd
+from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import RandomGoods
 
 if TYPE_CHECKING:
@@ -441,8 +441,7 @@ def _count(model: Model) -> int:
         return len(goods)
     flows = model.tasks.flows.values()
     orders = sum(len_of_orders(model, flow) for flow in flows if isinstance(flow.when, OrdersArrivals))
-    listed_times = [flow.when.times(model.tasks.demand) for flow in flows if isinstance(flow.when, ScheduleArrivals)]
-    return orders + sum(tasks for times in listed_times for _, tasks in times)
+    return orders + sum(round(flow.scheduled * model.tasks.demand) for flow in flows)
 
 
 def _too_low(battery: BatterySpec, known: Levels, most: float) -> Iterator[Finding]:

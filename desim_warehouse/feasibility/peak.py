@@ -53,6 +53,6 @@ def _changing(model: Model) -> Iterator[tuple[str, Expected, Hours]]:
         yield "", partial(mul, tasks.goods.poisson * tasks.demand / hour), model.hours(tasks.goods.hours)
     for name, flow in tasks.flows.items():
         if isinstance(flow.when, ProfileArrivals):
-            yield name, model.rates(flow.when.profile, tasks.demand).expected, model.hours(flow.hours)
+            yield name, model.rates(flow.when.profile, tasks.demand * flow.mean_lines).expected, model.hours(flow.hours)
         elif isinstance(flow.when, PoissonArrivals) and flow.hours is not None:
-            yield name, partial(mul, flow.when.poisson * tasks.demand / hour), model.hours(flow.hours)
+            yield name, partial(mul, flow.when.poisson * flow.mean_lines * tasks.demand / hour), model.hours(flow.hours)

@@ -11,6 +11,7 @@ from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.report.kept import PLAN, WHY
 from desim_warehouse.run.folder import ANSWER, RUN, STUDY, write_whole
+from desim_warehouse.shipped import shipped
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
@@ -79,11 +80,7 @@ def kind_of(folder: Path) -> str:
 
 def template(kind: str) -> Path:
     """The notebook of a kind of report: in the installed package, or in reports/ of the source tree."""
-    name = f"{kind}.ipynb"
-    for home in (Path(__file__).parent / "notebooks", Path(__file__).parents[2] / "reports"):
-        if (home / name).is_file():
-            return home / name
-    raise ReportError(f"{name} is missing from this installation of desim-warehouse")
+    return shipped("notebooks") / f"{kind}.ipynb"
 
 
 def _filled_in(kind: str, folder: Path) -> str:

@@ -31,6 +31,7 @@ from desim_warehouse.report.text import answers, numbers, run_words, words
 from desim_warehouse.report.text.numbers import Scale
 from desim_warehouse.report.text.sentences import conclusions
 from desim_warehouse.report.write import report, template
+from desim_warehouse.shipped import gallery
 from desim_warehouse.study.statistics import estimate
 from desim_warehouse.study.study import Study
 from tests.world.test_flows import RING
@@ -422,7 +423,7 @@ def test_notebooks_run_as_shipped_on_something_small(kind):
     assert {"Account", "Layout"} <= {words.split()[0] for words in pictures}
 
 
-def test_the_wheel_has_the_templates(tmp_path):
+def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)],
         cwd=ROOT,
@@ -431,7 +432,8 @@ def test_the_wheel_has_the_templates(tmp_path):
     )
     (wheel,) = tmp_path.glob("*.whl")
     inside = set(zipfile.ZipFile(wheel).namelist())
-    assert {f"desim_warehouse/report/notebooks/{kind}.ipynb" for kind in ("study", "run", "answer")} <= inside
+    assert {f"desim_warehouse/notebooks/{kind}.ipynb" for kind in ("study", "run", "answer")} <= inside
+    assert {f"desim_warehouse/gallery/{name}.yaml" for name in gallery()} <= inside
     assert {
         f"desim_warehouse/report/templates/{name}"
         for name in ("parts.html", "report.html", "answer.html", "figures.html", "report.css")

@@ -267,7 +267,7 @@ def test_every_indicator_of_a_run_is_known():
     goods = [{"good": 3, "due": 900}, {"good": 9, "due": 9000}]
     run = dw.simulate(dw.load(MULTIBOTS, {"tasks.goods": goods}))
     elsewhere = {"backlog_growth_per_hour", "station_wait"}  # of arriving demand, and of stations beside nodes
-    elsewhere |= {"orders", "order_cycle_time_mean", "order_cycle_time_p95"}  # of orders from a file
+    elsewhere |= {"orders", "order_cycle_time_mean", "order_cycle_time_p95"}  # of orders
     elsewhere |= {"orders_on_time", "orders_due"}
     elsewhere |= {"annual_cost", "cost_per_task"}  # with prices
     elsewhere |= {name for name in INDICATORS if name.startswith("work")} | {

@@ -135,9 +135,11 @@ def _priorities(model: Model) -> Iterator[Finding]:
 def _by_order(model: Model) -> Iterator[Finding]:
     if model.policies.batching.name != "by-order" or model.fleet.largest_capacity == 1:
         return
+    if any(flow.lines != 1 for flow in model.tasks.flows.values()):
+        return
     if all(file.tasks == file.orders for file in order_files(model)):
         text = "by-order, but no two tasks are of one order, so every task is a tour of its own"
-        cure = "a file of orders with a column order (arrivals: {orders: ...}), or fixed-size"
+        cure = "lines of a flow, a file of orders with a column order (arrivals: {orders: ...}), or fixed-size"
         yield Finding("CHANGES_NOTHING", "policies.batching", text, cure)
 
 

@@ -20,6 +20,7 @@ from pydantic import (
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
 from desim_warehouse.model.sections.goods import DUE
+from desim_warehouse.model.sections.lines import Lines, lines_in_words, mean_lines, shares_of
 from desim_warehouse.model.sections.popularity import PopularityRule, is_drawn
 from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours, clock_of
 from desim_warehouse.values.distributions import Varying
@@ -325,6 +326,12 @@ class FlowSpec(Part):
         "is released when it opens; default: at all times",
     )
     load_type: Name | None = Field(None, description="for robots that carry it (carries); default: for all")
+    lines: Lines = Field(
+        1,
+        title="lines of an order",
+        description="lines of an order, each a task: a number, [least, most], all as likely, or discrete values and "
+        "weights; with more than one, rates and schedules count orders",
+    )
 
     @field_validator("priority")
     @classmethod
@@ -392,6 +399,14 @@ class FlowSpec(Part):
                 raise wrong(f"from a node to itself (got {got(pair.source[0])}), expected two places", "to")
         return self
 
+    @model_validator(mode="after")
+    def _counts_orders(self) -> FlowSpec:
+        for key, there in (("from_to", self.from_to), ("arrivals", isinstance(self.when, OrdersArrivals))):
+            if there and self.lines != 1:
+                counts = "tasks, not orders" if key == "from_to" else "rows, each a line already (column order)"
+                raise wrong(f"lines of an order beside {key}, which counts {counts}; leave it out", "lines")
+        return self
+
     @property
     def routes(self) -> tuple[Route, ...]:
         """From where to where, and the part of the tasks of each. Without a matrix there is a single one."""
@@ -417,6 +432,7 @@ class FlowSpec(Part):
         routes = self.routes
         from_several = any(isinstance(route.source, tuple) and len(route.source) > 1 for route in routes)
         drawn = from_several or len(routes) > 1 or isinstance(self.priority, tuple)
+        drawn = drawn or len(shares_of(self.lines)) > 1
         return drawn or self.when.is_random(model) or super().is_random(model)
 
     @property
@@ -426,8 +442,14 @@ class FlowSpec(Part):
 
     @property
     def scheduled(self) -> int:
-        """How many tasks a schedule asks for."""
-        return sum(batch.tasks for batch in self.when.schedule) if isinstance(self.when, ScheduleArrivals) else 0
+        """The most tasks that a schedule asks for."""
+        most = max(shares_of(self.lines))
+        return most * sum(batch.tasks for batch in self.when.schedule) if isinstance(self.when, ScheduleArrivals) else 0
+
+    @property
+    def mean_lines(self) -> float:
+        """The mean number of tasks of an order; 1 where tasks are asked for one by one."""
+        return mean_lines(self.lines)
 
     @property
     def may_stop(self) -> bool:
@@ -462,20 +484,20 @@ def in_words(flow: FlowSpec, demand: float) -> str:
     (first, *more) = flow.routes
     way = f"{_named(first.source)} to {_named(first.target)}" if not more else f"{len(flow.routes)} from-to pairs"
     way += f" by way of {spoken(flow.via)}" if flow.via else ""
-    when = flow.when
+    when, what = flow.when, "tasks" if flow.lines == 1 else "orders"
     if isinstance(when, PoissonArrivals):
-        said = f"{when.poisson * demand:g} tasks an hour"
+        said = f"{when.poisson * demand:g} {what} an hour"
     elif isinstance(when, SaturatedArrivals):
         said = f"{when.saturated} tasks always open"
     elif isinstance(when, ProfileArrivals):
         rates = when.profile.per_hour
-        said = f"{min(rates) * demand:g} to {max(rates) * demand:g} tasks an hour by a profile"
+        said = f"{min(rates) * demand:g} to {max(rates) * demand:g} {what} an hour by a profile"
     elif isinstance(when, OrdersArrivals):
         said = f"orders from {PurePath(when.orders.file).name}"
         said += f", {demand:g} times as many" if demand != 1 and not fixed_orders(flow) else ""
     else:
-        said = f"{sum(tasks for _, tasks in when.times(demand))} tasks by a schedule"
-    return f"{way}, {said}"
+        said = f"{sum(tasks for _, tasks in when.times(demand))} {what} by a schedule"
+    return f"{way}, {said}" if flow.lines == 1 else f"{way}, {said}, {lines_in_words(flow.lines)}"
 
 
 def _named(end: tuple[str, ...] | StorageEnd) -> str:
@@ -489,12 +511,13 @@ def mean_rate(flow: FlowSpec, length: float, hour: float, start: str, hours: Hou
     """
     when = flow.when
     if isinstance(when, PoissonArrivals):
-        return when.poisson * hours.share(0.0, length)
+        return when.poisson * flow.mean_lines * hours.share(0.0, length)
     if isinstance(when, ProfileArrivals):
         expected = Rates(when.profile, hour, start).expected
-        return math.fsum(expected(b) - expected(a) for a, b in hours.between(0.0, length)) / length * hour
+        orders = math.fsum(expected(b) - expected(a) for a, b in hours.between(0.0, length))
+        return orders * flow.mean_lines / length * hour
     if isinstance(when, ScheduleArrivals):
-        return sum(batch.tasks for batch in when.schedule if batch.at <= length) / length * hour
+        return sum(batch.tasks for batch in when.schedule if batch.at <= length) * flow.mean_lines / length * hour
     return None
 
 

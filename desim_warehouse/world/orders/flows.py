@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from dataclasses import replace
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
@@ -24,6 +25,7 @@ from desim_warehouse.model.sections.flows import (
     ScheduleArrivals,
     StorageEnd,
 )
+from desim_warehouse.model.sections.lines import draw_lines
 from desim_warehouse.model.sections.orders import OrderLine, read, resampled, summary
 from desim_warehouse.policies import StopPlace, Task
 
@@ -61,7 +63,7 @@ class Flows:
         """Release what is known at the start to `release`, and schedule what comes later."""
         self.release = release
         for flow in self.flows.values():
-            for _ in range(flow.always_open):
+            while flow.open < flow.always_open:
                 self._release(flow)
             self.env.process(self._arrivals(flow))
 
@@ -88,10 +90,10 @@ class Flows:
         flow.ended = True
 
     def _release(self, flow: _Flow, line: OrderLine | None = None) -> None:
-        task = flow.task(self._number, self.env.now, line)
-        self._number += 1
-        flow.open += 1
-        self.release(task)
+        for task in flow.order(self._number, self.env.now, line):
+            self._number += 1
+            flow.open += 1
+            self.release(task)
 
     def to_come(self, task: Task, by_flow: bool) -> bool:
         """Whether others that may go with a task on a tour, perhaps only `by_flow`, will become known."""
@@ -115,7 +117,7 @@ class _Flow:
         self.model = model
         self.streams = streams
         self.routes = spec.routes
-        self.released = self.open = 0
+        self.released = self.open = self._orders = 0
         self.ended = False
         self.load_type = spec.load_type or ""
         self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)
@@ -137,7 +139,8 @@ class _Flow:
         if isinstance(when, OrdersArrivals):
             return summary(when.orders, self._how).tasks
         assert isinstance(when, ScheduleArrivals)
-        return sum(tasks for _, tasks in when.times(self.model.tasks.demand))
+        orders = sum(tasks for _, tasks in when.times(self.model.tasks.demand))
+        return orders if self.spec.lines == 1 else sum(map(self._lines, range(orders)))
 
     def releases(self) -> Iterator[tuple[float, OrderLine | None]]:
         """The times at which tasks become known, in order, and the rows of orders that they come from.
@@ -193,6 +196,20 @@ class _Flow:
                     yield time
 
     # What
+
+    def order(self, number: int, now: float, line: OrderLine | None = None) -> list[Task]:
+        """The lines of the next order, the first with this number: one, unless the flow has orders of several."""
+        if self.spec.lines == 1:
+            return [self.task(number, now, line)]
+        nth = self._orders
+        self._orders += 1
+        tasks = [self.task(number + rank, now) for rank in range(self._lines(nth))]
+        return [replace(task, order=str(nth), priority=tasks[0].priority) for task in tasks]
+
+    def _lines(self, nth: int) -> int:
+        """How many lines an order has."""
+        lines = self.spec.lines
+        return lines if isinstance(lines, int) else draw_lines(lines, self.streams.stream(f"lines:{self.name}", nth))
 
     def task(self, number: int, now: float, line: OrderLine | None = None) -> Task:
         """The next task, which becomes known now. What the row of its order does not say comes from the flow."""

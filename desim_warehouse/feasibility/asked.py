@@ -1,0 +1,34 @@
+"""What is asked for where orders have several lines: orders, lines and the trips of robots for them, an hour."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.estimate import most_loads
+from desim_warehouse.findings import amount
+from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.sections.flows import SaturatedArrivals
+from desim_warehouse.model.sections.lines import shares_of
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.model import Model
+
+
+def orders_asked_for(model: Model) -> Iterator[str]:
+    """For each flow whose orders have several lines: orders, lines and trips an hour, such as `250 orders an hour`.
+
+    A trip serves one line or, by-order, as many of an order as a robot carries; other tours at least as many as that.
+    """
+    size, batching, rates = most_loads(model), model.policies.batching.name, flow_rates(model)
+    for name, flow in model.tasks.flows.items():
+        if flow.lines == 1 or isinstance(flow.when, SaturatedArrivals):
+            continue
+        lines, orders = rates[name], rates[name] / flow.mean_lines
+        a_trip = math.fsum(share * math.ceil(count / size) for count, share in shares_of(flow.lines).items())
+        trips = orders * a_trip if batching in {"single", "by-order"} else lines / size
+        least = "" if batching in {"single", "by-order"} else "at least "
+        said = f"{amount(orders)} orders an hour of {amount(flow.mean_lines)} lines on average"
+        yield f"flow {name}: {said}: {amount(lines)} lines, each a task, in {least}{amount(trips)} trips"

@@ -1,0 +1,86 @@
+"""How many lines an order has: a number, the least and the most, or some numbers by their shares."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any
+
+from pydantic import AfterValidator, Field, field_validator
+
+from desim_warehouse.errors import got
+from desim_warehouse.values.fields import NUMBER, SECTION, Count, Forms, NotNegative, Part, by_type, form, wrong
+
+if TYPE_CHECKING:
+    from numpy.random import Generator
+
+
+def _in_order(pair: tuple[int, int]) -> tuple[int, int]:
+    if pair[0] > pair[1]:
+        raise wrong(f"the least is above the most (got {got(list(pair))}), expected [least, most]")
+    return pair
+
+
+class LineCounts(Part):
+    """Some numbers of lines, and how often each comes in comparison with the others."""
+
+    values: tuple[Count, ...] = Field(min_length=1, description="numbers of lines")
+    weights: tuple[NotNegative, ...] = Field((), description="one for each; default: all alike")
+
+    @field_validator("weights")
+    @classmethod
+    def _one_each(cls, weights: tuple[float, ...], info: Any) -> tuple[float, ...]:
+        values = info.data.get("values", weights)
+        if weights and len(weights) != len(values):
+            raise wrong(f"{len(weights)} weights for {len(values)} values, expected one for each")
+        if weights and not any(weights):
+            raise wrong("all weights are 0, expected one above 0")
+        return weights
+
+
+class DiscreteLines(Part):
+    """`discrete: {values: [1, 2, 5], weights: [6, 3, 1]}`: one of a few numbers."""
+
+    discrete: LineCounts = Field(description="values and weights")
+
+
+Lines = Annotated[
+    Annotated[Count, form("number")]
+    | Annotated[tuple[Count, Count], AfterValidator(_in_order), form("between")]
+    | Annotated[DiscreteLines, form("discrete")],
+    Forms(
+        "a whole number, [least, most], or {discrete: {values: [1, 2], weights: [3, 1]}}",
+        pick=by_type(number=NUMBER, between=(list, tuple), discrete=SECTION),
+    ),
+]
+
+
+def shares_of(lines: int | tuple[int, int] | DiscreteLines) -> dict[int, float]:
+    """The probability of each number of lines."""
+    if isinstance(lines, int):
+        return {lines: 1.0}
+    if isinstance(lines, tuple):
+        least, most = lines
+        return dict.fromkeys(range(least, most + 1), 1 / (most + 1 - least))
+    values, found = lines.discrete.values, dict.fromkeys(lines.discrete.values, 0.0)
+    weights = lines.discrete.weights or (1.0,) * len(values)
+    for value, weight in zip(values, weights, strict=True):
+        found[value] += weight / sum(weights)
+    return {value: share for value, share in found.items() if share}
+
+
+def mean_lines(lines: int | tuple[int, int] | DiscreteLines) -> float:
+    """The mean number of lines of an order."""
+    return sum(count * share for count, share in shares_of(lines).items())
+
+
+def draw_lines(lines: int | tuple[int, int] | DiscreteLines, generator: Generator) -> int:
+    """The number of lines of one order."""
+    return int(generator.choice(list(shares_of(lines)), p=list(shares_of(lines).values())))
+
+
+def lines_in_words(lines: int | tuple[int, int] | DiscreteLines) -> str:
+    """Such as `2 lines each`, or `1 to 4 lines each`."""
+    shares = shares_of(lines)
+    if len(shares) == 1:
+        (only,) = shares
+        return f"{only} lines each" if only > 1 else "1 line each"
+    return f"{min(shares)} to {max(shares)} lines each"
