@@ -30,6 +30,7 @@ from desim_warehouse.study.reliefs.suspect import Suspect
 from desim_warehouse.study.statistics import DesignVerdict, Estimate, Gain, Gains
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.why import Why, why
+from tests.docs import pages
 from tests.report.test_report import needs_nothing_from_outside
 
 BRACKETS = re.compile(r"\([^)]*\(")
@@ -138,6 +139,8 @@ def is_everywhere(answer):
         assert all(mark.text in texts[mark.label] for mark in answer.figure.rows)
     if answer.about is None:
         assert not answer.tiles
+    *tables, _ = printed(answer, 80).split("\n\n")[1:]
+    assert all(len(line) <= 80 for table in tables for line in table.splitlines())
     return True
 
 
@@ -242,6 +245,34 @@ def test_why_is_about_the_warehouse_as_it_is_and_its_page_shows_no_other(tmp_pat
     assert "<img" not in source
     assert len(source) < 60_000
     assert "iframe" in found._repr_html_()
+
+
+SHORT = "--set run.length=900 --set run.warm_up=100 --quiet"
+
+
+@pytest.mark.parametrize(
+    "command",
+    [
+        "run w.yaml --set run.length=900",
+        f"what-if w.yaml --vary fleet.size=1,2 --replications 2 {SHORT}",
+        f"size w.yaml --range 1..2 --target 'on_time >= 50 %' --first 2 --cap 2 {SHORT}",
+        f"size w.yaml --range 1..2 --first 2 --cap 2 {SHORT}",
+        f"best w.yaml --vary fleet.size=1,2 --indicator throughput_per_hour --first 2 --cap 2 {SHORT}",
+        f"best w.yaml --vary fleet.size=1..3 --indicator throughput_per_hour --place-chargers 1 --runs 50 {SHORT}",
+        f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --vary policies.allocation=nearest {SHORT}",
+        f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --runs 4 {SHORT}",
+        f"why w.yaml --first 2 --cap 2 {SHORT}",
+    ],
+)
+def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "w.yaml").write_text(json.dumps(example().content()), encoding="utf-8")
+    status, _, err = pages.run_desim(f"desim {command} --out made")
+    assert status in {0, 3}, err
+    assert pages.run_desim("desim report made")[0] == 0
+    source = (tmp_path / "made" / "report.html").read_text(encoding="utf-8")
+    if (tmp_path / "made" / "answer.json").is_file():
+        assert f"desim {command} --out made".replace("'", "&#39;").replace(">", "&gt;") in source
 
 
 def test_an_answer_is_as_its_schema_says():
