@@ -118,7 +118,7 @@ def test_size_finds_the_best_cap_and_the_smallest_that_meets_a_target(tmp_path):
     # Halving would look at 30 and 60 first, and never at what lies below a value that fails.
     target = ["--range", "10,20,60", "--target", "throughput_per_hour >= 3700"]
     found = CliRunner().invoke(desim, [*size, *target], catch_exceptions=False).stdout
-    assert "20 is the smallest shown to give at least 3,700 tasks an hour" in found
+    assert "20 is the smallest value shown to give at least 3,700 tasks an hour" in found
 
 
 def test_a_search_is_for_a_target(tmp_path):
