@@ -57,7 +57,9 @@ class Servers:
                     turn[robot].begin = time
             elif kind in {"loaded", "delivered"} and robot in turn:
                 turn[robot].end = time
-            elif kind != "drive":
+                if kind == "loaded" and self.run.model.pods is not None:  # it goes to put its pod down
+                    del docked[robot]
+            elif kind != "drive" and not (kind == "assigned" and self.run.model.pods is not None):  # a line joins
                 turn.pop(robot, None)
                 if kind in {"enter", "parked"}:
                     del docked[robot]
@@ -82,6 +84,8 @@ class Servers:
         for turn in sorted(turns, key=lambda turn: (turn.asked, math.inf if turn.begin is None else turn.begin)):
             free.sort()
             due = max(turn.asked, free[0])
+            if self.run.model.pods is not None and due > turn.asked + TOL:
+                due += self.run.model.pods.change_time
             begin = self.run.record.end if turn.begin is None else turn.begin
             if abs(begin - min(due, self.run.record.end)) > TOL * (1 + due):
                 self.fault(begin, f"robot {turn.robot} is served at {node} from {begin:g}, its turn was at {due:g}")

@@ -449,9 +449,9 @@ class Model(Part):
     @field_validator("pods")
     @classmethod
     def _lines_of_flows(cls, pods: PodsSpec | None, info: ValidationInfo) -> PodsSpec | None:
-        tasks = info.data.get("tasks")
-        if pods is not None and tasks is not None:
-            fit_for_pods(tasks, known(info).zones.get("stations", {}))
+        tasks, layout = info.data.get("tasks"), info.data.get("layout")
+        if pods is not None and tasks is not None and layout is not None:
+            fit_for_pods(tasks, layout.stations, known(info).zones.get("stations", {}))
         return pods
 
     @field_validator("battery")

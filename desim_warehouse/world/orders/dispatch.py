@@ -223,7 +223,7 @@ class Dispatcher:
         for number in robots:
             if not self.departures.duty.has(number):
                 self._put_back(number)
-        if not self.open:
+        if not self.open and (self._pods is None or not self._pods.wait):
             return False
         self.call()
         self._vain += 1

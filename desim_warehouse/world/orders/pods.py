@@ -169,6 +169,11 @@ class Pods:
 
     # Visits
 
+    @property
+    def wait(self) -> bool:
+        """Whether lines wait for a pod, or orders for a station."""
+        return any(self.waiting.values()) or any(self.to_put.values()) or any(self.backlog.values())
+
     def call(self, robots: Sequence[RobotView]) -> None:
         """Call a pod for each free robot that has no visit yet, as long as stations have lines and room."""
         self._open_orders()
@@ -296,6 +301,7 @@ class Pods:
         pod, node = self.shelves.pods[stop.task.pod], stop.node
         if self.spec.change_time and robot.state == "queueing":
             yield Timeout(self.env, self.spec.change_time)
+            yield from service.begin(stop)  # it may have closed meanwhile
         while pod.lines:
             line = pod.lines[0]
             robot.body.work_on(line.number)
