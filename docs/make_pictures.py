@@ -16,6 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 import desim_warehouse as dw  # noqa: E402
+from desim_warehouse.shipped import gallery  # noqa: E402
 from tests.browser.chromium import start  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"
@@ -61,6 +62,19 @@ def floor(folder: Path) -> None:
     from desim_warehouse.report.plot.floor import save
 
     save(dw.load(drafted(folder)), PICTURES / "floor.png")
+
+
+def gallery_floors() -> None:
+    """The floors of docs/gallery.md, in few colours."""
+    from PIL import Image
+
+    from desim_warehouse.report.plot.floor import save
+
+    for name, file in gallery().items():
+        path = PICTURES / f"gallery-{name}.png"
+        save(dw.load(file), path)
+        with Image.open(path) as picture:
+            picture.convert("P", palette=Image.Palette.ADAPTIVE, colors=32).save(path, optimize=True)
 
 
 def replays(browser: Any, folder: Path) -> None:
@@ -166,6 +180,7 @@ def main() -> None:
         browser = start(Path(folder) / "profile")
         try:
             floor(Path(folder))
+            gallery_floors()
             replays(browser, Path(folder))
             report(browser, Path(folder))
             what_if(browser, Path(folder))

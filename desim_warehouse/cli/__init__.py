@@ -54,6 +54,10 @@ _GARBAGE = 200_000
 class _Commands(click.Group):
     """Looks subcommands up in their modules when they are needed."""
 
+    def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
+        ctx.meta["desim.typed"] = list(args)
+        return super().parse_args(ctx, args)
+
     def list_commands(self, ctx: click.Context) -> list[str]:  # noqa: ARG002
         return list(COMMANDS)
 

@@ -8,12 +8,12 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.answers import give, typed
 from desim_warehouse.cli.by_hand import warn
-from desim_warehouse.cli.options import load_model, write_files
+from desim_warehouse.cli.options import load_model, with_json, write_files
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
-    as_typed,
     interruptible,
     read_vary,
     study_plan,
@@ -31,13 +31,9 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.designs.best_of_many import BestOfMany
     from desim_warehouse.study.procedures import Best
     from desim_warehouse.study.statistics import Selection
     from desim_warehouse.study.study import Study
-
-_SHOWN = 8
-"""Designs in the table of a search."""
 
 
 @click.command("best")
@@ -57,7 +53,8 @@ _SHOWN = 8
 )
 @click.option("--minimise", "sense", flag_value="minimise", help="The smallest mean is best (default for T, S, ...).")
 @click.option("--maximise", "sense", flag_value="maximise", help="The largest mean is best.")
-@click.option("--page", metavar="FILE", help="Write a page with all designs that a search tried, and their front.")
+@click.option("--page", metavar="FILE", help="Write the page of a search: the answer, and all designs tried.")
+@with_json()
 @with_first_and_cap(1000)
 @with_question
 @with_execution
@@ -77,6 +74,7 @@ def command(
     execution: ExecutionOptions,
     *,
     directions: bool,
+    as_json: bool,
 ) -> None:
     """Find the best design: of MODEL with what `--vary` says, or of a study file or folder.
 
@@ -94,8 +92,11 @@ def command(
         if not factors and Path(model).is_dir():
             raise click.UsageError(f"{model}: a study, all of whose designs race; a search is for a model")
         asked = {"target": target, "place_chargers": place_chargers, "directions": directions, "maximise": more}
-        _search(model, indicator, delta, {**asked, "runs": runs, "vary": factors}, page, question, execution)
+        search = {**asked, "runs": runs, "vary": factors}
+        _search(model, indicator, delta, search, page, question, execution, as_json=as_json)
         return
+    if as_json:
+        raise click.UsageError("--json is for a search; of designs that all race desim what-if --json has it")
     if page is not None:
         raise click.UsageError("--page is for a search; of designs that all race desim what-if --page makes one")
     _race(model, factors, indicator, delta, more, first, cap, question, execution)
@@ -147,36 +148,25 @@ def _search(
     page: str | None,
     question: ModelOptions,
     execution: ExecutionOptions,
+    *,
+    as_json: bool,
 ) -> None:
-    from desim_warehouse.report import best_page
+    from desim_warehouse.report import answer_page
     from desim_warehouse.study.designs.best_of_many import BestOfMany, best_of
 
     base = load_model(model, question.assignments)
-    warn(base, model, question.assignments)
+    warnings = warn(base, model, question.assignments, as_json=as_json)
     zone = _delta(delta, indicator, base)
     with interruptible(None, execution.kept):
         found = best_of(base, indicator, zone, **asked, **question.search(execution))
     assert isinstance(found, BestOfMany)  # few designs without a target race above
-    show_found(found)
+    give(found.answer, execution.out, warnings, as_json=as_json)
     if page is not None:
-        write_files({Path(page): best_page.page(found, as_typed()).html()}, force=True)
-        click.echo(f"{page}: open it in a browser")
+        answer = found.answer.model_copy(update={"command": typed()})
+        write_files({Path(page): answer_page.page(answer, answer_page.run_of(answer))}, force=True)
+        click.echo(f"{page}: open it in a browser", err=as_json)
     if found.shown is False:
         sys.exit(NONE_MEETS)
-
-
-def show_found(found: BestOfMany) -> None:
-    """Print what a search says, and the best designs that it tried."""
-    from desim_warehouse.report.text import best_words
-
-    click.echo("\n".join(best_words.sentences(found)))
-    shown = best_words.in_order(found)[:_SHOWN]
-    head, rows = best_words.table(found, shown)
-    many = len(found.best.labels)
-    made = sheet("Best by the search alone", *head[:many], *(f">{name}" for name in head[many:]))
-    for row in rows:
-        made.add_row(*row)
-    show(made)
 
 
 def _delta(text: str | None, indicator: str, model: Model) -> float | None:

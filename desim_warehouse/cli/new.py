@@ -6,13 +6,17 @@ import sys
 from typing import TYPE_CHECKING, Any
 
 import click
+from click.core import ParameterSource
 
 from desim_warehouse.cli.options import TimeIn, with_force, write_model
+from desim_warehouse.shipped import gallery
 
 if TYPE_CHECKING:
     from desim_warehouse.draft import Draft
 
 _WORKED_OUT = "worked out by hand"
+_OTHERS = ("file", "like", "force")
+"""Parameters of the command that are no words for a draft."""
 
 
 @click.command("new")
@@ -35,14 +39,19 @@ _WORKED_OUT = "worked out by hand"
 @click.option("--peak", metavar="FROM-TOxTIMES", help="When most orders come, such as 11:30-13x1.6.")
 @click.option("--packers", metavar="N", help="People who pack, in all stations; auto: as many as are needed.")
 @click.option("--inbound", metavar="RATE", help="Loads put away, such as 60/h.  [default: none]")
+@click.option("--like", type=click.Choice(list(gallery())), help="A whole warehouse of the gallery, instead of words.")
 @with_force
-def command(file: str | None, *, force: bool, **given: Any) -> None:
+@click.pass_context
+def command(context: click.Context, /, file: str | None, *, like: str | None, force: bool, **given: Any) -> None:
     """Write a commented model FILE from a few words, ready for `check`, `draw`, `run` and `plan`.
 
     Without FILE it asks. Example: desim new w.yaml --size 70x45 --orders 420/h --shifts 06-22 --peak 11:30-13x1.6
     """
     from desim_warehouse.draft import draft
 
+    if like:
+        _copied(context, file or f"{like}.yaml", like, force=force)
+        return
     if file is None:
         if not sys.stdin.isatty():
             raise click.UsageError("which file? Expected FILE, such as w.yaml; in a terminal `desim new` asks")
@@ -50,6 +59,19 @@ def command(file: str | None, *, force: bool, **given: Any) -> None:
     text = draft(_words(given))
     write_model(file, text, force=force)
     click.echo(text.splitlines()[0].removeprefix("# "))
+    click.echo(f"{file} is written; next: desim check {file}")
+
+
+def _copied(context: click.Context, file: str, like: str, *, force: bool) -> None:
+    """Write a model of the gallery; words for a draft beside it would be without effect."""
+    typed = ParameterSource.COMMANDLINE
+    words = {str(option.name): option.opts[0] for option in context.command.params if option.name not in _OTHERS}
+    said = [flag for name, flag in words.items() if context.get_parameter_source(name) is typed]
+    if said:
+        raise click.UsageError(f"{' and '.join(said)}: not with --like; write the file, then correct it there")
+    text = gallery()[like].read_text(encoding="utf-8")
+    write_model(file, text, force=force)
+    click.echo(" ".join(line.removeprefix("# ") for line in text.split("\nname:")[0].splitlines()))
     click.echo(f"{file} is written; next: desim check {file}")
 
 

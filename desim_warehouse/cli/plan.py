@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-import json
 import sys
 from pathlib import Path
-from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.by_hand import warn, warn_of_target
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
@@ -29,13 +28,12 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.report.text.fleet_words import Evidence
     from desim_warehouse.study.fleet import FleetPlan
     from desim_warehouse.study.tipping import TippingPoints
 
 ALL_YEAR = 8760.0
 """Hours."""
-NOT_ENOUGH = "no fleet within --robots and --chargers was shown to be enough: relieve the bottleneck"
+NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says what holds it up."
 
 
 @click.command("plan")
@@ -93,14 +91,12 @@ def command(
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
     from desim_warehouse.report.text import fleet_words, tipping_words
-    from desim_warehouse.report.text.numbers import duration
     from desim_warehouse.study.fleet import plan_fleet
     from desim_warehouse.study.fleet.given import counts_of, growth_of
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, question.assignments, as_json=as_json)
     warn_of_target(target, loaded)
-    began = monotonic()
     ranges = _ranges(uncertain, loaded)
     with interruptible(None, execution.kept):
         found = plan_fleet(
@@ -117,20 +113,10 @@ def command(
             **question.search(execution),
         )
         tipping = _tipping(found, loaded, target, ranges, question, execution) if ranges else None
-    took = monotonic() - began
-    shown = fleet_words.evidence(found, loaded, model, question.assignments, question.seed or 0)
-    content = fleet_words.content(found, loaded, shown)
-    unsure = {} if tipping is None else tipping_words.content(tipping, loaded)
-    if execution.out is not None:
-        fleet_words.save(found, loaded, shown, Path(execution.out), round(took, 1), unsure or None)
-    if as_json:
-        click.echo(json.dumps({**content, **({"uncertain": unsure} if unsure else {}), "warnings": warnings}))
-    else:
-        _show(content, shown, unsure.get("answer", []))
-        click.echo(f"{found.runs + unsure.get('runs', 0):,} runs in {duration(took, 's')}", err=True)
+    unsure = None if tipping is None else tipping_words.content(tipping, loaded)
+    give(fleet_words.answer(found, unsure), execution.out, warnings, as_json=as_json)
     if not found.feasible:
-        more_runs = f"--runs {runs}: more of them may give an answer"
-        click.echo(more_runs if found.ended else NOT_ENOUGH, err=True)
+        click.echo(f"Try --runs {4 * runs}." if found.ended else NOT_ENOUGH, err=True)
         sys.exit(NONE_MEETS)
 
 
@@ -222,22 +208,3 @@ def _tipping(
     chosen = {key: value for key, value in sized.best.overrides.items() if key != "fleet.size"}
     model = loaded.replace({**sized.overrides, **chosen})
     return tipping_points(model, target, ranges, **under(question.search(execution), "uncertain"))
-
-
-def _show(content: dict[str, Any], shown: list[Evidence], unsure: list[str]) -> None:
-    from desim_warehouse.errors import number_of
-
-    for line in content["answer"]:
-        click.echo(line)
-    if unsure:
-        click.echo("\nWhat is not known exactly:")
-    for line in unsure:
-        click.echo(f"  {line}")
-    if shown:
-        click.echo("\nShown by:")
-    for one in shown:
-        click.echo(f"  {one.what}: {one.found}, {number_of(one.runs, 'run')}")
-        click.echo(f"    {one.command}")
-    click.echo("")
-    for line in (content["promise"], *content["notes"]):
-        click.echo(line)

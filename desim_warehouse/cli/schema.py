@@ -9,8 +9,10 @@ import click
 
 @click.command("schema")
 @click.option("--study", is_flag=True, help="That of study files.")
-def command(study: bool) -> None:
-    """Print the JSON Schema of model files, or of study files, for editors."""
+@click.option("--answer", is_flag=True, help="That of answer.json, which --out and --json write.")
+def command(study: bool, answer: bool) -> None:
+    """Print the JSON Schema of model files, or of study files, for editors; or that of answers."""
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.file import schema
 
-    click.echo(json.dumps(schema(study=study), indent=2))
+    click.echo(json.dumps(Answer.model_json_schema() if answer else schema(study=study), indent=2))

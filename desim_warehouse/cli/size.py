@@ -8,9 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.best import show_best
 from desim_warehouse.cli.by_hand import warn, warn_of_target
-from desim_warehouse.cli.options import load_model
+from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -20,13 +21,10 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
-from desim_warehouse.cli.tables import NONE_MEETS, sheet, show, show_verdicts
-from desim_warehouse.errors import number_of
-from desim_warehouse.report.text import words
+from desim_warehouse.cli.tables import NONE_MEETS
+from desim_warehouse.report.text import size_words, words
 
 if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.statistics import Sizing
     from desim_warehouse.study.study import Study
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
@@ -52,6 +50,7 @@ ALIKE = 0.01
     help="scan: every value from the first on, where more need not be better.  "
     "[default: bisection; for traffic.most_out scan]",
 )
+@with_json()
 @with_first_and_cap(320)
 @with_question
 @with_execution
@@ -61,6 +60,7 @@ def command(
     values: str | None,
     target: str | None,
     search: str | None,
+    as_json: bool,
     first: int,
     cap: int,
     question: ModelOptions,
@@ -83,7 +83,9 @@ def command(
     _see_upwards(values, searched)
     if target is None and search is not None:
         raise click.UsageError("--search is for a --target: without one every value is looked at")
-    warn(study.plan.base, model, question.assignments)
+    if target is None and as_json:
+        raise click.UsageError("--json is for a --target")
+    warnings = warn(study.plan.base, model, question.assignments, as_json=as_json)
     warn_of_target(target, study.plan.base)
     if target is None:
         with interruptible(study, execution.kept):
@@ -92,42 +94,37 @@ def command(
         alike = f"{smallest} is the smallest that does as much, within {100 * ALIKE:g} % of the most"
         show_best(study, best, f"{words.factor_name(key)}: {alike}")
         if key == FLEET and best.selection.eliminated_at[len(searched) - 1] is not None:
-            _try_cap(study, best.indicator, first, execution)
+            click.echo(_cap(study, best.indicator, first, execution))
         return
     search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
     with interruptible(study, execution.kept):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
-    show_verdicts(study.results)
-    said = found.said(f"give {words.target(found.target)}")
-    sure = f"confidence {100 * found.confidence:g} %, {number_of(found.runs, 'run')}"
-    click.echo(f"{words.factor_name(key)}: {said} ({sure})")
+    capped = "" if found.smallest is not None or key != FLEET else _cap(study, found.target.indicator, first, execution)
+    give(size_words.answer(found, study, capped), execution.out, warnings, as_json=as_json)
     if found.smallest is None:
         short = found.vetoed and study.plan.base.battery is not None
         cure = "more chargers, which desim plan looks for, too, or" if short else "widen it, or"
-        click.echo(f"no answer within --range {values}: {cure} ask for less with --target")
-    _show(key, found, study.plan.base)
-    if found.smallest is None and key == FLEET:
-        _try_cap(study, found.target.indicator, first, execution)
-    if found.smallest is None:
+        click.echo(f"no answer within --range {values}: {cure} ask for less with --target", err=True)
         sys.exit(NONE_MEETS)
 
 
-def _try_cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) -> None:
-    """Say what a cap on the robots under way gives the largest fleet, if they wait much for each other."""
+def _cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) -> str:
+    """What a cap on the robots under way gives the largest fleet, if they wait much for each other."""
     from desim_warehouse.report.text import cap_words
     from desim_warehouse.study.fleet.capped import KEY, tried_cap, waits_much
 
     largest = study.points[-1]
     rows = study.results.by_point[largest.number]
     if not waits_much(row.indicators for row in rows):
-        return
+        return ""
     model = study.plan.base.replace(largest.overrides)
     where = execution.where()
     out = where.get("out")
     where["out"] = None if out is None else f"{out}-cap"
     found, _ = tried_cap(model, indicator, seed=study.plan.seed, first=first, cap=2 * first, **where)
-    if found is not None:
-        click.echo(f"{cap_words.capped(found, model)}; desim size --key {KEY} finds the best cap")
+    if found is None:
+        return ""
+    return f"{cap_words.capped(found, model)}; desim size --key {KEY} finds the best cap."
 
 
 def _by_hand(model: str, key: str, assignments: tuple[str, ...]) -> str:
@@ -156,20 +153,3 @@ def _see_upwards(values: str, searched: list[Any]) -> None:
     numbers = [value for value in searched if isinstance(value, int | float)]
     if any(after <= before for before, after in pairwise(numbers)):
         raise click.UsageError(f"--range {values}: not ascending, expected the smallest value first")
-
-
-def _show(key: str, found: Sizing[Any], model: Model) -> None:
-    goal = found.target
-    scale = words.scale(goal.indicator, model, [one.mean for one in found.decisions])
-    heads = (
-        f">{words.factor_head(key, model.units)}",
-        f">{words.head(goal.indicator, scale)}",
-        ">from",
-        ">to",
-        ">runs",
-    )
-    table = sheet(f"{words.target(goal)}: the values looked at", *heads, "verdict")
-    for one in sorted(found.decisions, key=lambda decision: decision.value):
-        ends = ("exact", "") if one.low is None or one.high is None else (scale.single(one.low), scale.single(one.high))
-        table.add_row(str(one.value), scale.single(one.mean), *ends, str(one.n), words.MET[one.verdict])
-    show(table)

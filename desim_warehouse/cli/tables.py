@@ -93,7 +93,7 @@ def _summary(results: Results, chosen: Sequence[str]) -> Table:
         failed = sum(row.outcome.error is not None for row in rows)
         table.add_row(
             *map(readable, point.labels.values()),
-            *(sentences.cell(results, str(point), name, scales[name], found[name][point.number]) for name in chosen),
+            *(sentences.cell(results, str(point), name, scales[name]) for name in chosen),
             *([words.met(results, str(point))] if results.target is not None else []),
             *([number(results.warm_ups[str(point)])] if results.warm_ups else []),
             f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),

@@ -10,13 +10,14 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import number_of
 from desim_warehouse.live.messages import Measured
 from desim_warehouse.outcome.indicators import judged_by, within
-from desim_warehouse.outcome.verdicts import is_no_answer, judge_design
+from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.report.text import numbers, sentences, words
+from desim_warehouse.report.text.standing import WORDS, instead, lasts_not, standing
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import looked_at, looks, runs_to_tell
+from desim_warehouse.study.statistics import looked_at, looks
 from desim_warehouse.study.table import Row
 
 if TYPE_CHECKING:
@@ -27,27 +28,21 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.verdicts import Verdict as Wrong
     from desim_warehouse.report.text.numbers import Scale
     from desim_warehouse.study.execution.work import Outcome
-    from desim_warehouse.study.statistics import Estimate, Target
+    from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
 
 CONFIDENCE = 0.95
 FEWEST = 5
 """Runs of a design that cannot last, or of which some fail, before it is given up."""
 _SHOWN = 6
 """Indicators on the page."""
-_VERDICTS: dict[Verdict, str] = {
+_APART: dict[Verdict, str] = {
     "by hand": "By hand",
     "first run": "First run",
-    "early": "Too early to tell",
+    "early": WORDS["open"],
     "met": "Target met",
-    "not met": "Not met",
-    "open": "Too close to tell",
-    "cannot keep up": "Cannot keep up",
-    "not settled": "Not settled",
-    "fails": "Runs fail",
     "known": "Simulated",
 }
-_BY_LOOKS: dict[str, Verdict] = {"meets": "met", "fails": "not met", "undecided": "open"}
-_LASTING: dict[str, Verdict] = {"NOT_SETTLED": "not settled"}
+"""Labels of the page alone, and of what is before the first look; others are those of all answers."""
 
 
 @dataclass(frozen=True)
@@ -61,7 +56,7 @@ class Said:
     @property
     def label(self) -> str:
         """The verdict for people."""
-        return _VERDICTS[self.verdict]
+        return sentences.capital(_APART.get(self.verdict) or WORDS[self.verdict])  # type: ignore[index] # the others are above
 
 
 @dataclass(frozen=True)
@@ -144,17 +139,35 @@ class RunsSoFar:
         if self.failed:
             return "fails"
         if self.lasting is not None:
-            return _LASTING.get(self.lasting.code, "cannot keep up")
+            return lasts_not([self.lasting]) or "fails"
         if self.n == 1 and not self.exact:
             return "first run"
-        return self._on(target)
-
-    def _on(self, target: Target | None) -> Verdict:
-        values = [row.value(self.main) for row in self.rows]
-        if target is None or not all(map(math.isfinite, values)):
+        if not self._can_meet(target):
             return "known"
-        found = looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=within(target.indicator))
-        return "early" if found is None else _BY_LOOKS[found.verdict]
+        found = self.look(target)
+        return "early" if found is None else standing(found)
+
+    def _can_meet(self, target: Target | None) -> bool:
+        return target is not None and all(math.isfinite(row.value(self.main)) for row in self.rows)
+
+    def look(self, target: Target | None) -> DesignVerdict[None] | None:
+        """The verdict of the first look that gave one, or of the last; its bounds are the interval of the page."""
+        if target is None or not self._can_meet(target):
+            return None
+        values = [row.value(self.main) for row in self.rows]
+        return looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=within(target.indicator))
+
+    def told(self, target: Target | None) -> str:
+        """The main indicator with its one interval: that of the verdict, none before the first look at a target."""
+        found, look, scale = self.estimate(self.main), self.look(target), self.scale(self.main)
+        assert found is not None
+        if target is None or not self._can_meet(target):
+            return scale.estimate(found)
+        if look is None:
+            return scale.value(found.mean)
+        if look.low is None or look.high is None:
+            return scale.value(look.mean)
+        return scale.within(look.mean, look.low, look.high, target.value)
 
     def said(self, target: Target | None) -> Said:
         """The verdict with its sentence."""
@@ -167,31 +180,17 @@ class RunsSoFar:
             title = words.in_sentence(self.main)
             return Said(verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered that counts.",))
         if self.lasting is not None:
-            if is_no_answer(self.main, [self.lasting]):
-                return Said(verdict, f"{design}: {self.lasting.text.removeprefix('cannot keep up: ')}.")
-            told = self.reached(self.scale(self.main).value(found.mean))
-            why = self.lasting.text.removeprefix("cannot keep up: ")
-            return Said(verdict, f"{design}: {why}.", (f"As counted it would be {told}.",))
+            done = self.estimate("throughput_per_hour")
+            return Said(
+                verdict, f"{design}: {instead([self.lasting], None if done is None else done.mean, self.model)}."
+            )
         if verdict == "first run":
             told = self.reached(self.scale(self.main).value(found.mean))
             return Said(verdict, f"{design}: {told} in the first run.", ("One run says nothing about chance yet.",))
-        told = self.reached(self.scale(self.main).estimate(found))
-        return Said(verdict, f"{design}: {told}.", self._aim(target, found, verdict))
+        aim = () if target is None else (f"Target: {words.target(target)}.",)
+        return Said(verdict, f"{design}: {self.reached(self.told(target))}.", aim)
 
-    def _aim(self, target: Target | None, found: Estimate, verdict: Verdict) -> tuple[str, ...]:
-        if target is None:
-            return ()
-        aim = f"Target: {words.target(target)}."
-        if verdict not in {"early", "open"} or found.half_width is None:
-            return (aim,)
-        values = [row.value(self.main) for row in self.rows]
-        need = runs_to_tell(values, target, 0.5 + CONFIDENCE / 2, within(target.indicator)) or math.inf
-        later = next((n for n, _ in looks(1000) if n > self.n and n >= need), None)
-        if later is None:
-            return aim, "It may stay too close to tell."
-        return aim, f"About {number_of(later - self.n, 'more run')} may tell."
-
-    def measured(self, pinned: RunsSoFar | None, together: Results | None) -> list[Measured]:
+    def measured(self, target: Target | None, pinned: RunsSoFar | None, together: Results | None) -> list[Measured]:
         """The indicators, beside those of the pinned design, with the differences run by run."""
         found = []
         for name in self.indicators:
@@ -200,6 +199,10 @@ class RunsSoFar:
                 continue
             scale = self.scale(name)
             low, high = one.interval or (None, None)
+            text = scale.cell(one)
+            if name == self.main and self._can_meet(target):
+                look, text = self.look(target), self.told(target)
+                low, high = (None, None) if look is None else (look.low, look.high)
             then, difference = None, None
             if pinned is not None and (other := pinned.estimate(name)) is not None:
                 then = scale.cell(other)
@@ -210,7 +213,7 @@ class RunsSoFar:
                     name=name,
                     label=words.indicator_name(name),
                     unit=unit,
-                    text=scale.cell(one),
+                    text=text,
                     mean=scale.by * one.mean,
                     low=None if low is None else scale.by * low,
                     high=None if high is None else scale.by * high,

@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.live.answers import FEWEST, Named, RunsSoFar, results_of
 from desim_warehouse.live.by_hand import ByHand, by_hand
-from desim_warehouse.live.messages import Answer, Tried
+from desim_warehouse.live.messages import Tried, Watched
 from desim_warehouse.live.offers import levels_of, spoken_design
 from desim_warehouse.run.folder import STUDY
 from desim_warehouse.study.execution import worker_count
@@ -265,7 +265,7 @@ class Desk:
             return True
         if sum(outcome.error is not None for outcome in design.outcomes.values()) and n >= FEWEST:
             return True
-        return n >= FEWEST and self.known(design).met(target) in {"met", "not met", "cannot keep up", "not settled"}
+        return n >= FEWEST and self.known(design).met(target) in {"met", "not met", "overloaded", "drained"}
 
     def known(self, design: Design) -> RunsSoFar:
         """What the runs of a design say so far."""
@@ -366,7 +366,7 @@ class Desk:
 
     # Looking
 
-    def answer(self, listener: Listener) -> Answer:
+    def answer(self, listener: Listener) -> Watched:
         """All that is known of a listener's design."""
         with self.lock:
             design, pinned = listener.design, listener.pinned
@@ -391,17 +391,17 @@ class Desk:
             if found is not None:
                 ends = found.interval or (None, None)
                 pinned_at = _times(scale.by, (found.mean, *ends))
-                more.append(f"Pinned, {pinned.named.words}: {known.reached(known.scale(self.main).estimate(found))}.")
+                more.append(f"Pinned, {pinned.named.words}: {other.reached(other.told(listener.target))}.")
         done = ""
         if self.error is not None:
             done = "fails"
             more.append(f"Nothing more can be simulated: {self.error}")
         elif left <= 0:
             done = "exact" if known.exact else "fails" if known.failed else "verdict" if clear else "all"
-        measured = known.measured(other, together) if known.n else []
+        measured = known.measured(listener.target, other, together) if known.n else []
         if measured and measured[0].difference is not None:
             more.append(f"Difference, run by run: {measured[0].difference}.")
-        return Answer(
+        return Watched(
             id=design.id,
             n=known.n,
             wanted=wanted,

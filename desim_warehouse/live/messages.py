@@ -8,10 +8,9 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import models_json_schema
 
 from desim_warehouse._version import __version__
+from desim_warehouse.report.text.standing import Standing
 
-Verdict = Literal[
-    "by hand", "first run", "early", "met", "not met", "open", "cannot keep up", "not settled", "fails", "known"
-]
+Verdict = Standing | Literal["by hand", "first run", "early"]
 
 
 class Message(BaseModel):
@@ -110,7 +109,7 @@ class Tried(Message):
     verdict: Verdict
 
 
-class Answer(Message):
+class Watched(Message):
     """All that is known of a design: every event holds the whole of it, so one that is missed loses nothing.
 
     `n`: the runs that count, 1 to n without a gap. `values`: of the indicator in each, `band`: its mean and the ends of
@@ -146,7 +145,7 @@ class Refusal(Message):
 
 def openapi() -> dict[str, Any]:
     """The calls and their types as OpenAPI 3.1."""
-    types = (Ask, ShareAsk, About, Calculated, Answer, Refusal)
+    types = (Ask, ShareAsk, About, Calculated, Watched, Refusal)
     place = "#/components/schemas/{model}"
     made, schemas = models_json_schema([(kind, "validation") for kind in types], ref_template=place)
     refused = {
@@ -183,7 +182,7 @@ def openapi() -> dict[str, Any]:
             "/api/model": {"get": call("The model, and what may be changed", About, js)},
             "/api/design": {"post": call("Work a design out by hand", Calculated, js, Ask)},
             "/api/design/{id}/events": {
-                "get": call("Simulate a design while somebody listens", Answer, "text/event-stream"),
+                "get": call("Simulate a design while somebody listens", Watched, "text/event-stream"),
                 "parameters": [*design, *asked],
             },
             "/api/design/{id}/floor": {"get": call("What a page plays of one run", None, js), "parameters": design},

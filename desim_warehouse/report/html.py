@@ -35,6 +35,11 @@ def _part(macro: str, *values: object) -> Html:
     return Html(getattr(template("parts.html").module, macro)(*values))
 
 
+def figure(macro: str, *values: object) -> Html:
+    """A figure of templates/figures.html."""
+    return Html(getattr(template("figures.html").module, macro)(*values))
+
+
 def paragraph(text: str, kind: str = "", end: Html | None = None) -> Html:
     """A paragraph: a lead, a question or a note by its `kind`, with an `end` such as a link."""
     return _part("paragraph", text, kind, end or "")

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -53,8 +52,7 @@ def read(folder: str | Path | None) -> Results:
     errors = [row.outcome.error for row in results.rows]
     if None not in errors:
         raise ReportError(f"{Path(folder) / RESULTS}: every run failed, the first with: {errors[0]}")
-    why = answers.of_why(results)
-    return results if why is None else replace(results, plan=replace(results.plan, indicators=(why["indicator"],)))
+    return results
 
 
 def page(folder: str | Path, replay: str | None = None) -> ReportPage:
@@ -94,9 +92,11 @@ def numbers_of(study: Results, design: str | None) -> list[tuple[str, str, str]]
     """What the design of the answer achieves: its first indicators with their intervals, and its cost."""
     if design is None:
         return []
-    estimates = {name: study.estimate(study.runs(design), name) for name in (*study.main[:3], "annual_cost")}
+    estimates = {name: study.shown(design, name) for name in (*study.main[:3], "annual_cost")}
     tiles = {
-        name: words.scale(name, study.base, (found.mean,)).tile(found, words.in_sentence(name))
+        name: words.scale(name, study.base, (found.mean,)).tile(
+            found, words.in_sentence(name), sentences.aim_of(study, name)
+        )
         for name, found in estimates.items()
         if found is not None and not is_no_answer(name, study.verdicts.get(design, ()))
     }
@@ -167,16 +167,18 @@ def results(study: Results) -> Html:
     """Mean and half-width of the main indicators at each design."""
     tried = [design for design in study.designs if study.runs(design)]
     shown = tried[:_ROWS]
-    found = {name: [study.estimate(study.runs(design), name) for design in shown] for name in study.main}
-    scales = {name: words.scale_of(name, study.base, of_name) for name, of_name in found.items()}
+    scales = {
+        name: words.scale_of(name, study.base, [study.estimate(study.runs(design), name) for design in shown])
+        for name in study.main
+    }
     head = [*_heads(study), "runs", *(words.head(name, scale) for name, scale in scales.items())]
-    cells = [
-        [sentences.cell(study, design, name, scales[name], one) for design, one in zip(shown, of_name, strict=True)]
-        for name, of_name in found.items()
-    ]
     rows = [
-        [*(words.level(value) for value in study.designs[design]), str(len(study.runs(design))), *of_design]
-        for design, *of_design in zip(shown, *cells, strict=True)
+        [
+            *(words.level(value) for value in study.designs[design]),
+            str(len(study.runs(design))),
+            *(sentences.cell(study, design, name, scale) for name, scale in scales.items()),
+        ]
+        for design in shown
     ]
     if study.target is not None:
         head.append(words.target(study.target))

@@ -1,4 +1,4 @@
-"""Reports: the folder of a plan, a study or a run as one self-contained HTML page, and as a notebook."""
+"""Reports: the folder of an answer, a study or a run as one self-contained HTML page, and as a notebook."""
 
 from __future__ import annotations
 
@@ -9,22 +9,24 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
-from desim_warehouse.run.folder import PLAN, RUN, STUDY, write_whole
+from desim_warehouse.report.kept import PLAN, WHY
+from desim_warehouse.run.folder import ANSWER, RUN, STUDY, write_whole
+from desim_warehouse.shipped import shipped
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
-KINDS = {"plan": PLAN, "study": STUDY, "run": RUN}
-"""Kind of report: the file by which its kind of folder is known."""
+KINDS = {"answer": (ANSWER, PLAN, WHY), "study": (STUDY,), "run": (RUN,)}
+"""Kind of report: the files by which its kind of folder is known."""
 
 
 def report(
     source: str | Path | Run, out: str | Path | None = None, *, notebook: str | Path | None = None, replay: bool = False
 ) -> Path:
-    """Write the report of a run, or of the folder of a plan, a study or a run. No code of the folder is run.
+    """Write the report of a run, or of the folder of an answer, a study or a run. No code of the folder is run.
 
     Args:
-        source: a run, or what `desim plan`, `study`, `what-if`, `size`, `best` or `run` wrote with `--out`.
+        source: a run, or what `desim plan`, `why`, `size`, `study`, `what-if`, `best` or `run` wrote with `--out`.
         out: the page; default: report.html in the folder, of a run in the working folder.
         notebook: write the notebook of this report, which nothing has run, here, too.
         replay: write a replay of one run beside the page, NAME-replay.html, and link to it on the first page.
@@ -44,11 +46,10 @@ def report(
         kind = kind_of(folder)
     path = folder / "report.html" if out is None else Path(out)
     beside = path.with_name(f"{path.stem}-replay.html")
-    parts = import_module(f"desim_warehouse.report.{kind}_parts")
     _make(path.parent)
     try:
         content = source if isinstance(source, Run) else folder
-        page = parts.page(content, str(beside) if replay else None).html()
+        page = _page(kind, content, str(beside) if replay else None)
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
     _write(path, page)
@@ -57,23 +58,29 @@ def report(
     return path
 
 
+def _page(kind: str, content: Path | Run, replay: str | None) -> str:
+    if kind == "answer" and isinstance(content, Path):
+        from desim_warehouse.report import answer_page
+
+        answer = answer_page.read(content)
+        return answer_page.page(answer, answer_page.run_of(answer), replay)
+    made: str = import_module(f"desim_warehouse.report.{kind}_parts").page(content, replay).html()
+    return made
+
+
 def kind_of(folder: Path) -> str:
-    """Whether a folder holds a plan, a study or a run."""
-    for kind, file in KINDS.items():
-        if (folder / file).is_file():
+    """Whether a folder holds an answer, a study or a run."""
+    for kind, files in KINDS.items():
+        if any((folder / file).is_file() for file in files):
             return kind
     raise ReportError(
-        f"{folder}: neither a plan, nor a study, nor a run there; desim plan, what-if, study or run --out DIR makes one"
+        f"{folder}: neither an answer, nor a study, nor a run there; desim plan, study or run --out DIR makes one"
     )
 
 
 def template(kind: str) -> Path:
     """The notebook of a kind of report: in the installed package, or in reports/ of the source tree."""
-    name = f"{kind}.ipynb"
-    for home in (Path(__file__).parent / "notebooks", Path(__file__).parents[2] / "reports"):
-        if (home / name).is_file():
-            return home / name
-    raise ReportError(f"{name} is missing from this installation of desim-warehouse")
+    return shipped("notebooks") / f"{kind}.ipynb"
 
 
 def _filled_in(kind: str, folder: Path) -> str:

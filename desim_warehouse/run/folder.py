@@ -23,10 +23,10 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 FORMAT = 1
-RUN, STUDY, PLAN = "run.json", "study.json", "plan.json"
-"""The files by which the folders of runs, studies and plans (`desim plan`) are recognised."""
-WHY = "why.json"
-"""The answer of `desim why` in the folder of its study."""
+RUN, STUDY = "run.json", "study.json"
+"""The files by which the folders of runs and studies are recognised."""
+ANSWER = "answer.json"
+"""The answer to a question, in the folder of its runs."""
 KPIS = "kpis.json"
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""

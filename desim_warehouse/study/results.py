@@ -268,6 +268,14 @@ class Results:
         )
         return statistics.estimate(values, self.plan.confidence, deterministic=exact, within=within(indicator))
 
+    def shown(self, design: str, indicator: str) -> statistics.Estimate | None:
+        """Mean and interval of an indicator at a design; that of the target has the bounds of the verdict on it."""
+        found, goal = self.estimate(self.runs(design), indicator), self.target
+        if found is None or goal is None or goal.indicator != indicator:
+            return found
+        one = self.judged[design]
+        return found if one.low is None or one.high is None else replace(found, interval=(one.low, one.high))
+
     def quantiles(self, indicator: str, share: float) -> dict[int, statistics.QuantileEstimate | None]:
         """What a share of all runs stay below, with its interval, at each point by number, or None."""
         self.chosen([indicator])

@@ -29,10 +29,11 @@ from desim_warehouse.study.study import Study
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
 
-    from desim_warehouse.model import Source
+    from desim_warehouse.model import Model, Source
     from desim_warehouse.outcome.chains import Root
     from desim_warehouse.outcome.verdicts import Verdict
-    from desim_warehouse.study.statistics import Gain
+    from desim_warehouse.report.answer import Answer
+    from desim_warehouse.study.statistics import Estimate, Gain
 
 LEAST = 0.01
 """Part of the indicator's mean that matters."""
@@ -75,21 +76,36 @@ class Health:
 class Why:
     """What the suspects cost: each with its gain, those that compete first, by what an equal dose gains.
 
-    `left_out`: reliefs that could not be tried, with the reason. `state`: of the warehouse as it is, where tasks arrive
-    and it keeps up with them. `failures`: by change, 0 the warehouse as it is; if that fails, nothing else is said.
-    `verdicts`: on the run that was looked at. `lost`: for each root of waiting in it the share of the fleet's time that
-    was lost to it, most first. `batched`: the share of the tasks' time that they waited in it for a batch.
+    `left_out`: reliefs that could not be tried, with the reason. `as_it_is`: the indicator of the warehouse as it is.
+    `state`: how that does, where tasks arrive and it keeps up with them. `failures`: by change, 0 the warehouse as it
+    is; if that fails, nothing else is said. `verdicts`: on the run that was looked at. `lost`: for each root of waiting
+    in it the share of the fleet's time that was lost to it, most first. `batched`: the share of the tasks' time that
+    they waited in it for a batch.
     """
 
+    model: Model
     indicator: str
     found: tuple[tuple[Suspect, Gain], ...]
     gains: Gains
+    seed: int = 0
+    as_it_is: Estimate | None = None
     left_out: tuple[str, ...] = ()
     state: Health | None = None
     failures: Mapping[int, Failure] = field(default_factory=dict)
     verdicts: Sequence[Verdict] = ()
     lost: Mapping[Root, float] = field(default_factory=dict)
     batched: float = 0.0
+
+    @property
+    def answer(self) -> Answer:
+        """The answer as `desim why` prints it."""
+        from desim_warehouse.report.text import why_words
+
+        return why_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """What Jupyter shows."""
+        return self.answer._repr_html_()
 
     @property
     def is_clear(self) -> bool:
@@ -151,7 +167,10 @@ def why(
         run = source if isinstance(source, Run) else simulate(as_model(source, {"log": "all"}), seed)
     except SimulationError as error:
         nothing = Gains((), math.nan, math.nan, confidence, 1, failed=1)
-        return Why(indicator or "", (), nothing, failures={0: Failure(1, 1, f"{type(error).__name__}: {error}")})
+        model = source.model if isinstance(source, Run) else as_model(source)
+        return Why(
+            model, indicator or "", (), nothing, seed, failures={0: Failure(1, 1, f"{type(error).__name__}: {error}")}
+        )
     name = indicator or usual_indicator(run)
     looked_at = suspects(run)
     gains, study = _contest(run, name, looked_at, confidence, seed, first, timeout, where)
@@ -167,9 +186,12 @@ def why(
     if found.failed and 0 not in failures:
         raise StudyError(f"indicator {name!r}: {found.failed} runs of the model as it is have no value of it")
     return Why(
+        run.model,
         name,
         tuple((looked_at[gain.change - 1], gain) for gain in found.gains),
         found,
+        seed,
+        study.results.estimate(study.results.by_point[0], name),
         tuple(left_out(run)),
         state,
         failures,

@@ -10,13 +10,17 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.report.page import example
 from desim_warehouse.report.write import report
+from desim_warehouse.study.fleet import plan_fleet
+from desim_warehouse.study.why import why
 from tests.browser.pages import Opened
 from tests.report.replay.floors import busy_run, people_run
 
 if TYPE_CHECKING:
     from pathlib import Path
 
-AXE = "const done = arguments[0]; axe.run({ resultTypes: ['violations'] }).then((found) => done(found.violations))"
+AXE = "const [how, done] = arguments; axe.run(how).then((found) => done(found.violations))"
+EVERY = {"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]}
+UNFOLD = "for (const one of document.querySelectorAll('details')) one.open = true"
 SERIOUS = ("serious", "critical")
 
 
@@ -24,6 +28,22 @@ def a_study(folder: Path) -> Path:
     study = dw.Study(example(), {"fleet.size": [1, 3]}, replications=3, target="on_time >= 70 %").run()
     study.page(folder / "page.html")
     return folder / "page.html"
+
+
+def a_study_of_words(folder: Path) -> Path:
+    factors = {"fleet.size": [1, 3], "policies.allocation": ["nearest", "hungarian"]}
+    dw.Study(example(), factors, replications=2).run().page(folder / "page.html")
+    return folder / "page.html"
+
+
+def an_answer_of_plan(folder: Path) -> Path:
+    plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5)).answer.save(folder)
+    return report(folder, folder / "page.html")
+
+
+def an_answer_of_why(folder: Path) -> Path:
+    why(example(), first=5, cap=5).answer.save(folder)
+    return report(folder, folder / "page.html")
 
 
 def a_replay(folder: Path) -> Path:
@@ -35,10 +55,14 @@ def a_report(folder: Path) -> Path:
     return report(people_run(), folder / "page.html")
 
 
-@pytest.mark.parametrize("make", [a_study, a_replay, a_report])
+ANSWERS = (an_answer_of_plan, an_answer_of_why)
+
+
+@pytest.mark.parametrize("make", [a_study, a_study_of_words, a_replay, a_report, *ANSWERS])
 def test_axe_finds_nothing_serious(browser: Any, tmp_path: Path, make: Any) -> None:
     page = Opened(browser, make(tmp_path))
     browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
+    browser.execute_script(UNFOLD)
     found = []
     for scheme, (width, height) in (("light", (1400, 900)), ("dark", (1400, 900)), ("light", (390, 844))):
         browser.execute_cdp_cmd(
@@ -47,8 +71,8 @@ def test_axe_finds_nothing_serious(browser: Any, tmp_path: Path, make: Any) -> N
         page.enlarge(width, height)
         found += [
             (scheme, width, one["id"], [node["html"][:120] for node in one["nodes"][:3]])
-            for one in browser.execute_async_script(AXE)
-            if one["impact"] in SERIOUS
+            for one in browser.execute_async_script(AXE, EVERY if make in ANSWERS else {})
+            if make in ANSWERS or one["impact"] in SERIOUS
         ]
         assert browser.execute_script("return document.documentElement.scrollWidth") <= width
     assert found == []

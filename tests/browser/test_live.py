@@ -213,7 +213,7 @@ def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser: Any, tm
     base = dw.load("models/people.yaml", {"name": hostile, "fleet.size": 1})
     with serving(tmp_path, base, target="throughput_per_hour >= 100", vary={"fleet.size": [1, 6]}) as live:
         page = LivePage(browser, live.address)
-        page.until("live.answer?.verdict === 'cannot keep up' && live.state === 'done'")
+        page.until("live.answer?.verdict === 'overloaded' && live.state === 'done'")
         assert page.text("name") == hostile
         assert page.text("verdict") == "Cannot keep up"
         assert page.text("said").startswith("1 robot: the backlog grows by ")

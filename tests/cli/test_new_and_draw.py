@@ -14,6 +14,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.report.plot import floor
 from desim_warehouse.run import check
+from desim_warehouse.shipped import gallery
 from tests.docs import pages
 
 
@@ -156,3 +157,28 @@ def test_a_picture_of_no_known_kind_is_refused(tmp_path):
     assert message.endswith("floor.jpg: a picture of which kind? Expected a name that ends in .png, .svg or .pdf\n")
     status, _, message = pages.run_desim(f"desim draw models/tutorial.yaml -o {tmp_path / 'no' / 'floor.svg'}")
     assert (status, "cannot be written (No such file or directory)" in message) == (2, True)
+
+
+@pytest.mark.parametrize("name", gallery())
+def test_a_warehouse_of_the_gallery_is_copied_and_small_enough_to_be_read(name, tmp_path):
+    file = tmp_path / "mine.yaml"
+    said = call("new", str(file), "--like", name)
+    assert said.exit_code == 0
+    assert said.stdout.endswith(f"{file} is written; next: desim check {file}\n")
+    assert file.read_text(encoding="utf-8") == gallery()[name].read_text(encoding="utf-8")
+    assert len(file.read_text(encoding="utf-8").splitlines()) <= 60
+    assert "(!)" in file.read_text(encoding="utf-8")
+    with pytest.raises(dw.ModelError, match="the file exists"):
+        call("new", str(file), "--like", name)
+    page = (pages.ROOT / "docs" / "gallery.md").read_text(encoding="utf-8")
+    assert f"--like {name}\n" in page
+    assert f"pictures/gallery-{name}.png" in page
+
+
+def test_words_beside_a_warehouse_of_the_gallery_are_refused(tmp_path):
+    said = CliRunner().invoke(
+        desim, ["new", str(tmp_path / "x.yaml"), "--like", "pallets", "--due", "3", "--robots", "4"]
+    )
+    assert said.exit_code == 2
+    assert "--robots and --due: not with --like" in said.output
+    assert not list(tmp_path.iterdir())

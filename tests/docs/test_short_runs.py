@@ -80,7 +80,9 @@ def test_short_runs_of_pages_are_as_hours_6_to_9(page, folder):
 
 
 @pytest.mark.long
-@pytest.mark.parametrize("name", sorted(path.name for path in (ROOT / "models").glob("*.yaml")))
+@pytest.mark.parametrize(
+    "name", sorted(str(path.relative_to(ROOT / "models")) for path in (ROOT / "models").rglob("*.yaml"))
+)
 def test_short_runs_of_shipped_models_are_as_hours_6_to_9(name):
     model = dw.load(ROOT / "models" / name)
     assert not is_short(model) or differences(model, 4, 8) == {}

@@ -17,7 +17,7 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.report.plan_parts import read as read_plan
+from desim_warehouse.report.answer_page import read as read_answer
 
 HERE = Path(__file__).parent
 SIMULATED = "simulated with version 0.2.0"
@@ -140,12 +140,13 @@ def test_resuming_a_study_with_more_replications_says_that_it_simulates_anew(kep
     assert len(dw.Results.load(kept / "study").rows) == 2 * 5
 
 
-def test_a_plan_is_read_with_its_answer_and_studies():
-    plan = read_plan(HERE / "plan")
-    assert plan.design["robots"] == 2
-    assert plan.design["mean"] == pytest.approx(0.99887, abs=1e-5)
-    assert {study.version for study in (*plan.studies, *plan.scouts)} == {"0.2.0"}
-    assert plan.model.fleet.size == 2
+def test_a_plan_is_read_with_the_sentences_that_were_saved_with_it():
+    plan = read_answer(HERE / "plan")
+    content = json.loads((HERE / "plan" / "plan.json").read_text())
+    assert list(plan.answer) == content["answer"]
+    assert [row[1] for row in plan.tables[0].rows] == [one["found"] for one in content["evidence"]]
+    assert plan.made["desim-warehouse"] == "0.2.0"
+    assert (plan.about, plan.tiles, plan.options) == (None, (), ())  # it is not judged anew
 
 
 def test_models_and_plans_of_studies_load():

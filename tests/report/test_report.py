@@ -31,6 +31,7 @@ from desim_warehouse.report.text import answers, numbers, run_words, words
 from desim_warehouse.report.text.numbers import Scale
 from desim_warehouse.report.text.sentences import conclusions
 from desim_warehouse.report.write import report, template
+from desim_warehouse.shipped import gallery
 from desim_warehouse.study.statistics import estimate
 from desim_warehouse.study.study import Study
 from tests.world.test_flows import RING
@@ -294,7 +295,7 @@ def test_the_first_page_has_question_answer_figure_and_cost_and_the_replay_is_be
     assert 'href="boss-replay.html"' in first
     assert "desimReplay" in (tmp_path / "boss-replay.html").read_text(encoding="utf-8")
     assert rest.index("Where the time goes") < rest.index("Findings") < rest.index("Appendix")
-    assert "Met with 3 robots; 4 robots." in Page(source).text
+    assert "Met: 3 robots; 4 robots." in Page(source).text
     _, *rows = Page(source).tables["results"]
     shown = {row[0]: row[Page(source).tables["results"][0].index("at least 70 % on time")] for row in rows}
     assert shown == {"1": "not met", "3": "met", "4": "met"}
@@ -311,10 +312,11 @@ def test_an_answer_for_each_demand_names_a_fleet_for_it():
     verdicts = [one.verdict for one in study.results.judged.values()]
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [3, 2, 1]
     assert lines[2] == (
-        "Of 6 designs 3 meet the target, 2 do not, 1 is too close to tell. About 426 runs of it would probably tell."
+        "Of 6 designs 3 meet the target, 1 does not, 1 cannot keep up, 1 needs more runs. "
+        "About 426 runs of it would probably tell."
     )
     said = [words.met_or_when(study.results, design) for design in study.results.designs]
-    assert said == ["not met", "met", "met", "not met", "too close to tell; about 426 runs would", "met"]
+    assert said == ["not met", "met", "met", "cannot keep up", "needs more runs, about 426", "met"]
 
 
 def test_a_verdict_rests_on_the_interval_that_is_shown():
@@ -377,40 +379,6 @@ def test_the_work_of_flows_is_what_the_demand_makes_of_it():
     ]
 
 
-def test_a_plan_has_a_report_whose_first_page_says_what_the_command_said(tmp_path):
-    from desim_warehouse.report import plan_parts
-    from desim_warehouse.report.text import fleet_words
-    from desim_warehouse.study.fleet import plan_fleet
-
-    found = plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5), out=tmp_path)
-    shown = fleet_words.evidence(found, example(), "w.yaml", (), 0)
-    fleet_words.save(found, example(), shown, tmp_path)
-    source = report(tmp_path).read_text(encoding="utf-8")
-    page = needs_nothing_from_outside(source)
-    assert (
-        "How many robots and chargers does it take for at least 75 % on time, today and with 100 % more orders?"
-        in page.text
-    )
-    for line in fleet_words.sentences(found, example()):
-        assert line in page.text
-    assert page.tables["evidence"][1:] == [[one.what, one.found, str(one.runs)] for one in shown]
-    for one in shown:
-        assert one.command in page.text
-    plan = plan_parts.read(tmp_path)
-    best = found.grown.best
-    assert (plan.model.fleet.size, plan.model.tasks.demand) == (best.robots, 2)
-    today, grown = plan_parts.first_figure(plan).figure.axes
-    assert [line.get_ydata()[0] for line in today.lines if len(set(line.get_ydata())) == 1][-1] == 0.75
-    drawn = {(x, round(y, 9)) for box in grown.containers for x, y in zip(*box.lines[0].get_data(), strict=True)}
-    assert (best.robots, round(best.estimate.mean, 9)) in drawn
-
-
-def test_a_damaged_plan_is_one_message(tmp_path):
-    (tmp_path / "plan.json").write_text("{}")
-    with pytest.raises(ReportError, match="not the plan of desim plan --out"):
-        report(tmp_path)
-
-
 def test_a_run_that_logged_little_is_simulated_again_for_its_account(model, tmp_path):
 
     run = dw.simulate(model.replace({"log": "tasks"}))
@@ -433,7 +401,15 @@ def test_failed_runs_are_listed(study_folder, tmp_path):
     assert shown.tables["failures"][1][-1] == "ran <flat>"
 
 
-@pytest.mark.parametrize("kind", ["study", "run", pytest.param("plan", marks=pytest.mark.long)])
+def test_the_notebook_of_an_answer_shows_it_and_a_run_of_its_design():
+    made = nbformat.read(template("answer"), as_version=4)
+    nbformat.validate(made)
+    pieces, pictures = shown_by(made)
+    assert "What holds it up?" in pieces[0]
+    assert {"Account", "Robots"} == {words.split()[0] for words in pictures}
+
+
+@pytest.mark.parametrize("kind", ["study", "run"])
 def test_notebooks_run_as_shipped_on_something_small(kind):
     made = nbformat.read(template(kind), as_version=4)
     nbformat.validate(made)
@@ -447,7 +423,7 @@ def test_notebooks_run_as_shipped_on_something_small(kind):
     assert {"Account", "Layout"} <= {words.split()[0] for words in pictures}
 
 
-def test_the_wheel_has_the_templates(tmp_path):
+def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):
     subprocess.run(
         [sys.executable, "-m", "hatchling", "build", "-t", "wheel", "-d", str(tmp_path)],
         cwd=ROOT,
@@ -456,14 +432,16 @@ def test_the_wheel_has_the_templates(tmp_path):
     )
     (wheel,) = tmp_path.glob("*.whl")
     inside = set(zipfile.ZipFile(wheel).namelist())
-    assert {f"desim_warehouse/report/notebooks/{kind}.ipynb" for kind in ("study", "run", "plan")} <= inside
+    assert {f"desim_warehouse/notebooks/{kind}.ipynb" for kind in ("study", "run", "answer")} <= inside
+    assert {f"desim_warehouse/gallery/{name}.yaml" for name in gallery()} <= inside
     assert {
-        f"desim_warehouse/report/templates/{name}" for name in ("parts.html", "report.html", "report.css")
+        f"desim_warehouse/report/templates/{name}"
+        for name in ("parts.html", "report.html", "answer.html", "figures.html", "report.css")
     } <= inside
 
 
 def test_folders_without_anything_to_report_are_refused(tmp_path):
-    with pytest.raises(ReportError, match="neither a plan, nor a study, nor a run"):
+    with pytest.raises(ReportError, match="neither an answer, nor a study, nor a run"):
         report(tmp_path)
     (tmp_path / "study.json").write_text("{")
     with pytest.raises(ReportError, match="cannot be read"):
@@ -477,7 +455,7 @@ def test_a_folder_with_files_missing_or_damaged_is_one_message(study_folder, tmp
     other = tmp_path / "plan"
     other.mkdir()
     (other / "plan.json").write_text('{"today": null, "grown": null}')
-    with pytest.raises(ReportError, match="damaged, as it seems: no report can be made"):
+    with pytest.raises(ReportError, match="damaged"):
         report(other)
     run = tmp_path / "file"
     run.write_text("x")

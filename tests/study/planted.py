@@ -14,7 +14,6 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.report.text import why_words
 from desim_warehouse.study.why import why
 
 SEED, OTHER_SEED = 77, 5000
@@ -212,7 +211,7 @@ def named(case, *, days=0):
     """Ask why; with `days` carry out the advice on so many other days."""
     model = case.model()
     found = why(model, seed=SEED, cap=CAP, workers=1)
-    said = why_words.sentence(found, model.units)
+    said = found.answer.answer[0]
     if not found.found:
         return Named(case, FLAT if FLAT in said else "", clear=True, said=said, runs=1)
     if not found.is_held_up:

@@ -11,11 +11,13 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report import best_page
+from desim_warehouse.report import answer
 from desim_warehouse.report.plot.trade_off import front
 from desim_warehouse.report.text import best_words
+from desim_warehouse.report.write import report
 from desim_warehouse.study.designs.best_of_many import BestOfMany, TriedDesign, best_of
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
+from tests.report.test_answer import is_everywhere
 from tests.study.best_banks import AisleBank, FleetBank, NodeBank, at_random, chosen, searched
 
 SMALL = """\
@@ -164,9 +166,9 @@ def test_the_command_says_the_value_on_fresh_days_and_writes_a_page(file, tmp_pa
     words += ["--vary", "fleet.size=1..5", "--place-chargers", "1", "--page", str(page), "--quiet"]
     done = CliRunner().invoke(desim, words)
     assert done.exit_code == 0, done.output
-    (answer, *others) = done.stdout.splitlines()
-    assert re.match(r"\d robots?, chargers at \w: annual cost [\d,]+ EUR \(.*\), [\d.]+ % \(.*\) on time, in", answer)
-    assert answer.endswith("on fresh days: shown to give at least 80 % on time.")
+    (said, *others) = done.stdout.splitlines()
+    assert re.match(r"\d robots?, chargers at \w: annual cost [\d,]+ EUR \(.*\), [\d.]+ % \(.*\) on time, in", said)
+    assert said.endswith("on fresh days: shown to give at least 80 % on time.")
     assert any(re.match(r"\d+ of 35 designs were tried, in \d+ runs in all\.", line) for line in others)
     html = page.read_text(encoding="utf-8")
     assert "With which design is annual cost smallest with at least 80 % on time?" in html
@@ -238,7 +240,19 @@ def test_the_figure_and_the_table_have_every_design_tried(model):
     head, rows = best_words.table(found, best_words.in_order(found))
     assert len(rows) == len(found.tried)
     assert head[-1] == "runs in the search"
-    assert "Better by the search" in best_page.page(found).html() or not found.cheaper
+    [kept] = found.answer.tables
+    assert [list(row) for row in kept.rows] == rows
+
+
+def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
+    found = best_of(model, "annual_cost", **asked(runs=100, out=tmp_path))
+    found.answer.save(tmp_path)
+    assert answer.load(tmp_path) == found.answer
+    assert is_everywhere(found.answer)
+    assert found.answer.about.model == found.model.content()
+    source = report(tmp_path).read_text(encoding="utf-8")
+    assert source.count("<figure") <= 3
+    assert "Done on time on fresh days" in source
 
 
 def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(model):

@@ -2,14 +2,12 @@
 
 import json
 import re
-import shlex
 from dataclasses import replace
 
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report.text import fleet_words
 from desim_warehouse.study.fleet import Designs, plan_fleet, utilisation
 from desim_warehouse.study.fleet.given import growth_of
 from tests.docs import pages
@@ -47,20 +45,20 @@ def found(drafted, folder):
     return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, workers=2, out=folder / "out")
 
 
-def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found, drafted):
-    lines = fleet_words.sentences(found, drafted)
-    assert 4 <= len(lines) <= 5
-    assert re.fullmatch(
-        r"Today \(60 an hour\) \d robots? and \d chargers?: \S+ % "
-        r"\(\S+ to \S+(; of all tasks \S+ %)?\)(, \d+ runs)? on time\.",
+def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found):
+    lines = found.answer.answer
+    assert len(lines) == 4
+    assert re.match(
+        r"\d robots? and \d chargers? are the smallest fleet shown to be enough today \(60 an hour\): "
+        r"\S+ % \(\S+ to \S+\) on time\.",
         lines[0],
     )
-    assert lines[1].startswith("With 30 % more orders (78 an hour) ")
+    assert " shown to be enough with 30 % more orders (78 an hour): " in lines[1]
     assert lines[2] == (
-        "With the most urgent task first (earliest-due) instead of the nearest robot (nearest) no fewer are enough, "
-        "and the least driving in all (hungarian) changes nothing (three runs of each)."
+        "Other strategies than the nearest robot (nearest) do not help: the most urgent task first (earliest-due) "
+        "needs as many, the least driving in all (hungarian) changes nothing."
     )
-    assert lines[3].startswith("The bottleneck is ")
+    assert " are busiest: " in lines[3]
 
 
 def test_a_larger_demand_never_needs_less(found):
@@ -69,25 +67,6 @@ def test_a_larger_demand_never_needs_less(found):
     assert found.grown.rate == pytest.approx(1.3 * found.today.rate)
     assert found.today.best.verdict.low >= 0.9
     assert all(one.verdict.verdict == "fails" for one in found.today.below)
-
-
-def test_the_command_beside_a_number_shows_that_number(found, drafted, here):
-    shown = fleet_words.evidence(found, drafted, "w.yaml", tuple(shlex.split(SHORT)[1::2]), 0)
-    assert len(shown) >= 5
-    for one in shown[:2]:
-        status, out, _ = pages.run_desim(f"{one.command} --quiet")
-        assert status == 0
-        row = next(line for line in out.splitlines() if re.search(r"\d % \(", line))  # after what is said of batteries
-        mean, low, high = (float(number) for number in re.findall(r"[\d.]+", row)[:3])
-        said, least, most = (float(number) for number in re.findall(r"[\d.]+", one.found)[:3])
-        assert mean == pytest.approx(said, abs=0.51)
-        assert least - 0.51 <= low  # bounds for every look are never narrower than those of one
-        assert high <= most + 0.51
-
-
-def test_a_command_sets_each_key_once():
-    line = fleet_words.command_line("w.yaml", ("fleet.size=9", "run.length=3 h"), {"fleet.size": 12}, 5, ("T",), 0)
-    assert line == "desim what-if w.yaml --set 'run.length=3 h' --set fleet.size=12 --replications 5 --indicator T"
 
 
 def test_a_strategy_that_changes_nothing_is_not_judged(found, folder):
@@ -118,15 +97,14 @@ def test_the_command_says_it_in_words_and_in_json(here):
     )
     status, out, err = pages.run_desim(plan)
     assert status == 0, err
-    assert out.startswith("Today (60 an hour) ")
-    assert "Shown by:\n" in out
+    assert " shown to be enough today (60 an hour): " in out
     assert "With 95 % confidence for each demand" in out
     answer = json.loads(pages.run_desim(f"{plan} --json")[1])
     assert answer["answer"] == out.split("\n\n")[0].splitlines()
     assert answer["feasible"] is True
     assert answer["today"]["best"]["robots"] >= 1
     assert answer["grown"] is None
-    assert all(line["command"].startswith("desim what-if w.yaml") for line in answer["evidence"])
+    assert answer["command"].startswith("desim plan w.yaml --target 'on_time >= 80 %'")
 
 
 def test_robots_and_stations_are_busy_for_a_part_of_their_hours():
@@ -155,8 +133,7 @@ def test_traffic_is_named_where_robots_wait_in_it_longer_than_they_are_busy():
     [row] = study.results.by_point[1]
     assert six["traffic"].mean == row.value("share_waiting") > six["robots"].mean
     plan = plan_fleet(model, "throughput_per_hour >= 20", robots=[6], first=2, runs=10)
-    [said] = [line for line in fleet_words.sentences(plan, model) if "bottleneck" in line]
-    assert said.startswith("The bottleneck is traffic: robots wait in it ")
+    assert any("the lanes are busiest: " in line for line in plan.answer.answer)
 
 
 def test_servers_are_judged_where_robots_unload_at_them_and_nowhere_else():
@@ -182,7 +159,7 @@ def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
     found = plan_fleet(model, "on_time >= 50 %", robots=[1, 2], runs=60)
     assert found.today.in_hours
     assert {"share_on_break", "share_idle", "share_waiting"} < set(found.today.shown_by)
-    assert " of the time within their hours" in fleet_words.sentences(found, model)[-1]
+    assert " % of their hours" in found.answer.answer[-1]
 
 
 def test_where_nothing_is_scarce_a_trip_is_held_against_the_time_allowed():
@@ -193,9 +170,8 @@ def test_where_nothing_is_scarce_a_trip_is_held_against_the_time_allowed():
     assert found.today.best is None
     assert found.today.trip.mean == pytest.approx(65, rel=0.05)
     assert "cycle_time_mean" in found.today.shown_by
-    said = fleet_words.sentences(found, model)[-1]
-    assert said.startswith("Nothing is scarce: robots are busy ")
-    assert re.search(r" A trip takes (1\.\d+ min|6\d(\.\d)? s) where 50 s are allowed, waits included: ", said), said
+    said = found.answer.answer[-1]
+    assert re.search(r"Nothing is scarce: a trip takes (1\.\d+ min|6\d(\.\d)? s) where 50 s are allowed", said), said
     busy = plan_fleet(model.replace({"tasks.unload_time": 300}), "on_time >= 95 %", robots=[1, 2], runs=60)
     assert busy.today.trip is None or max(one.mean for one in busy.today.utilisation.values()) < 0.7
 
@@ -206,9 +182,9 @@ def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
         "tasks.unload_time=300"
     )
     assert status == 3
-    assert "Today (60 an hour) not even 8 robots and 3 chargers were shown to be enough: " in out
-    assert "The bottleneck is packing at the stations: servers are busy 1" in out
-    assert "no fleet within --robots and --chargers was shown to be enough" in err
+    assert "Today (60 an hour): no fleet is enough. 8 robots and 3 chargers: " in out
+    assert "Busiest there are the packers: 1" in out
+    assert "No fleet within --robots and --chargers is enough" in err
 
 
 @pytest.mark.parametrize(
@@ -233,22 +209,26 @@ def test_runs_that_end_early_leave_what_is_known_and_a_folder_that_opens(here):
     plan = "desim plan w.yaml --target 'on_time >= 90 %' --robots 1..8 --chargers 1..2 --quiet"
     status, out, err = pages.run_desim(f"{plan} {SHORT} --runs 4 --out early")
     assert status == 3
-    assert "runs allowed ended before an answer: 16 fleets of 1 to 8 robots and 1 to 2 chargers are open." in out
-    assert "--runs 4: more of them may give an answer" in err
+    assert "undecided after 3 runs. 16 of 16 fleets remain open." in out
+    assert "Try --runs 16." in err
     assert pages.run_desim("desim report early")[0] == 0
 
 
-def test_what_is_known_when_runs_end_is_said_of_each_fleet(found, drafted):
+def test_what_is_known_when_runs_end_is_said_of_each_fleet(found):
     """Six robots were judged first and meet it, then three, which do not; four and five were not looked at."""
     best = replace(found.today.best, robots=6, chargers=0)
-    few = replace(found.today.best, robots=3, chargers=0)
-    ended = replace(found.today, best=best, below=(few,), open=((4, 0), (5, 0)))
+    few = replace(best, robots=3, verdict=replace(best.verdict, verdict="fails"))
+    counts = tuple((robots, 0) for robots in range(3, 8))
+    ended = replace(found.today, best=best, below=(few,), open=((4, 0), (5, 0)), counts=counts)
     plan = replace(found, today=ended, grown=None)
     assert not plan.feasible
-    assert fleet_words.sentences(plan, drafted)[0] == (
-        "Today (60 an hour) the runs allowed ended before an answer: 6 robots reach at least 90 % on time, "
-        "3 robots do not, 4 and 5 robots are open."
+    answer = plan.answer
+    assert answer.answer[0] == (
+        f"Today (60 an hour): undecided after {plan.runs} runs. 6 robots are enough. 3 robots are too few. "
+        "2 of 5 fleets remain open."
     )
+    assert list(answer.figure.panels.values()) == [(("not met", "open", "open", "met", "met"),)]
+    assert (answer.about, answer.tiles) == (None, ())
 
 
 def test_a_fleet_that_is_always_on_time_is_enough_for_a_target_of_99_per_cent():
@@ -270,7 +250,7 @@ def test_a_list_of_goods_without_batteries_is_sized_by_robots_alone():
     right = next(n for n in sizes if dw.simulate(model.replace({"fleet.size": n})).T <= 4000)
     assert found.today.best.robots == right
     assert found.today.best.verdict.deterministic
-    assert fleet_words.sentences(found, model)[0].startswith(f"Today {right} robots: task time ")
+    assert found.answer.answer[0].startswith(f"{right} robots are the smallest fleet shown to be enough today: task ")
 
 
 def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
@@ -279,10 +259,8 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
         model, "T <= 4140", strategies={"policies.allocation": ["in-order", "hungarian"]}, robots=[3, 4, 5, 6]
     )
     assert found.strategy.label == "hungarian"
-    said = " ".join(fleet_words.sentences(found, model))
-    assert (
-        "With the least driving in all (hungarian) instead of the first free robot (in-order) fewer are needed" in said
-    )
+    said = "This is with the least driving in all (hungarian), which needs fewer than the first free robot (in-order)."
+    assert said in found.answer.answer
     own = plan_fleet(model, "T <= 4140", strategies={}, robots=[3, 4, 5, 6])
     assert own.today.best.robots > found.today.best.robots
 

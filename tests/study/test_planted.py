@@ -5,7 +5,6 @@ import json
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.report.text import why_words
 from desim_warehouse.study.reliefs.suspect import Suspect
 from desim_warehouse.study.reliefs.suspects import suspects
 from desim_warehouse.study.statistics import Gain, Gains
@@ -111,18 +110,17 @@ def found(*reliefs):
         for rank, (name, relief, dose, low, high) in enumerate(reliefs, start=1)
     ]
     gains = Gains(tuple(gain for _, gain in pairs), 600, 6, 0.95, 80)
-    return Why("cycle_time_mean", tuple(pairs), gains)
+    return Why(dw.load(SQUARE), "cycle_time_mean", tuple(pairs), gains)
 
 
 def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():
-    units = dw.load(SQUARE).units
     policies = [("the charging policy", f"charging by {name}", None, 50 - n, 90 - n) for n, name in enumerate("ab")]
     clear = found(*policies, ("chargers", "one charger more", 0.1, 5, 20))
     assert clear.is_clear
     assert not clear.gains.clear
-    assert why_words.sentence(clear, units).startswith(
-        "The charging policy costs 70 s of cycle time, mean (50 to 90) by this relief: charging by a; "
-        "nothing else gains more than 20 for each 10 %."
+    assert clear.answer.answer[0] == (
+        "The charging policy holds it up most. Charging by a: mean cycle time falls by 70 s (50 to 90); "
+        "nothing else gains more than 20 s per 10 %."
     )
     assert not found(*policies, ("chargers", "one charger more", 0.1, 5, 51)).is_clear
     assert not found(("the charging policy", "charging by a", None, -1, 90)).is_clear
@@ -156,4 +154,4 @@ def test_the_time_in_which_tasks_wait_for_a_batch_is_said_of_one_run(tmp_path, m
     monkeypatch.chdir(tmp_path)
     said = pages.run_desim("desim why w.yaml --quiet --cap 10 --seed 77")[1]
     assert f"{100 * share:.3g} % of a task's time was waiting for a batch in the run looked at." in said
-    assert "Batching costs " in said
+    assert "Batching holds it up most." in said

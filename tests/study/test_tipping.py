@@ -11,9 +11,9 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ModelError, StudyError
-from desim_warehouse.report import plan_parts
-from desim_warehouse.report.text import tipping_words
+from desim_warehouse.report.text import fleet_words, tipping_words
 from desim_warehouse.report.write import report
+from desim_warehouse.study.fleet import plan_fleet
 from desim_warehouse.study.statistics.thresholds import LinearNeed, crossing, linear_need, worth
 from desim_warehouse.study.tipping import TippingPoints, tipping_points
 from tests.report.test_report import needs_nothing_from_outside
@@ -197,10 +197,10 @@ def test_the_command_has_what_is_not_known_in_its_json(file, tmp_path):
     assert {key: (one["low"], one["high"]) for key, one in found["inputs"].items()} == RANGES
     assert found["runs"] <= 250
     assert found["answer"][0].startswith("In the middle of all ranges ")
-    assert json.loads((out / "plan.json").read_text(encoding="utf-8"))["uncertain"] == found
+    assert json.loads((out / "answer.json").read_text(encoding="utf-8"))["uncertain"] == found
     page = needs_nothing_from_outside(report(out).read_text(encoding="utf-8"))
     assert found["in_short"] in page.text
-    head, *rows = page.tables["uncertain"]
+    head, *rows = page.tables["what-is-not-known-exactly"]
     assert head[:2] == ["input", "where the answer tips"]
     assert [row[0] for row in rows] == ["Load time", "Unload time"]
     assert [row[1] in line for row, line in zip(rows, found["answer"][1:], strict=True)] == [True, True]
@@ -208,11 +208,12 @@ def test_the_command_has_what_is_not_known_in_its_json(file, tmp_path):
 
 def test_a_folder_says_where_nothing_is_said_and_one_without_ranges_is_silent(found, file, tmp_path):
     poor = TippingPoints(found.target, 0.62, 0, 0, math.nan, math.nan, False, (), 150, 0.95)
-    plan = {"uncertain": tipping_words.content(poor, dw.load(file))}
-    shown = plan_parts.uncertain(plan_parts.PlanFolder(plan, (), ()))
-    assert "Nothing is said of where the answer tips: R² is 0.620" in shown
-    assert plan["uncertain"]["in_short"].startswith("Nothing is said")
-    assert plan_parts.uncertain(plan_parts.PlanFolder({}, (), ())) is None
+    planned = plan_fleet(dw.load(file), "T <= 1e9", strategies={}, robots=[6])
+    unsure = tipping_words.content(poor, dw.load(file))
+    answer = fleet_words.answer(planned, unsure)
+    assert "Nothing is said of where the answer tips: R² is 0.620" in answer.tables[0].note
+    assert answer.answer[-1] == unsure["in_short"]
+    assert fleet_words.answer(planned).tables == ()
 
 
 @pytest.mark.parametrize(

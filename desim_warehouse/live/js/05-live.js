@@ -2,7 +2,7 @@
 
 const SETTLE = 250; // milliseconds without a move after which a design is simulated
 const RETRY = 2000;
-const MARKS = { met: "✓", "not met": "✗", "cannot keep up": "✗", "not settled": "✗", fails: "✗", open: "?", early: "?" };
+const MARKS = { met: "✓", "not met": "✗", overloaded: "✗", drained: "✗", fails: "✗", open: "?", early: "?" };
 
 class Live {
   constructor(feed, about) {
@@ -256,7 +256,7 @@ class Live {
 
   chip(one, answer) {
     const kinds = [one.id === answer.id ? "now" : "", one.id === this.pinned?.id ? "pinned" : ""].join(" ").trim();
-    const found = element("b", {}, one.verdict === "cannot keep up" ? "cannot keep up" : `${one.text} ${MARKS[one.verdict] ?? ""}`.trim());
+    const found = element("b", {}, one.verdict === "overloaded" ? "cannot keep up" : `${one.text} ${MARKS[one.verdict] ?? ""}`.trim());
     const button = element("button", { type: "button", class: kinds, "data-design": one.id }, found, element("small", {}, `${one.words}${kinds.includes("pinned") ? ", pinned" : ""}`));
     button.addEventListener("click", () => this.goTo(one.levels));
     return element("li", {}, button);

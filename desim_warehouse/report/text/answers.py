@@ -2,20 +2,19 @@
 
 from __future__ import annotations
 
-import json
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.outcome.money import is_fixed
 from desim_warehouse.outcome.verdicts import is_no_answer
-from desim_warehouse.report.text import numbers, sentences, words
-from desim_warehouse.run.folder import WHY
+from desim_warehouse.report.text import numbers, sentences, standing, words
 from desim_warehouse.study.statistics import MOST_TO_TELL
 from desim_warehouse.study.table import is_numeric
 
 if TYPE_CHECKING:
+    from desim_warehouse.report.text.standing import Standing
     from desim_warehouse.study.results import Results
 
 _LISTED = 6
@@ -26,8 +25,6 @@ _LONG = 80
 
 def question(study: Results) -> str:
     """What was varied, and what for."""
-    if of_why(study) is not None:
-        return "What holds it up?"
     varied = [_factor(study, key) for key in study.varied or study.factors]
     if study.target is not None:
         aim = words.target(study.target)
@@ -54,23 +51,8 @@ def _factor(study: Results, key: str) -> str:
 
 def answer(study: Results) -> tuple[list[str], str | None]:
     """The answer in sentences, and the design that it names; None where no run has a value to judge by."""
-    found = of_why(study)
-    if found is not None:
-        return [found["answer"]], _relief(study, found)
     lines, named = _best(study) if study.target is None else _on_target(study)
     return lines + ([] if named is None else cost(study, named)), named
-
-
-def of_why(study: Results) -> dict[str, Any] | None:
-    """What `desim why` found; None for other studies."""
-    path = None if study.folder is None else study.folder / WHY
-    return json.loads(path.read_text(encoding="utf-8")) if path is not None and path.is_file() else None
-
-
-def _relief(study: Results, found: dict[str, Any]) -> str:
-    """The design of the relief that gains most, of those that compete; without one the model as it is."""
-    first = next((one["relief"] for one in found["reliefs"] if one["competes"]), None)
-    return next((design for design, levels in study.designs.items() if first in levels), study.baseline)
 
 
 def cost(study: Results, design: str) -> list[str]:
@@ -98,17 +80,18 @@ def _on_target(study: Results) -> tuple[list[str], str | None]:
     for design in _cheapest_first(study, list(study.judged)):
         parts.setdefault(_name(study, design, demand=True), []).append(design)
     found = [_met_first(study, demand, designs) for demand, designs in parts.items()]
-    met = Counter(one.verdict for one in study.judged.values())
-    meet = f"{met['meets'] or 'none'} meet{'s' * (met['meets'] < 2)}"  # noqa: PLR2004 - the singular
+    met = Counter(_standing(study, design) for design in study.judged)
+    meet = f"{met['met'] or 'none'} meet{'s' * (met['met'] < 2)}"  # noqa: PLR2004 - the singular
     count = f"Of {number_of(len(study.judged), 'design')} {meet} the target"
-    count += f", {met['fails']} do{'es' * (met['fails'] == 1)} not"
-    if met["undecided"]:
-        count += f", {met['undecided']} {'is' if met['undecided'] == 1 else 'are'} too close to tell"
+    count += f", {met['not met']} do{'es' * (met['not met'] == 1)} not" if met["not met"] else ""
+    for cannot in ("overloaded", "drained"):
+        count += f", {met[cannot]} {standing.WORDS[cannot]}" if met[cannot] else ""
+    count += f", {met['open']} need{'s' * (met['open'] == 1)} more runs" if met["open"] else ""
     return [*(line for line, _ in found), f"{count}.{_runs_to_tell(study)}"], found[-1][1]
 
 
 def _runs_to_tell(study: Results) -> str:
-    """How many runs would tell of the designs that are too close to the target."""
+    """How many runs would tell of the designs that need more."""
     needed = list(study.runs_to_tell.values())
     if not needed:
         return ""
@@ -139,11 +122,15 @@ def _met_first(study: Results, demand: str, designs: list[str]) -> tuple[str, st
 
 def on_target(study: Results) -> list[str]:
     """Every design by whether it meets the target."""
-    by: dict[str, list[str]] = {"meets": [], "undecided": [], "fails": []}
-    for design, one in study.judged.items():
-        by[one.verdict].append(words.design_spoken(sentences.levels_of(study, design)))
-    said = {"meets": "Met with", "undecided": "Too close to tell:", "fails": "Not met with"}
-    return [f"{said[verdict]} {_cut(designs)}." for verdict, designs in by.items() if designs]
+    by: dict[Standing, list[str]] = {}
+    for design in study.judged:
+        by.setdefault(_standing(study, design), []).append(sentences.name_of(study, design))
+    kinds = [kind for kind in standing.WORDS if kind in by]
+    return [f"{sentences.capital(standing.WORDS[kind])}: {_cut(by[kind])}." for kind in kinds]
+
+
+def _standing(study: Results, design: str) -> Standing:
+    return standing.standing(study.judged[design], study.verdicts.get(design, ()))
 
 
 def _best(study: Results) -> tuple[list[str], str | None]:
@@ -178,15 +165,18 @@ def _found(study: Results, design: str, indicator: str) -> str:
     """A design with its value: `8 robots: 97 % (96 to 98)`, and what is wrong with it."""
     wrong = study.verdicts.get(design, ())
     if is_no_answer(indicator, wrong):
-        return f"{_name(study, design)}: {', and '.join(one.text for one in wrong)}"
+        done = study.estimate(study.runs(design), "throughput_per_hour")
+        said = standing.instead(wrong, None if done is None else done.mean, study.models[design])
+        return f"{_name(study, design)}: {said}"
     return f"{_name(study, design)}: {_value(study, design, indicator)}{''.join(f', but {one.text}' for one in wrong)}"
 
 
 def _value(study: Results, design: str, indicator: str) -> str:
     """The mean of an indicator at a design, with its interval."""
-    estimate = study.estimate(study.runs(design), indicator)
+    estimate = study.shown(design, indicator)
     assert estimate is not None
-    return words.scale(indicator, study.base, (estimate.mean,)).estimate(estimate)
+    scale = words.scale(indicator, study.base, (estimate.mean,))
+    return scale.estimate(estimate, sentences.aim_of(study, indicator))
 
 
 def _name(study: Results, design: str, *, demand: bool = False) -> str:

@@ -6,18 +6,84 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.report.text import words
+from desim_warehouse.report.answer import Answer, Bar, Folded, Option, Rows
+from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import number
-from desim_warehouse.report.text.sentences import sentence
+from desim_warehouse.report.text.sentences import capital, sentence
+from desim_warehouse.report.text.standing import BY_VERDICT
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+    from desim_warehouse.report.answer import SaidNumber
+    from desim_warehouse.report.text.standing import Standing
     from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
+    from desim_warehouse.study.statistics import Estimate
 
+_LUCK = "Means of the search, few runs each, which flatter the best designs slightly."
 _COUNTED = 1e15
 """Designs up to which their number is said."""
+
+
+def answer(found: BestOfMany) -> Answer:
+    """What a search for the best design found; the page shows it unless it was not shown to meet the target."""
+    best, unproven = found.best, found.shown is False
+    sense = "largest" if found.maximise else "smallest"
+    aim = "" if found.target is None else f" with {_aim(found)}"
+    head, rows = table(found, in_order(found))
+    known = [] if unproven else _numbers(found, best)
+    return Answer(
+        kind="best",
+        name=found.model.name,
+        description=found.model.description,
+        question=f"With which design is {words.in_sentence(found.indicator)} {sense}{aim}?",
+        answer=tuple(sentences(found)),
+        measure=", ".join(dict.fromkeys(words.in_sentence(name) for name in _judged_by(found))),
+        tiles=tuple(judged.tile(one.text, words.in_sentence(one.of)) for one in known),
+        options=tuple(_option(found, one) for one in (best, *found.cheaper, *filter(None, [found.runner_up]))),
+        figure=_figure(found),
+        about=None if unproven else judged.about(design(best), found.model, found.seed),
+        tables=(Folded(title="All designs tried", note=_LUCK, head=tuple(head), rows=tuple(map(tuple, rows))),),
+        promise=f"Values are of days that the search has not seen, with {100 * found.confidence:g} % confidence.",
+        runs=found.runs,
+        confidence=found.confidence,
+        made={"seed": str(found.seed), "model": found.model.digest()},
+        indicator=found.indicator,
+        shown=found.shown,
+    )
+
+
+def _option(found: BestOfMany, one: JudgedDesign) -> Option:
+    """A design that was judged on fresh days."""
+    known = [] if one.vetoed else _numbers(found, one)
+    kind: Standing = "known" if one.verdict is None else BY_VERDICT[one.verdict]
+    return Option(
+        name=design(one),
+        standing="drained" if one.vetoed else kind,
+        number=known[0] if known else None,
+        also=tuple(known[1:]),
+        said=one.vetoed or "",
+        runs=0 if one.value is None else one.value.n,
+        set=dict(one.overrides),
+    )
+
+
+def _figure(found: BestOfMany) -> Rows | None:
+    """The designs judged, by what the target asks for, or without one by the indicator."""
+    goal, rows = found.target, []
+    for one in (found.best, *found.cheaper, *filter(None, [found.runner_up])):
+        numbers = _numbers(found, one)
+        if numbers and not one.vetoed:
+            shown = {name: getattr(numbers[-1], name) for name in ("mean", "low", "high", "text")}
+            kind = "met" if one.verdict == "meets" else "not met" if one.verdict == "fails" else ""
+            rows.append(Bar(label=design(one), standing=kind, **shown))
+    if not rows:
+        return None
+    title = f"{capital(words.in_sentence(goal.indicator if goal else found.indicator))} on fresh days"
+    at = found.best.value.mean if goal is None and found.best.value else goal and goal.value
+    said = f"target {words.amount(goal.indicator, goal.value, goal.unit)}" if goal else "the best"
+    return Rows(title=title, at=at, at_words=said, rows=tuple(rows))
 
 
 def sentences(found: BestOfMany) -> list[str]:
@@ -70,15 +136,26 @@ def design(one: JudgedDesign | TriedDesign) -> str:
 
 def _values(found: BestOfMany, one: JudgedDesign) -> str:
     """The value of the indicator, and of the target, with their intervals."""
-    means = {found.indicator: one.value}
+    said = [words.reached(number.of, number.text) for number in _numbers(found, one)]
+    return ", ".join(said) or "no run that ended"
+
+
+def _judged_by(found: BestOfMany) -> list[str]:
+    """The indicator, and that of the target."""
+    return [found.indicator, *([] if found.target is None else [found.target.indicator])]
+
+
+def _numbers(found: BestOfMany, one: JudgedDesign) -> list[SaidNumber]:
+    means: dict[str, tuple[Estimate | None, float | None]] = {found.indicator: (one.value, None)}
     if found.target is not None:
-        means[found.target.indicator] = one.reached
-    said = [
-        words.reached(name, words.scale(name, found.model, [mean.mean]).estimate(mean))
-        for name, mean in means.items()
+        means[found.target.indicator] = (one.reached, found.target.value)
+    return [
+        judged.within(
+            name, words.scale(name, found.model, [mean.mean]), (mean.mean, *(mean.interval or (None, None))), aim
+        )
+        for name, (mean, aim) in means.items()
         if mean is not None
     ]
-    return ", ".join(said) or "no run that ended"
 
 
 def _days(one: JudgedDesign) -> str:

@@ -1,187 +1,37 @@
-"""The answer of `desim plan` in at most five sentences, and its numbers, each with the command that shows it."""
+"""The answer of `desim plan`: which fleet is enough for each demand, and which others were tried or remain open."""
 
 from __future__ import annotations
 
-import json
 import math
-import shlex
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.model import options_of
 from desim_warehouse.model.facts.demand import due_within
-from desim_warehouse.report.text import cap_words, numbers, words
-from desim_warehouse.report.text.sentences import capital
-from desim_warehouse.run.folder import PLAN, write_whole
+from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, PairGrid
+from desim_warehouse.report.text import cap_words, judged, numbers, words
+from desim_warehouse.report.text.sentences import capital, sentence
+from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet.utilisation import TRIP
-from desim_warehouse.study.statistics import GLANCE
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
-    from desim_warehouse.model import Model
+    from desim_warehouse.report.answer import Subject
     from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
     from desim_warehouse.study.statistics import Estimate
 
-_LISTED = 8
+_LISTED = 4
 """Fleets that are named one by one."""
-PARTS = {
-    "robots": ("the robots", "they are busy"),
-    "traffic": ("traffic", "robots wait in it"),
-    "chargers": ("charging", "chargers are in use"),
-    "stations": ("packing at the stations", "servers are busy"),
-}
-"""What may be the bottleneck, in words, and what its share of the time is."""
+_BUSY = {"robots": "robots", "traffic": "lanes", "chargers": "chargers", "stations": "packers"}
+"""What may be the bottleneck."""
+Counts = tuple[int, int]
 
 
-@dataclass(frozen=True)
-class Evidence:
-    """A number of the answer: what it is, its mean and interval in words, how many runs, and how to see it again."""
-
-    what: str
-    found: str
-    runs: int
-    command: str
-
-
-def sentences(plan: FleetPlan, model: Model) -> list[str]:
-    """The answer: today, after growth, the strategy, the bottleneck, the cost."""
-    lines = [_sized(plan, plan.today, _when(plan.today, "Today"), model)]
-    if plan.grown is not None:
-        lines.append(_sized(plan, plan.grown, _when(plan.grown, capital(more_orders(plan.grown.growth))), model))
-    if plan.strategies:
-        lines.append(_strategy(plan))
-    if plan.untried:
-        lines.append(f"The runs allowed ended before {spoken(plan.untried, 'and')} could be tried.")
-    if (plan.grown or plan.today).utilisation:
-        lines.append(_bottleneck(plan, model))
-    return lines + _cost(plan, model)
-
-
-def _cost(plan: FleetPlan, model: Model) -> list[str]:
-    """What the fleets named cost a year, once where they cost the same."""
-    scale = numbers.Scale(words.money(model))
-    costs = {
-        "today" if sized is plan.today else more_orders(sized.growth): scale.value(sized.best.cost)
-        for sized in _demands(plan)
-        if sized.best and sized.best.cost is not None
-    }
-    if len(set(costs.values())) == 1:
-        return [f"Robots and chargers cost {next(iter(costs.values()))} a year."]
-    said = spoken([f"{cost} {when}" for when, cost in costs.items()]) if costs else ""
-    return [f"Robots and chargers cost a year {said}."] if costs else []
-
-
-def question(plan: FleetPlan) -> str:
-    """What was asked."""
-    what = "robots" if plan.sized is None else "robots and chargers"
-    grown = "" if plan.grown is None else f", today and {more_orders(plan.grown.growth)}"
-    return f"How many {what} does it take for {words.target(plan.target)}{grown}?"
-
-
-def promise(plan: FleetPlan) -> str:
-    """What is meant by enough, and how sure it is."""
-    zone = words.amount(plan.target.indicator, plan.zone, plan.target.unit)
-    if plan.ended:
-        return f"With {100 * plan.confidence:g} % confidence for each demand, all that is said to be known is right."
-    return (
-        f"With {100 * plan.confidence:g} % confidence for each demand, each fleet reaches {words.target(plan.target)}, "
-        f"and no smaller one is better than that by {zone} or more "
-        f"(if more robots and chargers never do worse{_tried(plan)}). "
-        "Ranges of verdicts hold however often the runs were looked at; the commands look once, and may print others."
-    )
-
-
-def _tried(plan: FleetPlan) -> str:
-    """How far it is known that larger fleets do no worse."""
-    if any(sized.worse for sized in _demands(plan)):
-        return "; where they did, every cheaper one was judged by itself"
-    return "; one more of each than the fleets named did not" if plan.sized else "; one more than those named did not"
-
-
-def _worse(plan: FleetPlan, sized: Sized) -> str:
-    """Larger designs that do worse than a smaller one."""
-    goal = plan.target
-    said = [
-        f"{words.fleet(robots, chargers)} by {words.amount(goal.indicator, abs(difference.mean), goal.unit)}"
-        for robots, chargers, difference in sized.worse
-    ]
-    return f" More is not always better here: {spoken(said)} worse; so cheaper fleets were searched step by step."
-
-
-def _rare(plan: FleetPlan, model: Model) -> list[str]:
-    """Disasters of which the runs of the fleets named know little."""
-    found: dict[str, None] = {}
-    for sized in _demands(plan):
-        if sized.best is not None:
-            fleet = model.replace({**sized.overrides, **sized.best.overrides})
-            found.update(dict.fromkeys(rare.warnings(fleet, sized.best.verdict.n, fleet.run.length or math.inf)))
-    return [f"{line[:1].upper()}{line[1:]}." for line in found]
-
-
-def evidence(plan: FleetPlan, loaded: Model, model: str, assignments: tuple[str, ...], seed: int) -> list[Evidence]:
-    """The numbers behind the sentences."""
-    found = []
-    for sized in _demands(plan):
-        name = "today" if sized is plan.today else more_orders(sized.growth)
-        shown = ([sized.best] if sized.best else []) + list(sized.below)
-        if sized.capped is not None:
-            overrides, n = {**sized.overrides, **shown[-1].overrides, **sized.capped.overrides}, sized.capped.gain.n
-            command = command_line(model, assignments, overrides, n, (plan.target.indicator,), seed)
-            said = words.scale(plan.target.indicator, loaded, (sized.capped.mean,)).value(sized.capped.mean)
-            found.append(
-                Evidence(f"{name}: {_fleet(shown[-1])}, at most {sized.capped.cap} under way", said, n, command)
-            )
-        for one in shown:
-            verdict = "enough" if one is sized.best else _close(plan, one) if _is_close(one) else "too few"
-            overrides = {**sized.overrides, **one.overrides}
-            found.append(
-                Evidence(
-                    f"{name}: {_fleet(one)}, {verdict}",
-                    _found(plan, one, loaded),
-                    one.verdict.n,
-                    command_line(model, assignments, overrides, one.verdict.n, (plan.target.indicator,), seed),
-                )
-            )
-    sized = plan.grown or plan.today
-    if not sized.utilisation:
-        return found
-    busiest = sized.best or sized.below[-1]
-    overrides = {**sized.overrides, **busiest.overrides}
-    busy = ", ".join(f"{part} {numbers.PERCENT.estimate(estimate)}" for part, estimate in sized.utilisation.items())
-    found.append(
-        Evidence(
-            f"{_fleet(busiest)}, busy",
-            busy,
-            busiest.verdict.n,
-            command_line(model, assignments, overrides, busiest.verdict.n, sized.shown_by, seed),
-        )
-    )
-    for strategy in plan.strategies:
-        for one in strategy.shown:
-            changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
-            command = command_line(model, assignments, changed, one.verdict.n, (plan.target.indicator,), seed)
-            found.append(
-                Evidence(f"{_choice(strategy)}: {_fleet(one)}", _found(plan, one, loaded), one.verdict.n, command)
-            )
-        for one in (one for one in sized.below if (one.robots, one.chargers) in strategy.same):
-            changed = {**_without(sized.overrides, plan.strategy), **strategy.overrides, **one.overrides}
-            command = command_line(model, assignments, changed, GLANCE, (plan.target.indicator,), seed)
-            same = f"all as with {_own(plan)}"
-            found.append(Evidence(f"{_choice(strategy)}: {_fleet(one)}", same, GLANCE, command))
-    return found
-
-
-def _without(overrides: Mapping[str, Any], strategy: Strategy | None) -> dict[str, Any]:
-    """The changes of a demand, without those of a better strategy."""
-    return {key: value for key, value in overrides.items() if strategy is None or key not in strategy.overrides}
-
-
-def _demands(plan: FleetPlan) -> list[Sized]:
-    return [plan.today] if plan.grown is None else [plan.today, plan.grown]
+def answer(plan: FleetPlan, unsure: Mapping[str, Any] | None = None) -> Answer:
+    """What `desim plan` found; `unsure`: the content of its tipping points, where there are some."""
+    return _Planned(plan).answer(unsure or {})
 
 
 def more_orders(growth: float) -> str:
@@ -190,8 +40,323 @@ def more_orders(growth: float) -> str:
     return f"with {percent:g} % more orders" if percent >= 0 else f"with {-percent:g} % fewer orders"
 
 
-def _when(sized: Sized, when: str) -> str:
-    return when if sized.rate is None else f"{when} ({numbers.number(sized.rate)} an hour)"
+class _Planned:
+    """A plan, with the last demand that has an answer: of that alone a page shows anything."""
+
+    def __init__(self, plan: FleetPlan) -> None:
+        self.plan, self.model, self.goal = plan, plan.model, plan.target
+        self.demands = [plan.today] if plan.grown is None else [plan.today, plan.grown]
+        self.answered = next((sized for sized in reversed(self.demands) if sized.best and not sized.open), None)
+
+    def answer(self, unsure: Mapping[str, Any]) -> Answer:
+        plan = self.plan
+        fleet = "robots" if plan.sized is None else "robots and chargers"
+        grown = "" if plan.grown is None else f", today and {more_orders(plan.grown.growth)}"
+        said = [self._sized(sized) for sized in self.demands] + self._strategies() + self._busiest()
+        return Answer(
+            kind="plan",
+            name=self.model.name,
+            description=self.model.description,
+            question=f"How many {fleet} does it take for {words.target(self.goal)}{grown}?",
+            answer=(*said, *([unsure["in_short"]] if unsure else [])),
+            measure=words.in_sentence(self.goal.indicator),
+            tiles=tuple(self._tiles()),
+            options=tuple(option for sized in self.demands for option in self._options(sized)),
+            figure=self._grid(),
+            about=self._about(),
+            tables=tuple(_uncertain(unsure)),
+            promise=self._promise(),
+            notes=tuple(self._rare()),
+            runs=plan.runs + unsure.get("runs", 0),
+            confidence=plan.confidence,
+            made={"seed": str(plan.seed), "model": self.model.digest()},
+            feasible=plan.feasible,
+            target={"indicator": self.goal.indicator, "sense": self.goal.sense, "value": self.goal.value},
+            zone=plan.zone,
+            strategy=plan.strategy.label if plan.strategy else plan.own,
+            today=self._facts(plan.today),
+            grown=None if plan.grown is None else self._facts(plan.grown),
+            **({"uncertain": dict(unsure)} if unsure else {}),
+        )
+
+    # Sentences
+
+    def _when(self, sized: Sized) -> str:
+        when = "today" if sized is self.plan.today else more_orders(sized.growth)
+        return when if sized.rate is None else f"{when} ({numbers.number(sized.rate)} an hour)"
+
+    def _sized(self, sized: Sized) -> str:
+        """The answer for one demand."""
+        if sized.open:
+            return self._ended(sized)
+        if sized.best is None:
+            return self._none(sized)
+        cost = "" if sized.best.cost is None else f", {self._money(sized.best.cost)} a year"
+        reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
+        name = capital(_fleet(sized.best))
+        line = f"{name} {_are(sized.best)} the {'cheapest' if cost else 'smallest'} fleet shown to be enough"
+        line = f"{line} {self._when(sized)}: {reached}{cost}."
+        if close := self._left(sized, "open"):
+            line += f" {close} may also be enough; more runs would tell."
+        if edge := self._left(sized, "edge"):
+            line += f" {edge} may also be enough, within {self._zone()} of the target, where no run will tell."
+        return line + self._worse(sized)
+
+    def _left(self, sized: Sized, kind: Standing) -> str:
+        """All fleets that may be enough instead, of many how many there are; empty where there is none."""
+        found = sorted(counts for counts, known in self._cells(sized).items() if known == kind)
+        if not found:
+            return ""
+        if len(found) <= _LISTED:
+            return capital(spoken([words.fleet(*one) for one in found], "or"))
+        spans = [(min(side), max(side)) for side in zip(*found, strict=True)]
+        parts = [
+            f"{low} to {high} {what}s" if low < high else number_of(high, what)
+            for (low, high), what in zip(spans, ("robot", "charger"), strict=True)
+            if high
+        ]
+        return f"{len(found)} fleets of {spoken(parts)}"
+
+    def _ended(self, sized: Sized) -> str:
+        """What is known where the runs allowed ended before an answer."""
+        few = [_fleet(one) for one in sized.below]
+        known = f" {capital(_fleet(sized.best))} are enough." if sized.best else ""
+        known += f" {capital(spoken(few))} are too few." if 0 < len(few) <= _LISTED else ""
+        left = f"{len(sized.open)} of {number_of(len(sized.counts), 'fleet')} remain open"
+        runs = number_of(self.plan.runs, "run")
+        return f"{capital(self._when(sized))}: undecided after {runs}.{known} {left}."
+
+    def _none(self, sized: Sized) -> str:
+        """What the largest fleet does, where none is enough, and what more robots would not cure."""
+        largest = sized.below[-1]
+        line = f"{capital(self._when(sized))}: no fleet is enough. {capital(_fleet(largest))}: "
+        text = self._text(sized, largest)
+        line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
+        line += "" if sized.capped is None else f" {cap_words.capped(sized.capped, self.model)}."
+        if sized.trip is not None:
+            return f"{line} {self._trip(sized.trip)}"
+        (part, most), *_ = sized.utilisation.items()
+        return f"{line} Busiest there are the {_BUSY[part]}: {_share(most)} {_time(sized)}."
+
+    def _trip(self, trip: Estimate) -> str:
+        """What a task takes against the time in which it is due, where nothing is scarce."""
+        due = due_within(self.model)
+        scale = words.scale(TRIP, self.model, (trip.mean,))
+        of = "" if due is None else f" where {scale.value(due)} are allowed"
+        return f"Nothing is scarce: a trip takes {scale.value(trip.mean)}{of}, waits included; more robots do not help."
+
+    def _worse(self, sized: Sized) -> str:
+        """Larger designs that do worse than a smaller one."""
+        if not sized.worse:
+            return ""
+        unit, of = self.goal.unit, self.goal.indicator
+        said = [
+            f"{words.fleet(robots, chargers)} do worse by {words.amount(of, abs(one.mean), unit)}"
+            for robots, chargers, one in sized.worse
+        ]
+        return f" More is not always better here: {spoken(said)}."
+
+    def _strategies(self) -> list[str]:
+        """Whether another way of dispatching makes do with less."""
+        plan = self.plan
+        said = []
+        if plan.strategy is not None:
+            own = self._own()
+            said = [f"This is with {_choice(plan.strategy)}, which needs fewer than {own}."]
+        elif plan.strategies:
+            tried = [_choice(one) for one in plan.strategies if one.shown]
+            same = [_choice(one) for one in plan.strategies if not one.shown]
+            parts = [f"{spoken(tried)} need{'s' * (len(tried) == 1)} as many"] if tried else []
+            parts += [f"{spoken(same)} change{'s' * (len(same) == 1)} nothing"] if same else []
+            said = [f"Other strategies than {self._own()} do not help: {', '.join(parts)}."]
+        return said + ([f"No runs were left to try {spoken(plan.untried)}."] if plan.untried else [])
+
+    def _own(self) -> str:
+        """The strategy of the model in words."""
+        [key, *others] = self.plan.strategies[0].overrides
+        return self.plan.own if others else words.policy(key, self.plan.own)
+
+    def _busiest(self) -> list[str]:
+        """What is busiest with the fleet of the answer."""
+        sized = self.answered
+        if sized is None or sized.best is None or not sized.utilisation:
+            return []
+        (first, most), *others = sized.utilisation.items()
+        rest = spoken([f"{_BUSY[part]} {_share(one)}" for part, one in others]) if others else ""
+        busy = f"With {_fleet(sized.best)} the {_BUSY[first]} are busiest: {_share(most)} {_time(sized)}"
+        return [f"{busy}; {rest}." if rest else f"{busy}."]
+
+    def _promise(self) -> str:
+        plan = self.plan
+        sure = f"{100 * plan.confidence:g} % confidence for each demand"
+        if plan.ended or self.answered is None:
+            return f"What is said to be known holds with {sure}."
+        alike = "" if any(one.worse for one in self.demands) else " This takes it that more never does worse."
+        return (
+            f"With {sure}, each fleet reaches {words.target(self.goal)}, and no smaller one is better than that by "
+            f"{self._zone()} or more.{alike}"
+        )
+
+    def _zone(self) -> str:
+        return words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
+
+    def _rare(self) -> list[str]:
+        """Disasters of which the runs of the fleets named know little."""
+        found: dict[str, None] = {}
+        for sized in self.demands:
+            if sized.best is not None:
+                made = self.model.replace({**sized.overrides, **sized.best.overrides})
+                found.update(dict.fromkeys(rare.warnings(made, sized.best.verdict.n, made.run.length or math.inf)))
+        return [sentence(line) for line in found]
+
+    # Numbers
+
+    def _lasting(self, shown: Shown) -> Standing | None:
+        return lasts_not(shown.wrong)
+
+    def _text(self, sized: Sized, shown: Shown) -> str:
+        """The number of a fleet, or what it does instead."""
+        if self._lasting(shown):
+            done = shown.delivered
+            made = self.model.replace({**sized.overrides, **shown.overrides})
+            return instead(shown.wrong, None if done is None else done.mean, made)
+        if shown.vetoed or shown.estimate is None:
+            return shown.vetoed or "no value"
+        return judged.number(shown.verdict, self.goal, self.model).text
+
+    def _money(self, value: float) -> str:
+        return numbers.Scale(words.money(self.model)).value(value)
+
+    def _tiles(self) -> list[BigNumber]:
+        sized = self.answered
+        if sized is None or sized.best is None:
+            return []
+        best = sized.best
+        found = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}", note=self._when(sized))]
+        if best.chargers:
+            found.append(BigNumber(value=str(best.chargers), what=f"charger{'s' * (best.chargers != 1)}"))
+        found.append(judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator)))
+        return found + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
+
+    def _options(self, sized: Sized) -> list[Option]:
+        """The fleets that show the answer; with the last demand also those with other strategies."""
+        last = sized is self.demands[-1]
+        found = []
+        for one in [*([sized.best] if sized.best else []), *sized.below]:
+            same = [item.label for item in self.plan.strategies if (one.robots, one.chargers) in item.same]
+            found.append(self._option(sized, one, _fleet(one), sized.overrides, same if last else []))
+        if sized.capped is not None:
+            found.append(self._capped(sized))
+        for strategy in self.plan.strategies if last else ():
+            for one in strategy.shown:
+                changes = {**self._without_better(sized), **strategy.overrides}
+                found.append(self._option(sized, one, f"{_fleet(one)}, {_choice(strategy)}", changes, []))
+        return found
+
+    def _without_better(self, sized: Sized) -> dict[str, Any]:
+        """The changes of a demand, without those of a better strategy."""
+        better = {} if self.plan.strategy is None else self.plan.strategy.overrides
+        return {key: value for key, value in sized.overrides.items() if key not in better}
+
+    def _option(self, sized: Sized, one: Shown, name: str, changes: Mapping[str, Any], same: Sequence[str]) -> Option:
+        lasting = self._lasting(one)
+        fails = one.estimate is None or one.vetoed is not None
+        known = lasting is None and not fails
+        return Option(
+            name=name,
+            standing=lasting or ("fails" if fails else standing(one.verdict)),
+            number=judged.number(one.verdict, self.goal, self.model) if known else None,
+            said="" if known else self._text(sized, one),
+            runs=one.verdict.n,
+            cost=one.cost,
+            demand=self._when(sized) if len(self.demands) > 1 else "",
+            set={**changes, **one.overrides},
+            same=tuple(same),
+        )
+
+    def _capped(self, sized: Sized) -> Option:
+        """What a cap on the robots under way gives the largest fleet."""
+        found, largest = sized.capped, sized.below[-1]
+        assert found is not None
+        scale = words.scale(self.goal.indicator, self.model, (found.mean,))
+        return Option(
+            name=f"{_fleet(largest)}, at most {found.cap} under way",
+            standing="known",
+            number=judged.within(self.goal.indicator, scale, (found.mean, None, None)),
+            runs=found.gain.n,
+            demand=self._when(sized) if len(self.demands) > 1 else "",
+            set={**sized.overrides, **largest.overrides, **found.overrides},
+        )
+
+    # The figure, and the design that the page shows
+
+    def _cells(self, sized: Sized) -> dict[Counts, Standing]:
+        """What each fleet was shown to be, or what follows from others where more never does worse."""
+        best = None if sized.best is None else (sized.best.robots, sized.best.chargers)
+        known = {(one.robots, one.chargers): self._lasting(one) or standing(one.verdict) for one in sized.below}
+        follows = not sized.worse
+        return {one: _stands(one, best, known, set(sized.open), follows=follows) for one in sized.counts}
+
+    def _grid(self) -> PairGrid | None:
+        """Every fleet searched, by robots and chargers."""
+        pairs = dict.fromkeys(counts for sized in self.demands for counts in sized.counts)
+        if not pairs:
+            return None
+        robots, chargers = (sorted(set(side)) for side in zip(*pairs, strict=True))
+        panels = {}
+        for sized in self.demands:
+            cells = self._cells(sized)
+            panels[self._when(sized)] = tuple(
+                tuple(cells.get((first, second), "untried") for first in robots) for second in reversed(chargers)
+            )
+        down = tuple(str(number) if number else "" for number in reversed(chargers))
+        how = "robots across, chargers down" if any(chargers) else "by number of robots"
+        title = f"Which fleets give {words.target(self.goal)}: {how}"
+        return PairGrid(title=title, across=tuple(map(str, robots)), down=down, panels=panels)
+
+    def _about(self) -> Subject | None:
+        sized = self.answered
+        if sized is None or sized.best is None:
+            return None
+        made = self.model.replace({**sized.overrides, **sized.best.overrides})
+        return judged.about(f"{_fleet(sized.best)}, {self._when(sized)}", made, self.plan.seed)
+
+    def _facts(self, sized: Sized) -> dict[str, Any]:
+        best = sized.best
+        return {
+            "study": sized.name.replace(" ", "-"),
+            "growth": sized.growth,
+            "orders_per_hour": sized.rate,
+            "best": best and {"robots": best.robots, "chargers": best.chargers, "cost": best.cost},
+            "capped": None if sized.capped is None else asdict(sized.capped),
+            "open": [{"robots": robots, "chargers": chargers} for robots, chargers in sized.open],
+            "busy": {part: one.mean for part, one in sized.utilisation.items()},
+        }
+
+
+def _uncertain(unsure: Mapping[str, Any]) -> list[Folded]:
+    """Where inputs that are not known exactly tip the answer, and what knowing them is worth."""
+    if not unsure:
+        return []
+    head, *rows = unsure["table"]
+    note = unsure["answer"][0] if rows else " ".join(unsure["answer"])
+    return [Folded(title="What is not known exactly", note=note, head=head, rows=rows)]
+
+
+def _stands(
+    one: Counts, best: Counts | None, known: Mapping[Counts, Standing], left: set[Counts], *, follows: bool
+) -> Standing:
+    """What a fleet is: none smaller than one that is too small is enough, and all larger than one that is are."""
+    if one == best or (follows and best is not None and one[0] >= best[0] and one[1] >= best[1]):
+        return "met"
+    if one in known or not follows:
+        return known.get(one, "open" if one in left else "untried")
+    over = {verdict for other, verdict in known.items() if one[0] <= other[0] and one[1] <= other[1]}
+    if over & {"not met", "overloaded", "drained", "fails"}:
+        return "not met"
+    if one in left or "open" in over:
+        return "open"
+    return "edge" if "edge" in over else "untried"
 
 
 def _fleet(shown: Shown) -> str:
@@ -199,79 +364,8 @@ def _fleet(shown: Shown) -> str:
     return words.fleet(shown.robots, shown.chargers)
 
 
-def _is_close(shown: Shown) -> bool:
-    return shown.verdict.verdict == "undecided"
-
-
-def _close(plan: FleetPlan, shown: Shown) -> str:
-    """Why a design is neither enough nor too few."""
-    if shown.verdict.within_zone:
-        return f"better than the target by less than {words.amount(plan.target.indicator, plan.zone, plan.target.unit)}"
-    alone = shown.verdict.outlier
-    return "too close to tell" if alone is None else f"too close to tell, for replication {alone} alone"
-
-
-def _ended(plan: FleetPlan, sized: Sized, when: str) -> str:
-    """What is known where the runs allowed ended before there was an answer."""
-    aim = f"reach {words.target(plan.target)}"
-    left, few = sorted(sized.open), [(one.robots, one.chargers) for one in sized.below]
-    parts = [] if sized.best is None else [f"{_fleets([(sized.best.robots, sized.best.chargers)])} {aim}"]
-    parts += [f"{_fleets(few)} do not{'' if parts else f' {aim}'}"] if few else []
-    parts += [f"{_fleets(left) if len(left) <= _LISTED else _many(left)} are open"]
-    return f"{when} the runs allowed ended before an answer: {', '.join(parts)}."
-
-
-def _fleets(counts: Sequence[tuple[int, int]]) -> str:
-    """Fleets as one says them: `4 and 5 robots`, `4 robots and 2 chargers, or 5 robots and 1 charger`."""
-    if any(chargers for _, chargers in counts):
-        return ", or ".join(words.fleet(*one) for one in counts)
-    return f"{spoken([f'{robots}' for robots, _ in counts])} robot{'s' * (counts[-1][0] != 1)}"
-
-
-def _many(counts: Sequence[tuple[int, int]]) -> str:
-    """Fleets that are too many to be named: `36 fleets of 6 to 14 robots and 1 to 4 chargers`."""
-    spans = zip(map(min, zip(*counts, strict=True)), map(max, zip(*counts, strict=True)), strict=True)
-    parts = [
-        f"{low} to {high} {what}s" if low < high else number_of(high, what)
-        for (low, high), what in zip(spans, ("robot", "charger"), strict=True)
-        if high
-    ]
-    return f"{len(counts)} fleets of {spoken(parts)}"
-
-
-def _sized(plan: FleetPlan, sized: Sized, when: str, model: Model) -> str:
-    """The answer for one demand."""
-    if sized.open:
-        return _ended(plan, sized, when)
-    if sized.best is None:
-        largest = sized.below[-1]
-        line = f"{when} not even {_fleet(largest)} were shown to be enough: {_reached(plan, largest, model)}."
-        return line if sized.capped is None else f"{line} {cap_words.capped(sized.capped, model)}."
-    line = f"{when} {_fleet(sized.best)}: {_reached(plan, sized.best, model)}"
-    close = [one for one in sized.below if _is_close(one)]
-    if close:
-        line += f" ({spoken([_fleet(one) for one in close], 'or')} may do: too close to tell)"
-    return f"{line}." + (_worse(plan, sized) if sized.worse else "")
-
-
-def _strategy(plan: FleetPlan) -> str:
-    """Whether another strategy makes do with less."""
-    own = _own(plan)
-    if plan.strategy is not None:
-        return f"With {_choice(plan.strategy)} instead of {own} fewer are needed: these numbers are for it."
-    judged = [_choice(strategy) for strategy in plan.strategies if strategy.shown]
-    same = [_choice(strategy) for strategy in plan.strategies if not strategy.shown]
-    if not judged:
-        return f"With {spoken(same, 'or')} instead of {own} nothing changes (three runs of each)."
-    line = f"With {spoken(judged, 'or')} instead of {own} no fewer are enough"
-    changes = f"change{'s' * (len(same) == 1)} nothing (three runs of each)"
-    return f"{line}, and {spoken(same)} {changes}." if same else f"{line}."
-
-
-def _own(plan: FleetPlan) -> str:
-    """The strategy of the model in words."""
-    [key, *others] = plan.strategies[0].overrides
-    return plan.own if others else words.policy(key, plan.own)
+def _are(shown: Shown) -> str:
+    return "is" if shown.robots == 1 and not shown.chargers else "are"
 
 
 def _choice(strategy: Strategy) -> str:
@@ -280,134 +374,11 @@ def _choice(strategy: Strategy) -> str:
     return strategy.label if others else words.policy(key, strategy.label)
 
 
-def _bottleneck(plan: FleetPlan, model: Model) -> str:
-    """What is busiest at the last answer; where nothing is scarce, what a task takes all the same."""
-    sized = plan.grown or plan.today
-    (part, most), *others = sized.utilisation.items()
-    rest = ", ".join(f"{name} {numbers.PERCENT.estimate(estimate)}" for name, estimate in others)
-    what, who = PARTS[part]
-    time = "of the time within their hours" if sized.in_hours else "of the time"
-    busy = f"{who} {numbers.PERCENT.estimate(most)} {time}" + (f" ({rest})" if rest else "")
-    if sized.trip is not None:
-        return f"Nothing is scarce: {busy.replace('they', part, 1)}. {_trip(sized.trip, model)}"
-    return f"The bottleneck is {what}: {busy}."
+def _time(sized: Sized) -> str:
+    """What shares of the time are of."""
+    return "of their hours" if sized.in_hours else "of the time"
 
 
-def _trip(trip: Estimate, model: Model) -> str:
-    """What a task takes against the time in which it is due."""
-    due = due_within(model)
-    scale = words.scale(TRIP, model, (trip.mean,))
-    of = "" if due is None else f" where {scale.value(due)} are allowed"
-    return f"A trip takes {scale.value(trip.mean)}{of}, waits included: more robots do not help."
-
-
-def _reached(plan: FleetPlan, shown: Shown, model: Model) -> str:
-    """The same in a sentence: `97.4 % (97.1 to 97.7) on time`."""
-    text = words.reached(plan.target.indicator, _value(plan, shown, model))
-    return f"{text}, but {shown.vetoed}" if shown.vetoed else text
-
-
-def _found(plan: FleetPlan, shown: Shown, model: Model) -> str:
-    """The mean of the target's indicator with its interval, or why the design fails in spite of it."""
-    text = _value(plan, shown, model)
-    return f"{text}, but {shown.vetoed}" if shown.vetoed else text
-
-
-def _value(plan: FleetPlan, shown: Shown, model: Model) -> str:
-    if shown.estimate is None:
-        return "no value"
-    return words.scale(plan.target.indicator, model, (shown.estimate.mean,)).estimate(shown.estimate)
-
-
-def command_line(
-    model: str,
-    assignments: tuple[str, ...],
-    overrides: Mapping[str, Any],
-    runs: int,
-    indicators: tuple[str, ...],
-    seed: int,
-) -> str:
-    """The line that shows a number and its interval again; what it changes anew is set once."""
-    kept = [text for text in assignments if text.partition("=")[0].strip() not in overrides]
-    sets = [*kept, *(f"{key}={_typed(value)}" for key, value in overrides.items())]
-    parts = ["desim", "what-if", model, *options_of(sets)]
-    parts += ["--replications", str(runs), *(part for name in indicators for part in ("--indicator", name))]
-    parts += ["--seed", str(seed)] if seed else []
-    return " ".join(shlex.quote(part) for part in parts)
-
-
-def _typed(value: Any) -> str:
-    """A value as `--set` takes it."""
-    if isinstance(value, dict):
-        return f"{{{', '.join(f'{key}: {_typed(item)}' for key, item in value.items())}}}"
-    return value if isinstance(value, str) else json.dumps(value)
-
-
-def save(
-    plan: FleetPlan,
-    model: Model,
-    shown: list[Evidence],
-    folder: Path,
-    seconds: float | None = None,
-    uncertain: Mapping[str, Any] | None = None,
-) -> None:
-    """Write plan.json, from which `desim report` makes a page; `uncertain` is the content of its tipping points."""
-    found = content(plan, model, shown) | {"uncertain": uncertain, "seconds": seconds}
-    write_whole(folder / PLAN, json.dumps(found, indent=1) + "\n")
-
-
-def content(plan: FleetPlan, model: Model, shown: list[Evidence]) -> dict[str, Any]:
-    """A plan as JSON has it, and the file plan.json."""
-    return {
-        "name": model.name,
-        "question": question(plan),
-        "answer": sentences(plan, model),
-        "feasible": plan.feasible,
-        "target": {"indicator": plan.target.indicator, "sense": plan.target.sense, "value": plan.target.value},
-        "zone": plan.zone,
-        "confidence": plan.confidence,
-        "today": _demand_content(plan.today),
-        "grown": None if plan.grown is None else _demand_content(plan.grown),
-        "strategies": {
-            one.label: {
-                "saves": one.saves,
-                "designs": [shown.verdict.verdict for shown in one.shown],
-                "same": [{"robots": robots, "chargers": chargers} for robots, chargers in one.same],
-            }
-            for one in plan.strategies
-        },
-        "strategy": plan.strategy.label if plan.strategy else plan.own,
-        "evidence": [asdict(one) for one in shown],
-        "promise": promise(plan),
-        "notes": _rare(plan, model),
-        "runs": plan.runs,
-    }
-
-
-def _demand_content(sized: Sized) -> dict[str, Any]:
-    return {
-        "study": sized.name.replace(" ", "-"),
-        "growth": sized.growth,
-        "orders_per_hour": sized.rate,
-        "best": None if sized.best is None else _design_content(sized.best),
-        "too_small": [_design_content(one) for one in sized.below],
-        "capped": None if sized.capped is None else asdict(sized.capped),
-        "open": [{"robots": robots, "chargers": chargers} for robots, chargers in sized.open],
-        "utilisation": {
-            part: {"mean": estimate.mean, "interval": estimate.interval} for part, estimate in sized.utilisation.items()
-        },
-    }
-
-
-def _design_content(shown: Shown) -> dict[str, Any]:
-    return {
-        "robots": shown.robots,
-        "chargers": shown.chargers,
-        "cost": shown.cost,
-        "verdict": shown.verdict.verdict,
-        "mean": None if shown.estimate is None else shown.estimate.mean,
-        "interval": None if shown.estimate is None else shown.estimate.interval,
-        "runs": shown.verdict.n,
-        "reason": shown.vetoed,
-        "set": shown.overrides,
-    }
+def _share(one: Estimate) -> str:
+    """A mean share, in whole per cent where that says something."""
+    return f"{100 * one.mean:.0f} %" if 0.01 <= one.mean <= 0.99 else numbers.PERCENT.value(one.mean)  # noqa: PLR2004

@@ -26,6 +26,10 @@ _FEW = 5
 """Runs below which it is said beside an interval that there are so few, where they all agree."""
 _MORE = 3
 """The most decimals more that an end of an interval has so that it does not look like 0."""
+_SAME = 1e-11
+"""Numbers that differ by less, as a part of them, are the same."""
+_FINEST = 12
+"""The most decimals of what lies close to a target."""
 _LIMITS = {"s": 90.0, "min": 5400.0, "h": 129_600.0}
 """The seconds up to which times are said in a unit."""
 _MOMENT = 0.01
@@ -167,37 +171,48 @@ class Scale:
         """The same in a table whose head has the unit; shares have theirs in the cell."""
         return self.value(value) if self.is_share else self.bare(value)
 
-    def estimate(self, found: Mean) -> str:
+    def estimate(self, found: Mean, target: float | None = None) -> str:
         """A mean with its unit and the ends of its interval: `97.4 % (97.1 to 97.7)`."""
         if found.interval is None:
             return f"{self.value(found.mean)} ({'exact' if found.deterministic else 'one run'})"
         few = f", {number_of(found.n, 'run')}" if not found.sd and found.n < _FEW else ""
-        return self._with_ends(found, found.interval, self.unit) + few
+        return self.within(found.mean, *found.interval, target, found.of_all) + few
 
-    def tile(self, found: Mean, what: str) -> tuple[str, str, str]:
+    def within(
+        self, mean: float, low: float, high: float, target: float | None = None, of_all: float | None = None
+    ) -> str:
+        """A mean with its unit and the ends of its interval, by the digits that this deserves: `97.4 % (97.1 to 97.7)`.
+
+        None of them is written as the target, or as 0 or 100 %, that is not exactly so. `of_all`: the share of all
+        tasks, said where it is written otherwise than the mean of the runs.
+        """
+        unit = plural(self.unit, self.by * mean)
+        return self._with_ends(mean, low, high, target, of_all, f" {unit}" if unit else "")
+
+    def tile(self, found: Mean, what: str, target: float | None = None) -> tuple[str, str, str]:
         """A mean as a large number: its value with the unit, what it is, and the ends of its interval."""
-        value, _, ends = self.estimate(found).partition(" (")
+        value, _, ends = self.estimate(found, target).partition(" (")
         return value, what, ends.replace(")", "", 1)
 
-    def cell(self, found: Mean | None) -> str:
-        """A mean in a table whose head has the unit: `200 ± 14`; with its ends where one of them is nearer."""
+    def cell(self, found: Mean | None, target: float | None = None) -> str:
+        """A mean in a table whose head has the unit: `200 ± 14`; with its ends where one is nearer, or for a target."""
         if found is None:
             return NONE
         if found.interval is None:
             return self.single(found.mean)
-        if self.is_share or not found.sd:
-            return self._with_ends(found, found.interval, "%" if self.is_share else "")
         half = found.half_width or 0.0
-        if found.mean - half < 0 <= found.interval[0]:  # it ends at 0, not below
-            return self._with_ends(found, found.interval, "")
-        digits = self._digits(found)
+        ends_at_0 = found.mean - half < 0 <= found.interval[0]
+        if self.is_share or not found.sd or ends_at_0 or target is not None:
+            unit = " %" if self.is_share else ""
+            return self._with_ends(found.mean, *found.interval, target, found.of_all, unit)
+        digits = self._digits(found.mean, *found.interval)
         return f"{self._rounded(found.mean, digits)} ± {number(self.by * half, digits)}"
 
     def difference(self, found: Paired) -> tuple[str, str, str, str, str]:
         """A paired difference in a table: its mean, the ends of its interval, p-value and verdict."""
         one = found.estimate
         points = Scale("", 100.0 if self.is_share else self.by)
-        digits = points._digits(one) if one.interval else None
+        digits = points._digits(one.mean, *one.interval) if one.interval else None
         if digits is not None and one.interval and one.interval[0] * one.interval[1] > 0:  # neither end looks like 0
             digits = min(digits + _MORE, max(digits, *(decimals(points.by * end) - 1 for end in one.interval)))
         ends = ("exact", "") if one.deterministic else (NONE, NONE)
@@ -212,22 +227,31 @@ class Scale:
             VERDICTS[found.differs] + (f" ({number_of(found.missing, 'pair')} missing)" if found.missing else ""),
         )
 
-    def _with_ends(self, found: Mean, interval: tuple[float, float], unit: str) -> str:
-        digits = self._digits(found)
-        low, high = (self._rounded(end, digits) for end in interval)
-        mean = self._rounded(found.mean, digits)
-        whole = mean if found.of_all is None else self._rounded(found.of_all, digits)
-        of_all = "" if whole == mean else f"; of all tasks {whole} %"
-        named = f" {plural(unit, self.by * found.mean)}" if unit else ""
-        return f"{mean}{named} ({low} to {high}{of_all})"
+    def _with_ends(
+        self, mean: float, low: float, high: float, target: float | None, of_all: float | None, unit: str
+    ) -> str:
+        digits = self._digits(mean, low, high)
+        shown, first, last = (self._apart(value, digits, target) for value in (mean, low, high))
+        whole = shown if of_all is None else self._rounded(of_all, digits)
+        return f"{shown}{unit} ({first} to {last}{'' if whole == shown else f'; of all tasks {whole} %'})"
 
-    def _digits(self, found: Mean) -> int:
-        """The decimals that the interval deserves."""
+    def _digits(self, mean: float, low: float, high: float) -> int:
+        """The decimals that an interval deserves."""
         if not self.is_share:
-            return decimals(self.by * (found.half_width or 0.0))
-        low, high = found.interval or (0.0, 0.0)
+            return decimals(self.by * max(mean - low, high - mean))
         most = 1 if low > _NEAR and high < 1 - _NEAR else 3
         return min(max(decimals(self.by * (high - low) / 2) - 1, 0), most) if high > low else 1
+
+    def _apart(self, value: float, digits: int, target: float | None) -> str:
+        """A value with so many decimals, or with as many more as it takes to look unlike what it is not."""
+        aims = [aim for aim in (target, *((0.0, 1.0) if self.is_share else ())) if aim is not None]
+        others = [self.by * aim for aim in aims if not math.isclose(value, aim, rel_tol=_SAME, abs_tol=_SAME)]
+        if self.is_share and _SAME < value < 1 - _SAME and round(100 * value, _MORE) in {0.0, 100.0}:
+            step = 10.0**-_MORE
+            return f"<{number(step, _MORE)}" if value < 0.5 else f">{number(100 - step, _MORE)}"  # noqa: PLR2004
+        while digits < _FINEST and any(round(self.by * value, digits) == round(aim, digits) for aim in others):
+            digits += 1
+        return self._rounded(value, digits)
 
     def _rounded(self, value: float, digits: int) -> str:
         return percent(value, digits) if self.is_share else number(self.by * value, digits)

@@ -8,7 +8,7 @@ import numpy as np
 
 from desim_warehouse.errors import spoken
 from desim_warehouse.outcome.verdicts import RULES, is_no_answer, piles_up
-from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.text import numbers, standing, words
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 if TYPE_CHECKING:
@@ -16,12 +16,10 @@ if TYPE_CHECKING:
 
     from desim_warehouse.report.text.numbers import Scale
     from desim_warehouse.study.results import Results
-    from desim_warehouse.study.statistics import Comparison, Difference, Estimate
+    from desim_warehouse.study.statistics import Comparison, Difference
 
 UNSETTLED = "not settled by the middle of its runs, and counted from there on; make run.length longer"
 """Of a design whose warm-up was to be found."""
-NO_ANSWER = "cannot keep up"
-"""In place of a share that is on time (see `verdicts.is_no_answer`)."""
 _MOST_TIMES = 10
 """Times the baseline up to which a difference is told as a part of it."""
 VOLUMES = ("throughput_per_hour", "tasks", "moves", "distance")
@@ -67,9 +65,17 @@ def marks(study: Results, design: str) -> str:
     return ", ".join(one.mark for one in study.verdicts.get(design, ()))
 
 
-def cell(study: Results, design: str, indicator: str, scale: Scale, found: Estimate | None) -> str:
+def cell(study: Results, design: str, indicator: str, scale: Scale) -> str:
     """An estimate in a table of designs, unless it says nothing of the design."""
-    return NO_ANSWER if is_no_answer(indicator, study.verdicts.get(design, ())) else scale.cell(found)
+    if is_no_answer(indicator, study.verdicts.get(design, ())):
+        return standing.WORDS["overloaded"]
+    return scale.cell(study.shown(design, indicator), aim_of(study, indicator))
+
+
+def aim_of(study: Results, indicator: str) -> float | None:
+    """The target of a study where it is on this indicator."""
+    goal = study.target
+    return goal.value if goal is not None and goal.indicator == indicator else None
 
 
 def left_open(study: Results, shown: Iterable[str]) -> list[str]:

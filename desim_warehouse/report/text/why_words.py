@@ -1,61 +1,35 @@
-"""The answer of `desim why` in sentences."""
+"""The answer of `desim why`: about the warehouse as it is, whatever any change gains."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.answer import Answer, Bar, BigNumber, Folded, Option, Rows, SaidNumber
+from desim_warehouse.report.text import judged, numbers, words
 from desim_warehouse.report.text.root_words import root
+from desim_warehouse.report.text.sentences import capital, sentence
 
 if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Units
+    from desim_warehouse.report.text.standing import Standing
     from desim_warehouse.study.reliefs.suspect import Suspect
     from desim_warehouse.study.statistics import Gain
     from desim_warehouse.study.why import Failure, Health, Why
 
-_ROOTS_SAID = 3
+_ROOTS = 3
+_NAMED = 3
+"""Changes that are named in a sentence."""
 _MANY = 1000  # per cent
 _FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": "jams for good"}
 """What a run does that could not go on, by its error."""
+_PER = "per 10 % more"
 
 
-def sentence(found: Why, units: Units) -> str:
-    """What holds the warehouse up and what that costs, or that nothing does."""
-    failure = found.failures.get(0)
-    if failure is not None:
-        return f"As it is, it {fails(failure)}. {_said(failure)}"
-    if not found.is_held_up and found.state is not None:
-        known = found.gains.none or found.is_clear
-        return f"Nothing holds it up: {state(found.state)}.{f' {_gains(found, units)}' if known else ''}"
-    return _gains(found, units)
-
-
-def batched(found: Why) -> str:
-    """How long tasks waited for others to go with them; empty where none did."""
-    if not found.batched:
-        return ""
-    return f"{numbers.PERCENT.value(found.batched)} of a task's time was waiting for a batch in the run looked at."
-
-
-def lost(found: Why, model: Model) -> str:
-    """How long robots waited in the run that was looked at, and for what most of it; empty where nobody waited."""
-    if not found.lost:
-        return ""
-    most = [
-        f"{numbers.PERCENT.value(share)} {root(one, model)}" for one, share in list(found.lost.items())[:_ROOTS_SAID]
-    ]
-    whole = numbers.PERCENT.value(math.fsum(found.lost.values()))
-    return f"Robots waited {whole} of their time in the run looked at: {spoken(most)}."
-
-
-def state(now: Health) -> str:
-    """How the warehouse does as it is."""
-    due = [] if now.on_time is None else [f"{100 * now.on_time:.3g} % on time"]
-    return ", ".join([f"robots idle {100 * now.idle:.0f} %", *due])
+def answer(found: Why) -> Answer:
+    """What `desim why` found."""
+    return _Held(found).answer()
 
 
 def fails(failure: Failure) -> str:
@@ -64,70 +38,216 @@ def fails(failure: Failure) -> str:
     return f"{verb} in {failure.failed} of {number_of(failure.runs, 'run')}"
 
 
-def _said(failure: Failure) -> str:
-    text = failure.text.partition(": ")[2] or failure.text
-    return f"{text[:1].upper()}{text[1:]}."
+class _Held:
+    """What holds a warehouse up, with the scale on which gains are written."""
 
+    def __init__(self, found: Why) -> None:
+        self.found, self.model = found, found.model
+        known = [gain.mean for _, gain in found.found if math.isfinite(gain.mean)]
+        scale = words.scale(found.indicator, self.model, known)
+        self.scale = numbers.Scale("points", 100.0) if scale.is_share else scale
+        self.competing = [(suspect, gain) for suspect, gain in found.found if gain.competes]
+        self.of = words.in_sentence(found.indicator) if found.indicator else ""
 
-def _gains(found: Why, units: Units) -> str:
-    """What gains most for an equal dose, and what everything else gains at most."""
-    unit = unit_of(found, units)
-    competing = [(suspect, gain) for suspect, gain in found.found if gain.competes]
-    if not competing:
-        return f"Nothing that was tried made a difference in {number_of(found.gains.runs, 'run')}."
-    (suspect, most), *others = competing
-    if found.gains.none:
-        return f"Nothing that was tried gains {amount(found, found.gains.delta)}{unit} or more."
-    if found.is_clear and not found.is_held_up:
-        return f"{suspect.relief.capitalize()} gains {amount(found, most.mean)}{unit} ({interval(found, most)})."
-    if found.is_clear:
-        rest = max((gain.each.high for one, gain in others if one.name != suspect.name), default=None)
-        per = f" for {DOSE}" if any(one.dose is not None for one, _ in competing) else ""
-        more = "" if rest is None else f"; nothing else gains more than {amount(found, max(rest, 0.0), up=True)}{per}"
-        if len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
-            more = f"; nothing else made a difference in {number_of(most.n, 'run')}"
-        return f"{_answer(found, suspect, most, unit)}{more}.{_largest(found, competing[:1], competing)}"
-    leader = most.each.low
-    near = [(one, gain) for one, gain in competing if gain.each.high >= leader and gain.high > 0]
-    listed = spoken(
-        [f"{one.relief} {amount(found, gain.each.mean)} ({interval(found, gain.each)})" for one, gain in near[:4]]
-    )
-    unclear = f"Too close to tell after {most.n} replications what gains most{unit} for {DOSE}: {listed}."
-    return unclear + _largest(found, near[:4], competing)
+    def answer(self) -> Answer:
+        found, model = self.found, self.model
+        said = [self._said(), *(sentence(one.text) for one in found.verdicts), self._lost(), self._batched()]
+        broken = 0 in found.failures
+        return Answer(
+            kind="why",
+            name=model.name,
+            description=model.description,
+            question="What holds it up?",
+            measure="gain, per 10 %",
+            answer=tuple(filter(None, said)),
+            tiles=() if broken else (*self._as_it_is(), *self._health()),
+            options=tuple(self._options()),
+            figure=self._figure(),
+            about=None if broken else judged.about("the warehouse as it is", model, found.seed),
+            tables=tuple(self._changes()),
+            promise=f"All intervals hold at once with {100 * found.gains.confidence:g} % confidence.",
+            notes=tuple(f"Not tried: {line}." for line in found.left_out),
+            runs=found.gains.runs,
+            confidence=found.gains.confidence,
+            made={"seed": str(found.seed), "model": model.digest()},
+            indicator=found.indicator,
+            clear=found.is_clear,
+            base=_finite(found.gains.base),
+            held_up=found.is_held_up,
+            lost_time=[{"root": one.cause, "at": one.at, "share": share} for one, share in found.lost.items()],
+            waiting_for_batch=found.batched,
+            failed=found.gains.failed,
+            left_out=list(found.left_out),
+            verdicts=[verdict.content() for verdict in found.verdicts],
+            reliefs=[_facts(suspect, gain) for suspect, gain in found.found],
+        )
 
+    # Sentences
 
-def _largest(found: Why, named: list[tuple[Suspect, Gain]], competing: list[tuple[Suspect, Gain]]) -> str:
-    """What is sure to gain most as a whole, however large a change it takes; empty where it is named first anyway."""
-    suspect, most = max(competing, key=lambda item: item[1].mean)
-    if suspect is named[0][0] or any(gain.high >= most.low for one, gain in named if one is not suspect):
-        return ""
-    return f" As a whole {suspect.relief} gains most: {amount(found, most.mean)} ({interval(found, most)})."
+    def _said(self) -> str:
+        """What holds the warehouse up and what that costs, or that nothing does."""
+        found, failure = self.found, self.found.failures.get(0)
+        if failure is not None:
+            return f"As it is, it {fails(failure)}. {sentence(failure.text.partition(': ')[2] or failure.text)}"
+        if not found.is_held_up and found.state is not None:
+            known = found.gains.none or found.is_clear
+            return f"Nothing holds it up: {_state(found.state)}.{f' {self._gains()}' if known else ''}"
+        return self._gains()
 
+    def _gains(self) -> str:
+        """What gains most for an equal dose, and what everything else gains at most."""
+        found = self.found
+        if not self.competing:
+            return f"No change tried made any difference in {number_of(found.gains.runs, 'run')}."
+        if found.gains.none:
+            return f"No change tried improves {self.of} by {self.scale.value(found.gains.delta)} or more."
+        if found.is_clear:
+            return self._best(*self.competing[0])
+        leader = self.competing[0][1].each.low
+        near = [(one, gain) for one, gain in self.competing if gain.each.high >= leader and gain.high > 0][:_NAMED]
+        listed = spoken([f"{one.relief} {self._number(gain.each).text}" for one, gain in near])
+        per = f", {_PER}" if any(one.dose is not None for one, _ in near) else ""
+        runs = number_of(self.competing[0][1].n, "run")
+        unclear = f"{runs} cannot yet say what helps most. Gain in {self.of}{per}: {listed}."
+        return unclear + self._largest([one for one, _ in near])
 
-DOSE = "each 10 %"
+    def _best(self, suspect: Suspect, most: Gain) -> str:
+        """What the winner gains, and what everything else gains at most."""
+        found = self.found
+        falls = "falls" if find(found.indicator).better == "less" else "rises"
+        per = "" if suspect.dose is None else " per 10 %"
+        line = f"{capital(suspect.relief)}: {self.of} {falls} by {self._number(most.each).text}{per}"
+        if found.is_held_up:
+            line = f"{capital(suspect.name)} {_holds(suspect.name)} it up most. {line}"
+        rest = max((gain.each.high for one, gain in self.competing if one.name != suspect.name), default=None)
+        if rest is not None:
+            doses = any(one.dose is not None for one, _ in self.competing)
+            line += f"; nothing else gains more than {self._at_most(rest)}{' per 10 %' * doses}"
+        elif len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
+            line += f"; nothing else made a difference in {number_of(most.n, 'run')}"
+        whole = f" As a whole it gains {self._number(most).text}." if suspect.dose is not None else ""
+        return f"{line}.{whole}{self._largest([suspect])}"
 
+    def _largest(self, named: list[Suspect]) -> str:
+        """What is sure to gain most as a whole, however large a change it takes, unless that is named first."""
+        suspect, most = max(self.competing, key=lambda item: item[1].mean)
+        others = [gain for one, gain in self.competing if one in named and one is not suspect]
+        if suspect is named[0] or any(gain.high >= most.low for gain in others):
+            return ""
+        return f" As a whole {suspect.relief} gains most: {self._number(most).text}."
 
-def _answer(found: Why, suspect: Suspect, gain: Gain, unit: str) -> str:
-    """What the winner costs, where it is in the way, or what more of it gains."""
-    name = f"{suspect.name[:1].upper()}{suspect.name[1:]}"
-    whole = f"{amount(found, gain.mean)}{unit} ({interval(found, gain)})"
-    if suspect.dose is None:
-        several = sum(one.name == suspect.name for one, _ in found.found) > 1
-        return f"{name} {_costs(suspect.name)} {whole}{f' by this relief: {suspect.relief}' if several else ''}"
-    each = f", {amount(found, gain.each.mean)} for {DOSE}"
-    return (
-        f"{name} {'holds' if _costs(suspect.name) == 'costs' else 'hold'} it up: {suspect.relief} gains {whole}{each}"
-    )
+    def _at_most(self, value: float) -> str:
+        """A bound, rounded up."""
+        value = max(value, 0.0) * self.scale.by
+        digits = max(0, 1 - math.floor(math.log10(value))) if value else 0
+        shown = numbers.number(math.ceil(value * 10**digits) / 10**digits, digits)
+        return f"{shown} {self.scale.unit}".rstrip()
 
+    def _lost(self) -> str:
+        """How long robots waited in the run that was looked at, and for what most of it; empty where nobody waited."""
+        lost = self.found.lost
+        if not lost:
+            return ""
+        most = [f"{numbers.PERCENT.value(part)} {root(one, self.model)}" for one, part in list(lost.items())[:_ROOTS]]
+        whole = numbers.PERCENT.value(math.fsum(lost.values()))
+        return f"Robots spent {whole} of their time waiting in the run looked at: {spoken(most)}."
 
-def _costs(name: str) -> str:
-    """The verb for a suspect: intersections cost, an intersection costs."""
-    first = name.split(maxsplit=1)[0]
-    return "cost" if first.endswith("s") or name.endswith("lanes") or first == "people" else "costs"
+    def _batched(self) -> str:
+        """How long tasks waited for others to go with them; empty where none did."""
+        if not self.found.batched:
+            return ""
+        share = numbers.PERCENT.value(self.found.batched)
+        return f"{share} of a task's time was waiting for a batch in the run looked at."
+
+    # Numbers
+
+    def _number(self, gain: Gain) -> SaidNumber:
+        return judged.within(self.found.indicator, self.scale, (gain.mean, gain.low, gain.high), 0.0)
+
+    def _as_it_is(self) -> list[BigNumber]:
+        base = self.found.as_it_is
+        if base is None:
+            return []
+        scale = words.scale(self.found.indicator, self.model, (base.mean,))
+        shown = judged.within(self.found.indicator, scale, (base.mean, *(base.interval or (None, None))))
+        return [judged.tile(shown.text, f"{self.of}, as it is")]
+
+    def _health(self) -> list[BigNumber]:
+        """How the warehouse does, where no sentence says it."""
+        state = self.found.state
+        if state is None or not self.found.is_held_up:
+            return []
+        due = [] if state.on_time is None else [BigNumber(value=numbers.PERCENT.value(state.on_time), what="on time")]
+        return [*due, BigNumber(value=numbers.PERCENT.value(state.idle), what="of robots' time idle")]
+
+    def _standing(self, suspect: Suspect, gain: Gain) -> Standing:
+        found = self.found
+        if gain.change in found.failures or gain.failed:
+            return "fails"
+        if gain.same:
+            return "same"
+        if gain.scale is None:
+            return "apart"
+        first, most = self.competing[0]
+        if suspect is first and found.is_clear:
+            return "best"
+        return "perhaps" if gain.each.high >= most.each.low and gain.high > 0 else "less"
+
+    def _options(self) -> list[Option]:
+        """A row for each change, those in the contest by what 10 % gain; all that changed nothing are one."""
+        same = [suspect.relief for suspect, gain in self.found.found if gain.same]
+        rows = []
+        for suspect, gain in self.found.found:
+            if gain.same and suspect.relief != same[0]:
+                continue
+            standing, said = self._standing(suspect, gain), ""
+            if gain.change in self.found.failures:
+                said = fails(self.found.failures[gain.change])
+            elif gain.failed:
+                said = f"no value in {gain.failed} of {number_of(gain.n, 'run')}"
+            elif gain.same:
+                said = f"no difference in {number_of(gain.n, 'run')}"
+            rows.append(
+                Option(
+                    name=suspect.relief,
+                    standing=standing,
+                    number=None if said else self._number(gain.each if gain.competes else gain),
+                    said=said,
+                    runs=gain.n,
+                    set=dict(suspect.overrides),
+                    same=tuple(same[1:]) if gain.same else (),
+                )
+            )
+        return rows
+
+    def _figure(self) -> Rows | None:
+        rows = []
+        for suspect, gain in self.competing:
+            one = self._number(gain.each)
+            standing = self._standing(suspect, gain)
+            shown = {"mean": one.mean, "low": one.low, "high": one.high, "text": one.text}
+            rows.append(Bar(label=suspect.relief, standing=standing, **shown))
+        title = f"What each change gains in {self.of}, {_PER} of it"
+        return Rows(title=title, at=0.0, at_words="no gain", rows=tuple(rows)) if rows else None
+
+    def _changes(self) -> list[Folded]:
+        """How large each change is, how long robots waited there, and what it gains as a whole."""
+        rows = tuple(
+            (
+                suspect.relief,
+                dose(suspect),
+                "" if suspect.waited is None else numbers.PERCENT.value(suspect.waited),
+                "" if math.isnan(gain.mean) else self._number(gain).text,
+            )
+            for suspect, gain in self.found.found
+        )
+        note = "Waited: the part of the robots' time, in one run. Gains as a whole, however large the change."
+        head = ("change", "how much more", "waited", "gain as a whole")
+        return [Folded(title="The changes as a whole", note=note, head=head, rows=rows)] if rows else []
 
 
 def dose(suspect: Suspect) -> str:
-    """A relief as a part of what is there."""
+    """A change as a part of what is there."""
     if suspect.dose is None:
         return "all"
     percent = 100 * suspect.dose
@@ -135,30 +255,32 @@ def dose(suspect: Suspect) -> str:
     return text.replace("-", "\N{MINUS SIGN}")
 
 
-def unit_of(found: Why, units: Units) -> str:
-    """The unit of the costs, with what they are of."""
-    indicator = find(found.indicator)
-    if indicator.unit == "tasks per hour":
-        return " tasks an hour"
-    unit = words.unit(indicator.unit, units)
-    if indicator.is_share:
-        return f" points of {found.indicator}"
-    named = words.in_sentence(found.indicator)
-    if indicator.unit == "count":
-        return f" {named}"
-    return f" {unit} of {named}" if unit else f" of {named}"
+def _state(now: Health) -> str:
+    """How the warehouse does as it is."""
+    due = [] if now.on_time is None else [f"{numbers.PERCENT.value(now.on_time)} on time"]
+    return ", ".join([f"robots idle {100 * now.idle:.0f} %", *due])
 
 
-def amount(found: Why, value: float, *, up: bool = False) -> str:
-    """A cost with as many digits as count; `up`: rounded up, as a bound is."""
-    value *= 100 if find(found.indicator).is_share else 1
-    digits = max(0, 1 - math.floor(math.log10(abs(value)))) if value else 0
-    shown = math.ceil(value * 10**digits) / 10**digits if up else value
-    return numbers.number(shown, digits)
+def _holds(name: str) -> str:
+    """The verb for a suspect: intersections hold, an intersection holds."""
+    first = name.split(maxsplit=1)[0]
+    return "hold" if first.endswith("s") or name.endswith("lanes") or first == "people" else "holds"
 
 
-def interval(found: Why, gain: Gain) -> str:
-    """Its interval in words."""
-    if gain.low == gain.high:
-        return "exact"
-    return f"{amount(found, gain.low)} to {amount(found, gain.high)}"
+def _facts(suspect: Suspect, gain: Gain) -> dict[str, Any]:
+    return {
+        "name": suspect.name,
+        "relief": suspect.relief,
+        "waited": suspect.waited,
+        "dose": suspect.dose,
+        "gain": _finite(gain.mean),
+        "low": _finite(gain.low),
+        "high": _finite(gain.high),
+        "per_10_percent": None if suspect.dose is None else _finite(suspect.scale * gain.mean),
+        "failed": gain.failed,
+        "competes": gain.competes,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.keys import about
 from desim_warehouse.outcome.indicators import look_up
+from desim_warehouse.report.text import standing
 from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, plural, times
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.table import plain
@@ -37,8 +38,6 @@ _OF_THE_MODEL = {
 _OF_ALL = {"rate": "per hour", "angle": "degrees", "weighted": "", "tasks": ""}
 """Units by kind of quantity; any other kind is its own unit."""
 _BOUNDS = {">=": "at least", "<=": "at most", ">": "more than", "<": "less than"}
-MET = {"meets": "met", "fails": "not met", "undecided": "too close to tell"}
-"""What is said of a design beside a target, by the verdict on it."""
 _AIMS = {
     "on_time": "{} on time",
     "worked_on_time": "{} worked on in time",
@@ -109,8 +108,9 @@ def indicator_name(indicator: str) -> str:
 
 
 def in_sentence(indicator: str) -> str:
-    """An indicator's name inside a sentence: `task time T`."""
-    name = indicator_name(indicator)
+    """An indicator's name inside a sentence: `task time T`, `mean cycle time`."""
+    what, _, how = indicator_name(indicator).rpartition(", ")
+    name = f"mean {what[:1].lower()}{what[1:]}" if how == "mean" else indicator_name(indicator)
     return f"{name[:1].lower()}{name[1:]}"
 
 
@@ -218,13 +218,13 @@ def replications(plan: StudyPlan) -> str:
 def met(study: Results, design: str) -> str:
     """Whether a design meets the target of a study; a dash where its runs do not say."""
     found = study.judged.get(design)
-    return "–" if found is None else MET[found.verdict]
+    return "–" if found is None else standing.WORDS[standing.standing(found, study.verdicts.get(design, ()))]
 
 
 def met_or_when(study: Results, design: str) -> str:
-    """The same, and how many runs would tell where it is too close: `too close to tell; about 40 runs would`."""
+    """The same, and how many runs would tell: `needs more runs, about 40`."""
     more = study.runs_to_tell.get(design)
-    return met(study, design) + (f"; about {number(more)} runs would" if more else "")
+    return met(study, design) + (f", about {number(more)}" if more else "")
 
 
 def in_unit(value: float, unit: str) -> str:

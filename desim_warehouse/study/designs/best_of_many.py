@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from desim_warehouse.model import Model, Source
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.designs.design_space import Combined, DesignPart
     from desim_warehouse.study.factors import Factor, Label
     from desim_warehouse.study.results import Results
@@ -89,6 +90,18 @@ class BestOfMany:
     many: float
     runs: int
     confidence: float
+    seed: int = 0
+
+    @property
+    def answer(self) -> Answer:
+        """The answer as `desim best` prints it."""
+        from desim_warehouse.report.text import best_words
+
+        return best_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """What Jupyter shows."""
+        return self.answer._repr_html_()
 
 
 @overload
@@ -235,6 +248,7 @@ class _Search:
             self.space.many,
             len(scout.rows) + len(fresh.rows),
             float(self.plan["confidence"]),
+            self.seed,
         )
 
     def _is_better(self, apart: Estimate | None) -> bool:

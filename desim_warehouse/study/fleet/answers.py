@@ -8,6 +8,9 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
+    from desim_warehouse.model import Model
+    from desim_warehouse.outcome.verdicts import Verdict
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.fleet.capped import Capped
     from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
 
@@ -18,7 +21,8 @@ class Shown:
 
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
     None where all runs failed. `vetoed`: why it fails in any case. `cost`: of its robots and chargers a year, None
-    without prices of them.
+    without prices of them. `wrong`: the verdicts on its runs. `delivered`: tasks an hour, which is what counts of one
+    that cannot keep up.
     """
 
     robots: int
@@ -28,6 +32,8 @@ class Shown:
     estimate: Estimate | None
     vetoed: str | None
     cost: float | None
+    wrong: tuple[Verdict, ...] = ()
+    delivered: Estimate | None = None
 
 
 @dataclass(frozen=True)
@@ -42,6 +48,7 @@ class Sized:
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
     `worse`: designs with one robot or one charger more than the one found first that do worse, and by how much.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
+    `counts`: robots and chargers of all designs searched.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
     """
 
@@ -58,6 +65,7 @@ class Sized:
     worse: tuple[tuple[int, int, Estimate], ...] = ()
     capped: Capped | None = None
     trip: Estimate | None = None
+    counts: tuple[tuple[int, int], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -86,6 +94,7 @@ class FleetPlan:
     `untried`: strategies for which the runs allowed did not suffice.
     """
 
+    model: Model
     target: Target
     zone: float
     confidence: float
@@ -97,6 +106,18 @@ class FleetPlan:
     sized: str | None
     runs: int
     untried: tuple[str, ...] = ()
+    seed: int = 0
+
+    @property
+    def answer(self) -> Answer:
+        """The answer as `desim plan` prints it."""
+        from desim_warehouse.report.text import fleet_words
+
+        return fleet_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """What Jupyter shows."""
+        return self.answer._repr_html_()
 
     @property
     def feasible(self) -> bool:

@@ -134,7 +134,22 @@ class _Planner:
         left = tuple(counts[number] for number in found.open)
         worse = tuple((*counts[one.number], one.difference) for one in found.larger if one.worse)
         capped = self._capped(study, below[-1], name, changes) if best is None and below and not left else None
-        return Sized(name, growth, hourly, best, below, used, in_hours, shown_by, changes, left, worse, capped, trip)
+        return Sized(
+            name,
+            growth,
+            hourly,
+            best,
+            below,
+            used,
+            in_hours,
+            shown_by,
+            changes,
+            left,
+            worse,
+            capped,
+            trip,
+            tuple(counts),
+        )
 
     def _capped(self, study: Study, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
         """What a cap on the robots under way gives the largest fleet, where none is enough and robots wait much."""
@@ -181,7 +196,10 @@ class _Planner:
         mean = study.results.estimate(study.results.by_point[number], self.target.indicator)
         if mean is not None and mean.interval is not None and verdict.low is not None and verdict.high is not None:
             mean = replace(mean, interval=(verdict.low, verdict.high))
-        return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed, self.designs.cost(counts))
+        cost = self.designs.cost(counts)
+        wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
+        done = study.results.estimate(study.results.by_point[number], "throughput_per_hour")
+        return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done)
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
         """What other strategies do with the designs that are too small with the model's own."""
@@ -312,7 +330,19 @@ def plan_fleet(
         today, grown = _sizes(planner, times, better.overrides, f" with {better.label}")
     own = ", ".join(str(level_of(model, key)) for key in strategies)
     return FleetPlan(
-        goal, zone, confidence, own, today, grown, tried, better, designs.zone, budget.spent, planner.untried
+        model,
+        goal,
+        zone,
+        confidence,
+        own,
+        today,
+        grown,
+        tried,
+        better,
+        designs.zone,
+        budget.spent,
+        planner.untried,
+        seed,
     )
 
 

@@ -9,7 +9,7 @@ function control(study, factor, side, chosen, changed) {
   const now = element("output", { for: id });
   const show = () => {
     field.value = chosen()[factor];
-    field.setAttribute("aria-valuetext", levels[field.value]);
+    if (numbers) field.setAttribute("aria-valuetext", levels[field.value]);
     now.textContent = numbers ? levels[field.value] : "";
   };
   field.id = id;

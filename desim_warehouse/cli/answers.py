@@ -1,0 +1,40 @@
+"""How every command that asks a question ends: its answer is kept, and printed as text or JSON."""
+
+from __future__ import annotations
+
+import json
+import shlex
+import shutil
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import click
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.report.answer import Answer
+
+_NARROWEST = 60
+"""Columns of a terminal below which tables are not made narrower."""
+
+
+def give(answer: Answer, out: str | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> None:
+    """Keep an answer in the folder of `--out`, with the command as it was typed, and print it."""
+    from desim_warehouse.report.text.printed import WIDTH, printed
+
+    answer = answer.model_copy(update={"command": typed()})
+    if out is not None and Path(out).is_dir():
+        answer.save(out)
+    if as_json:
+        click.echo(json.dumps(answer.content(warnings=warnings)))
+        return
+    columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else WIDTH
+    click.echo(printed(answer, max(columns, _NARROWEST)))
+
+
+def typed() -> str:
+    """The command as it was typed."""
+    arguments: list[str] = click.get_current_context().find_root().meta["desim.typed"]
+    return shlex.join(["desim", *arguments])

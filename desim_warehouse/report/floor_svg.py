@@ -1,0 +1,76 @@
+"""The floor as an inline drawing in its own units: lanes and nodes coloured by how long robots wait there."""
+
+from __future__ import annotations
+
+from base64 import b64encode
+from bisect import bisect_right
+from collections import defaultdict
+from typing import TYPE_CHECKING
+
+from desim_warehouse.report import html
+from desim_warehouse.report.palette import WAITED_STEPS
+from desim_warehouse.report.plot.floor import ends, step_of
+from desim_warehouse.report.plot.heat import edge_values, node_values, step_words
+from desim_warehouse.report.zones import zones
+
+if TYPE_CHECKING:
+    from desim_warehouse.report.html import Html
+    from desim_warehouse.report.zones import Zone
+    from desim_warehouse.run import Run
+
+_MARGIN = 0.03
+"""Room around the floor, as a part of its width."""
+_LANES = 3000
+"""Of more lanes the drawing is a picture."""
+
+
+def floor(run: Run) -> Html | None:
+    """The map of waits of a run with goods, stations and bays; None where nobody waited."""
+    if not run.kpis["S"]:
+        return None
+    if len(run.layout.lanes) > _LANES:
+        return _picture(run)
+    layout, step = run.layout, step_of(run.layout)
+    lanes: defaultdict[int, list[str]] = defaultdict(list)
+    for edge, waited in edge_values(run, "blocked").items():
+        (x0, y0), (x1, y1) = ends(layout, edge, step)
+        lanes[_step(run, waited)].append(f"M{x0:.4g} {y0:.4g}L{x1:.4g} {y1:.4g}")
+    nodes = [
+        (data["x"], data["y"], _step(run, waited))
+        for (_, data), waited in zip(layout.graph.nodes(data=True), node_values(run, "blocked").values(), strict=True)
+    ]
+    places = zones(run.model, layout)
+    slots = [(x, y, zone.room, zone.kind) for zone in places for x, y in zone.places]
+    xs = [x for x, *_ in nodes] + [x for x, *_ in slots]
+    ys = [y for _, y, _ in nodes] + [y for _, y, *_ in slots]
+    room = _MARGIN * (max(xs) - min(xs) or 1.0)
+    names = _names(run, places, (min(ys) + max(ys)) / 2, room)
+    ys += [y for _, _, y, _ in names]
+    box = min(xs) - 2 * room, min(ys) - room, max(xs) - min(xs) + 4 * room, max(ys) - min(ys) + 2 * room
+    side = 0.8 * (layout.goods_size or 0.09 * step) / 2
+    goods = "".join(f"M{one.x - side:.4g} {one.y:.4g}h{2 * side:.3g}" for one in layout.storage)
+    return html.figure("floor", box, sorted(lanes.items()), nodes, goods, 2 * side, slots, names, step_words(), room)
+
+
+def _step(run: Run, waited: float) -> int:
+    """The step of the scale of a time waited: 0 where nobody waits."""
+    return 1 + bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0)) if waited else 0
+
+
+def _names(run: Run, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str]]:
+    """Kind, point and name of each zone: beyond its slots, as seen from its node, away from the middle."""
+    found = []
+    for zone in places:
+        node = run.layout.graph.nodes[zone.node]
+        xs, ys = zip(*zone.places, strict=True)
+        away = 0.8 * room + zone.room
+        y = max(ys) if sum(ys) / len(ys) > node["y"] else min(ys)
+        found.append((zone.kind, sum(xs) / len(xs), y + (away if y > middle else -away), zone.name))
+    return found
+
+
+def _picture(run: Run) -> Html:
+    from desim_warehouse.report import plot
+
+    data, facts = plot.congestion(run)._repr_png_()  # type: ignore[attr-defined] # what Jupyter calls, too
+    return html.picture(b64encode(data).decode("ascii"), facts["width"], facts["alt"])

@@ -1,0 +1,43 @@
+"""Parts of an answer: a number with its one interval, a tile, and the design that it is about."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.report.answer import BigNumber, SaidNumber, Subject
+from desim_warehouse.report.text import words
+from desim_warehouse.study.plan import run_seed
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+    from desim_warehouse.report.text.numbers import Scale
+    from desim_warehouse.study.statistics import DesignVerdict, Target
+
+
+def number(one: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:
+    """The mean of a design that was judged, with the bounds of the verdict."""
+    scale = words.scale(target.indicator, model, (one.mean,))
+    return within(target.indicator, scale, (one.mean, one.low, one.high), target.value)
+
+
+def within(
+    of: str, scale: Scale, found: tuple[float, float | None, float | None], aim: float | None = None
+) -> SaidNumber:
+    """A mean with the ends of its interval; none where both are None or as the mean, as it is exact."""
+    mean, low, high = found
+    known = low is not None and high is not None and not math.isnan(low) and low < high
+    if not known or low is None or high is None:
+        return SaidNumber(of=of, mean=mean, text=scale.value(mean))
+    return SaidNumber(of=of, mean=mean, low=low, high=high, text=scale.within(mean, low, high, aim))
+
+
+def tile(text: str, what: str) -> BigNumber:
+    """The text of a number as a large one, its interval as the note."""
+    value, _, ends = text.partition(" (")
+    return BigNumber(value=value, what=what, note=ends.removesuffix(")"))
+
+
+def about(name: str, model: Model, seed: int) -> Subject:
+    """What the page shows: the first run of a design."""
+    return Subject(name=name, model=model.content(), seed=run_seed(seed, 0))

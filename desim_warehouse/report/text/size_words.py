@@ -1,0 +1,141 @@
+"""The answer of `desim size --target`: the smallest value that meets it."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import spoken
+from desim_warehouse.report.answer import Answer, Bar, BigNumber, Option, Rows, merged
+from desim_warehouse.report.text import judged, words
+from desim_warehouse.report.text.sentences import capital
+from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.design import Point
+    from desim_warehouse.study.statistics import DesignVerdict, Sizing
+    from desim_warehouse.study.study import Study
+
+
+def answer(found: Sizing[Any], study: Study, besides: str = "") -> Answer:
+    """What `desim size --target` found; `besides`: a sentence more."""
+    return _Sized(found, study).answer(besides)
+
+
+class _Sized:
+    """The values that were looked at, in their order; those whose runs are equal are one."""
+
+    def __init__(self, found: Sizing[Any], study: Study) -> None:
+        self.found, self.results, self.goal = found, study.results, found.target
+        self.model, self.seed = study.plan.base, study.plan.seed
+        [self.key] = (factor.key for factor in study.plan.factors)
+        self.points: dict[Any, Point] = {point.labels[self.key]: point for point in study.points}
+        places = list(self.points)
+        looked_at = sorted(found.decisions, key=lambda one: places.index(one.value))
+        self.tried = merged(looked_at, self._runs)
+        self.options = [self._option(one, same) for one, same in self.tried]
+
+    def answer(self, besides: str) -> Answer:
+        found, goal = self.found, self.goal
+        best = next((one for one in found.decisions if one.value == found.smallest), None)
+        said = self._none() if best is None else [self._smallest(best)]
+        said += self._open() + self._falls() + ([besides] if besides else [])
+        return Answer(
+            kind="size",
+            name=self.model.name,
+            description=self.model.description,
+            question=f"What is the smallest {words.in_words(self.key)} that gives {words.target(goal)}?",
+            answer=tuple(said),
+            measure=words.in_sentence(goal.indicator),
+            tiles=() if best is None else self._tiles(best),
+            options=tuple(self.options),
+            figure=self._figure(),
+            about=None if best is None else judged.about(self._name(best), self._model(best), self.seed),
+            promise=f"All verdicts hold at once with {100 * found.confidence:g} % confidence.",
+            runs=found.runs,
+            confidence=found.confidence,
+            made={"seed": str(self.seed), "model": self.model.digest()},
+            key=self.key,
+            smallest=found.smallest,
+            target={"indicator": goal.indicator, "sense": goal.sense, "value": goal.value},
+        )
+
+    # Sentences
+
+    def _smallest(self, best: DesignVerdict[Any]) -> str:
+        name = self._name(best)
+        many = name[:1].isdigit()
+        are = "are" if many and best.value != 1 else "is"
+        fewest = "fewest" if many else "smallest value"
+        number = judged.number(best, self.goal, self.model).text
+        return f"{capital(name)} {are} the {fewest} shown to give {words.target(self.goal)}: {number}."
+
+    def _none(self) -> list[str]:
+        """That none is enough, and what the best or, where more may be worse, each does."""
+        said = [f"No {words.in_words(self.key)} within the range is shown to give {words.target(self.goal)}."]
+        return said + [f"{capital(one.name)}: {one.text}." for one in self.options[-1:]]
+
+    def _open(self) -> list[str]:
+        close = [one.name for one in self.options if one.standing == "open"]
+        return [f"{capital(spoken(close, 'or'))} may also be enough; more runs would tell."] if close else []
+
+    def _falls(self) -> list[str]:
+        falls = self.found.falls if self.found.search == "bisection" else ()
+        pairs = ", ".join(f"{words.level(one)} to {words.level(other)}" for one, other in falls)
+        return (
+            [f"More is not always better here, as from {pairs}: --search scan looks at every value."] if falls else []
+        )
+
+    # Numbers
+
+    def _name(self, one: DesignVerdict[Any]) -> str:
+        return words.design_spoken({self.key: one.value})
+
+    def _model(self, one: DesignVerdict[Any]) -> Any:
+        return self.model.replace(self.points[one.value].overrides)
+
+    def _runs(self, one: DesignVerdict[Any]) -> Any:
+        """The runs of a value as something that can be compared."""
+        rows = self.results.by_point[self.points[one.value].number]
+        return tuple(
+            (row.outcome.error, tuple((name, str(value)) for name, value in sorted(row.indicators.items())))
+            for row in rows
+        )
+
+    def _option(self, one: DesignVerdict[Any], same: list[DesignVerdict[Any]]) -> Option:
+        point = self.points[one.value]
+        wrong = self.results.verdicts.get(str(point), ())
+        why = lasts_not(wrong)
+        veto = dict(self.found.vetoed).get(one.value)
+        kind: Standing = why or ("fails" if veto or math.isnan(one.mean) else standing(one))
+        done = self.results.estimate(self.results.by_point[point.number], "throughput_per_hour")
+        said = instead(wrong, None if done is None else done.mean, self._model(one)) if why else veto or ""
+        known = not said and not math.isnan(one.mean)
+        return Option(
+            name=self._name(one),
+            standing=kind,
+            number=judged.number(one, self.goal, self.model) if known else None,
+            said=said,
+            runs=one.n,
+            set=dict(point.overrides),
+            same=tuple(words.level(other.value) for other in same),
+        )
+
+    def _tiles(self, best: DesignVerdict[Any]) -> tuple[BigNumber, ...]:
+        name = self._name(best)
+        count, _, what = name.partition(" ")
+        first = BigNumber(value=count, what=what) if name[:1].isdigit() else None
+        first = first or BigNumber(value=words.level(best.value), what=words.in_words(self.key))
+        number = judged.number(best, self.goal, self.model).text
+        return first, judged.tile(number, words.in_sentence(self.goal.indicator))
+
+    def _figure(self) -> Rows | None:
+        rows = []
+        for one in self.options:
+            if one.number is not None:
+                shown = {"mean": one.number.mean, "low": one.number.low, "high": one.number.high, "text": one.text}
+                rows.append(Bar(label=one.name, standing=one.standing, **shown))
+        goal = self.goal
+        aim = f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
+        title = capital(words.in_sentence(goal.indicator))
+        return Rows(title=title, at=goal.value, at_words=aim, rows=tuple(rows)) if rows else None

@@ -1,0 +1,252 @@
+"""One answer: what is printed, kept and shown is the same, of one design, with one interval for each number."""
+
+from __future__ import annotations
+
+import html
+import json
+import random
+import re
+from dataclasses import replace
+
+import jsonschema
+import pytest
+from click.testing import CliRunner
+
+import desim_warehouse as dw
+from desim_warehouse.cli import desim
+from desim_warehouse.errors import ReportError
+from desim_warehouse.outcome.verdicts import Verdict
+from desim_warehouse.report import answer as answers
+from desim_warehouse.report.answer_page import page
+from desim_warehouse.report.page import example
+from desim_warehouse.report.text import size_words
+from desim_warehouse.report.text.printed import printed
+from desim_warehouse.report.text.standing import WORDS
+from desim_warehouse.report.write import report
+from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, plan_fleet
+from desim_warehouse.study.procedures import size
+from desim_warehouse.study.reliefs.suspect import Suspect
+from desim_warehouse.study.statistics import DesignVerdict, Estimate, Gain, Gains
+from desim_warehouse.study.target import read_target
+from desim_warehouse.study.why import Why, why
+from tests.report.test_report import needs_nothing_from_outside
+
+BRACKETS = re.compile(r"\([^)]*\(")
+
+
+def made_up_why(number):
+    """What `desim why` may find, by chance: gains of all sizes, of shares, times and rates."""
+    chance = random.Random(number)
+    indicator = chance.choice(["on_time", "cycle_time_mean", "throughput_per_hour"])
+    size = 0.1 if indicator == "on_time" else 10.0
+    pairs = []
+    for rank in range(1, chance.randint(2, 6)):
+        mean = chance.gauss(0.5, 1) * size
+        low, high = mean - abs(chance.gauss(0, size)), mean + abs(chance.gauss(0, size))
+        dose = chance.choice([None, 0.125, 1.0])
+        suspect = Suspect(f"part {rank}", f"one part {rank} more", {"fleet.size": rank}, chance.random(), dose)
+        same = chance.random() < 0.2
+        nan = float("nan")
+        gain = Gain(rank, 0, nan, nan, 10, same=True) if same else Gain(rank, mean, low, high, 10, suspect.scale)
+        pairs.append((suspect, gain))
+    pairs.sort(key=lambda pair: (not pair[1].competes, -pair[1].each.mean))
+    base = 0.9 if indicator == "on_time" else 100.0
+    seen = Estimate(10, base, (0.9 * base, 1.05 * base), base, base, {}, False, 0.95)
+    gains = Gains(tuple(gain for _, gain in pairs), base, 0.01 * base, 0.95, 60)
+    return Why(example(), indicator, tuple(pairs), gains, number, seen)
+
+
+GOAL = read_target("on_time >= 95 %")
+GROWS = Verdict("CANNOT_KEEP_UP", "cannot keep up: the backlog grows by 20 an hour", 20.0)
+
+
+def judged(chance, kind, number):
+    """A verdict on a design by chance: `kind` is meets, fails or undecided."""
+    mean = {"meets": 0.98, "fails": 0.9, "undecided": 0.95}[kind] + chance.uniform(-0.015, 0.015)
+    low = 0.95 + chance.uniform(0, mean - 0.95) if kind == "meets" else mean - chance.uniform(0.001, 0.04)
+    high = 0.95 - chance.uniform(0.0001, 0.95 - mean) if kind == "fails" else min(mean + chance.uniform(0.001, 0.04), 1)
+    zone = kind == "undecided" and chance.random() < 0.3
+    low, high = min(low, mean), max(high, mean)
+    return DesignVerdict(number, kind, chance.choice([10, 20, 40]), mean, low, high, 0.99, False, zone)
+
+
+def shown(chance, counts, kind, overloaded=False):
+    """A fleet that was judged; an overloaded one has a share on time that nobody may see."""
+    one = judged(chance, kind, 0)
+    delivered = Estimate(10, 41.5, (40.0, 43.0), 1.0, 41.5, {}, False, 0.95)
+    seen = Estimate(one.n, one.mean, (one.low, one.high), 0.01, one.mean, {}, False, 0.95)
+    wrong = (GROWS,) if overloaded else ()
+    cost = 1000.0 * counts[0] if chance.random() < 0.5 else None
+    return Shown(
+        *counts, {"fleet.size": counts[0]}, one, seen, GROWS.text if overloaded else None, cost, wrong, delivered
+    )
+
+
+def made_up_plan(number):
+    """What `desim plan` may find, by chance: enough, open, on the edge, none, with and without growth."""
+    chance = random.Random(number)
+
+    def sized(name, growth):
+        robots, chargers = range(1, chance.randint(4, 9)), range(1, chance.randint(2, 4))
+        counts = tuple((first, second) for first in robots for second in chargers)
+        at = (chance.randint(2, robots[-1]), chance.randint(1, chargers[-1]))
+        kind = chance.choice(["met", "met", "none", "ended"])
+        best = None if kind == "none" else shown(chance, at, "meets")
+        under = (at[0] - 1, chargers[-1]) if best else counts[-1]
+        below = (
+            shown(chance, under, chance.choice(["fails", "undecided"]) if best else "fails", chance.random() < 0.3),
+        )
+        left = tuple(chance.sample(counts, 2)) if kind == "ended" else ()
+        busy = {"robots": Estimate(10, 0.941, (0.93, 0.95), 0.01, 0.94, {}, False, 0.95)}
+        change = {"tasks.demand": growth}
+        return Sized(name, growth, 60.0 * growth, best, below, busy, False, (), change, left, counts=counts)
+
+    grown = sized("growth", 1.3) if chance.random() < 0.6 else None
+    runs = chance.randint(20, 5000)
+    today = sized("today", 1.0)
+    return FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", today, grown, (), None, "charging", runs, (), number)
+
+
+def text_of(source):
+    """What a page says, unfolded, without its style."""
+    body = re.sub(r"<style>.*?</style>", "", source, flags=re.DOTALL)
+    return re.sub(r"\s+", " ", html.unescape(re.sub(r"<[^>]+>", " ", body)).replace("\u00a0", " "))
+
+
+def is_everywhere(answer):
+    """Whether terminal, page and JSON say the same, every number once with one interval."""
+    shown, terminal = text_of(page(answer, None)), printed(answer, 400)
+    content = json.loads(json.dumps(answer.content()))
+    assert content["answer"] == list(answer.answer)
+    for line in (*answer.answer, *answer.notes, answer.promise):
+        assert line in shown
+        assert line in terminal
+        assert not BRACKETS.search(line)
+    intervals: dict[tuple[str, str], set[str]] = {}
+    for option, kept in zip(answer.options, content["options"], strict=True):
+        for text in (option.text, option.full_name):
+            assert re.sub(r"\s+", " ", text) in shown
+            assert text in terminal
+        assert kept["number"] is None or option.text.startswith(kept["number"]["text"])
+        assert not (option.standing == "overloaded" and option.number)
+        if option.number:
+            intervals.setdefault((option.name, option.demand), set()).add(option.number.text)
+    assert all(len(found) == 1 for found in intervals.values())
+    if isinstance(answer.figure, answers.Rows):
+        texts = {option.name: option.text for option in answer.options}
+        assert all(mark.text in texts[mark.label] for mark in answer.figure.rows)
+    if answer.about is None:
+        assert not answer.tiles
+    return True
+
+
+@pytest.mark.parametrize("number", range(40))
+def test_terminal_page_and_json_of_why_are_equal(number):
+    assert is_everywhere(made_up_why(number).answer)
+
+
+@pytest.mark.parametrize("number", range(40))
+def test_terminal_page_and_json_of_plan_are_equal(number):
+    plan = made_up_plan(number)
+    answer = plan.answer
+    assert is_everywhere(answer)
+    # the page shows the fleet of an answer, of which the first or second sentence speaks, or none
+    demands = [one for one in (plan.grown, plan.today) if one is not None and one.best and not one.open]
+    if not demands:
+        assert (answer.about, answer.tiles) == (None, ())
+    else:
+        best = demands[0].best
+        assert answer.about.model["fleet"]["size"] == best.robots
+        assert (answer.tiles[0].value, answer.tiles[1].value) == (str(best.robots), str(best.chargers))
+        assert any(line.startswith(answer.about.name.partition(",")[0]) for line in answer.answer)
+    for sized, panel in zip(filter(None, (plan.today, plan.grown)), answer.figure.panels.values(), strict=True):
+        cells = [cell for row in panel for cell in row]
+        follows = [one for one in sized.open if not is_known(sized, one)]
+        assert cells.count("open") >= len(follows)
+        assert not set(cells) - set(WORDS)
+
+
+def is_known(sized, one):
+    """Whether it follows from others that a fleet is enough, or is not."""
+    best = sized.best
+    above = best and one[0] >= best.robots and one[1] >= best.chargers
+    return above or any(one[0] <= few.robots and one[1] <= few.chargers for few in sized.below)
+
+
+def test_every_open_fleet_is_named_or_counted():
+    """Ten robots and five chargers were judged last and remain open, and with them all that are smaller."""
+    chance = random.Random(5)
+    best, close = shown(chance, (11, 3), "meets"), shown(chance, (10, 5), "undecided")
+    close = replace(close, verdict=replace(close.verdict, within_zone=False))
+    few = (shown(chance, (7, 5), "fails"), shown(chance, (14, 2), "fails"))
+    counts = tuple((robots, chargers) for robots in range(6, 15) for chargers in range(2, 6))
+    sized = Sized("today", 1.0, 200.0, best, (close, *few), {}, False, (), {}, counts=counts)
+    plan = FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", sized, None, (), None, "charging", 400)
+    assert (
+        "9 fleets of 8 to 10 robots and 3 to 5 chargers may also be enough; more runs would tell."
+        in plan.answer.answer[0]
+    )
+
+
+def test_a_plan_has_the_page_of_its_fleet(tmp_path):
+    found = plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5), out=tmp_path)
+    found.answer.save(tmp_path)
+    source = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8")).text
+    for line in found.answer.answer:
+        assert line in source.replace("\u00a0", " ")
+    assert "Watch this run" in report(tmp_path, replay=True).read_text(encoding="utf-8")
+    assert (tmp_path / "report-replay.html").is_file()
+    assert "iframe" in found._repr_html_()
+
+
+def test_size_leads_with_its_count(tmp_path):
+    cases = {"fleet.size": [1, 2, 3, 4]}
+    study = dw.Study(example(), cases, name="size", target="on_time >= 75 %")
+    study.plan = study.plan.unreplicated()
+    found = size(study, "on_time >= 75 %", first=5, cap=40, out=tmp_path)
+    answer = size_words.answer(found, study)
+    assert is_everywhere(answer)
+    assert answer.tiles[0].value == str(found.smallest)
+    assert dw.load(answer.about.model).fleet.size == found.smallest
+    by_value = {one.value: one for one in found.decisions}
+    for option in answer.options:
+        one = by_value[option.set["fleet.size"]]
+        assert option.number is None or (option.number.low, option.number.high) == (one.low, one.high)
+
+
+def test_why_is_about_the_warehouse_as_it_is_and_its_page_shows_no_other(tmp_path):
+    model = example().replace({"run.length": 3600})
+    found = why(model, cap=5, first=5, out=tmp_path)
+    answer = found.answer
+    answer.save(tmp_path)
+    assert answers.load(tmp_path) == answer
+    assert dw.load(answer.about.model).fleet.size == model.fleet.size
+    assert answer.tiles[0].what.endswith("as it is")
+    assert float(answer.tiles[0].value.removesuffix(" min")) == pytest.approx(found.as_it_is.mean / 60, rel=0.01)
+    source = report(tmp_path).read_text(encoding="utf-8")
+    assert f"<h2>{answer.about.name.capitalize()}" in source
+    assert source.count("<figure") <= 3
+    assert "<img" not in source
+    assert len(source) < 60_000
+    assert "iframe" in found._repr_html_()
+
+
+def test_an_answer_is_as_its_schema_says():
+    said = CliRunner().invoke(desim, ["schema", "--answer"], catch_exceptions=False).output
+    jsonschema.validate(json.loads(made_up_why(3).answer.model_dump_json()), json.loads(said))
+
+
+def test_a_damaged_answer_is_one_message(tmp_path):
+    made_up_why(0).answer.save(tmp_path)
+    path = tmp_path / "answer.json"
+    path.write_text(path.read_text(encoding="utf-8").replace('"kind"', '"king"'), encoding="utf-8")
+    with pytest.raises(ReportError, match=r"damaged, or made by another version: kind: Field required; run the same"):
+        answers.load(tmp_path)
+    path.write_text("{", encoding="utf-8")
+    with pytest.raises(ReportError, match="damaged"):
+        answers.load(tmp_path)
+
+
+def test_options_whose_runs_are_equal_are_one():
+    found = answers.merged(["a", "b", "A", "c", "B"], str.lower)
+    assert found == [("a", ["A"]), ("b", ["B"]), ("c", [])]

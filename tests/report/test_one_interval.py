@@ -1,0 +1,89 @@
+"""Each number has one interval, that of its verdict, whose ends never look like what they are not."""
+
+import random
+import re
+
+import pytest
+
+from desim_warehouse.outcome.verdicts import Verdict
+from desim_warehouse.report.page import example
+from desim_warehouse.report.text import sentences, standing, words
+from desim_warehouse.report.text.numbers import PERCENT, Scale
+from desim_warehouse.study.statistics import DesignVerdict
+from desim_warehouse.study.study import Study
+
+ONE = r"([<>]?[\d.,−]+)"
+ENDS = re.compile(rf"{ONE}[^(]*\({ONE} to {ONE}\)")
+
+
+def read(text):
+    return [number(one) for one in ENDS.fullmatch(text).groups()]
+
+
+def number(text):
+    value = float(text.lstrip("<>").replace("−", "-").replace(",", ""))
+    return value / 2 if text.startswith("<") else (value + 100) / 2 if text.startswith(">") else value
+
+
+@pytest.mark.parametrize("scale", [PERCENT, Scale("min", 1 / 60), Scale("tasks/h"), Scale("m", 1000.0)])
+def test_neither_mean_nor_end_is_written_as_the_target_or_as_none_or_all_that_is_not(scale):
+    chance = random.Random(1)
+    for _ in range(5000):
+        aim = chance.choice([round(chance.uniform(0.5, 0.99), chance.randint(1, 4)), 0.0, 1.0])
+        spread = 10 ** chance.uniform(-6, -1)
+        mean = min(max(aim + chance.gauss(0, spread), 0), 1)
+        low, high = max(mean - abs(chance.gauss(0, spread)), 0), min(mean + abs(chance.gauss(0, spread)), 1)
+        shown = read(scale.within(mean, low, high, aim))
+        for value, written in zip((mean, low, high), shown, strict=True):
+            for other in (aim, 0.0, 1.0) if scale.is_share else (aim,):
+                if value == other:
+                    assert written == pytest.approx(scale.by * other, rel=0.01)
+                else:
+                    assert (written < scale.by * other) == (value < other), (value, written, other)
+                    assert written != scale.by * other
+
+
+@pytest.mark.parametrize(
+    ("found", "target", "said"),
+    [
+        ((0.9838, 0.9462, 0.9991), 0.95, "98 % (94.6 to 99.9)"),
+        ((0.976, 0.9496, 0.99), 0.95, "98 % (94.96 to 99)"),
+        ((0.976, 0.95, 1.0), 0.95, "98 % (95 to 100)"),
+        ((0.9503, 0.94, 0.96), 0.95, "95.03 % (94 to 96)"),
+        ((0.02, 1e-8, 0.07), 0.95, "2 % (<0.001 to 7)"),
+    ],
+)
+def test_only_what_would_look_like_the_target_has_more_digits(found, target, said):
+    assert PERCENT.within(*found, target) == said
+
+
+def test_what_a_table_and_a_sentence_show_is_the_interval_of_the_verdict():
+    study = Study(example(), {"fleet.size": [1, 3, 4]}, replications=4, target="on_time >= 60 %").run().results
+    for design, one in study.judged.items():
+        shown = study.shown(design, "on_time")
+        assert shown.interval == (one.low, one.high)
+        cell = sentences.cell(study, design, "on_time", PERCENT)
+        codes = [each.code for each in study.verdicts[design]]
+        assert cell == ("cannot keep up" if "CANNOT_KEEP_UP" in codes else PERCENT.cell(shown, 0.6))
+        assert (words.met(study, design) == "cannot keep up") == ("CANNOT_KEEP_UP" in codes)
+
+
+def test_near_the_target_and_not_known_yet_are_two_things():
+    def judged(within):
+        return DesignVerdict(1, "undecided", 30, 0.951, 0.949, 0.953, 0.99, False, within_zone=within)
+
+    assert standing.WORDS[standing.standing(judged(False))] == "needs more runs"
+    assert standing.WORDS[standing.standing(judged(True))] == "on the edge"
+    falls = Verdict("BATTERIES_FALL", "batteries fall by 2 % an hour: not sustainable", 0.02)
+    assert standing.WORDS[standing.standing(judged(False), [falls])] == "cannot last"
+
+
+def test_what_cannot_keep_up_is_said_as_what_it_delivers():
+    model = example()
+    grows = Verdict("CANNOT_KEEP_UP", "cannot keep up: the backlog grows by 20 an hour", 20.0)
+    assert standing.instead([grows], 41.3, model) == "only 41.3 of 60 orders an hour delivered"
+    assert standing.instead([grows], 61.0, model) == grows.text  # what piles up is not the orders
+    rises = Verdict("NOT_SETTLED", "not settled: batteries rise", -0.01)
+    assert standing.instead([grows, rises], None, model) == grows.text
+    falls = Verdict("NOT_SETTLED", "not settled: batteries fall by 5.6 % an hour while counted; settled, by hand", 0.06)
+    assert standing.instead([falls], 1.0, model) == "batteries fall by 5.6 % an hour"
