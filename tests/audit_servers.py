@@ -38,6 +38,8 @@ class Servers:
         A robot that comes out and loads, or unloads, at a storage place on the node needs no server.
         """
         found, docked, turn, stored = defaultdict(list), {}, {}, set()
+        visits = self.run.model.pods is not None
+        joins = "assigned" if visits else None  # a line that joins a visit
         for time, kind, robot, task, node, edge, value, *_ in self.rows:
             if kind == "released" and value >= 0:
                 stored.add(task)
@@ -57,9 +59,8 @@ class Servers:
                     turn[robot].begin = time
             elif kind in {"loaded", "delivered"} and robot in turn:
                 turn[robot].end = time
-                if kind == "loaded" and self.run.model.pods is not None:  # it goes to put its pod down
-                    del docked[robot]
-            elif kind != "drive" and not (kind == "assigned" and self.run.model.pods is not None):  # a line joins
+                docked = {one: at for one, at in docked.items() if not (visits and kind == "loaded" and one == robot)}
+            elif kind not in {"drive", joins}:
                 turn.pop(robot, None)
                 if kind in {"enter", "parked"}:
                     del docked[robot]

@@ -216,7 +216,8 @@ class HandCalculation:
 def estimate(model: Model, layout: Layout) -> HandCalculation:
     """The hand calculation of a model whose layout has no errors; with pods a task is a line."""
     if model.pods is not None:
-        return by_line(estimate(driven(model), layout), pile_on(model))
+        pile = pile_on(model)
+        return by_line(estimate(driven(model, pile.most), layout), pile)
     fleet = model.fleet
     speeds = Counter((robot.speed, robot.loaded_speed) for robot in fleet.robots())
     cycles = {pair: mean_task(model, layout, *pair) for pair in speeds}

@@ -88,19 +88,19 @@ def _open_lines(model: Model) -> int:
     return min(always, MOST_OPEN) or MOST_OPEN
 
 
-def driven(model: Model) -> Model:
-    """The model as its robots drive it: a task is a visit, from a storage place over a station to another place.
+def driven(model: Model, lines: float = 1.0) -> Model:
+    """The model as its robots drive it: a task is a visit for some lines, from a storage place over a station and back.
 
-    With most lines at each visit. A flow to several stations is one for each of them.
+    With one line it is the least that a visit takes. A flow to several stations is one for each of them.
     """
     if model.pods is None:
         return model
-    pile, flows = pile_on(model), {}
+    flows = {}
     for name, flow in model.tasks.flows.items():
         nodes = flow.target if isinstance(flow.source, StorageEnd) else flow.source
         assert isinstance(nodes, tuple)
-        time = pile.most * mean_of(flow.stop_time) + pile.change
-        visits = _arrivals(model, flow, flow.mean_lines / pile.most / len(nodes))
+        time = lines * mean_of(flow.stop_time) + (model.pods.change_time if lines > 1 else 0.0)
+        visits = _arrivals(model, flow, flow.mean_lines / lines / len(nodes))
         changes = {"from": "storage", "to": "storage", "lines": 1, "stop_time": time, "arrivals": visits}
         for rank, node in enumerate(nodes):
             flows[f"{name} {node}" if rank else name] = {**flow.content(), **changes, "via": [node]}

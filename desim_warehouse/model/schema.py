@@ -451,7 +451,7 @@ class Model(Part):
     def _lines_of_flows(cls, pods: PodsSpec | None, info: ValidationInfo) -> PodsSpec | None:
         tasks, layout = info.data.get("tasks"), info.data.get("layout")
         if pods is not None and tasks is not None and layout is not None:
-            fit_for_pods(tasks, layout.stations, known(info).zones.get("stations", {}))
+            fit_for_pods(tasks.flows, layout.stations, known(info).zones.get("stations", {}))
         return pods
 
     @field_validator("battery")

@@ -1,4 +1,4 @@
-"""Random models with pods, made of other random models: their floor, fleet, batteries and policies, and lines to pick."""
+"""Random models with pods, made of other random models: their floor, fleet and policies, and lines to pick."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ OF_PODS = {
 
 
 def with_pods(mapping, number):
-    """A model whose robots carry pods to one to three stations; in half of them bundles are put onto pods there, too."""
+    """A model whose robots carry pods to one to three stations; in half of them bundles are put onto pods, too."""
     draw = random.Random(f"pods {number}")
     layout, tasks, policies = mapping["layout"], mapping["tasks"], mapping.setdefault("policies", {})
     places = _places(layout)

@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.layout.spec import StationSpec
-    from desim_warehouse.model.schema import Tasks
     from desim_warehouse.model.sections.flows import FlowSpec
 
 
@@ -116,17 +115,19 @@ class PodsSpec(Part):
         return True
 
 
-def fit_for_pods(tasks: Tasks, stations: Mapping[str, StationSpec], nodes_of: Mapping[str, tuple[str, ...]]) -> None:
+def fit_for_pods(
+    flows: Mapping[str, FlowSpec], stations: Mapping[str, StationSpec], nodes_of: Mapping[str, tuple[str, ...]]
+) -> None:
     """Refuse flows that are no lines: all go between storage and stations beside nodes. `nodes_of`: each station's."""
     beside = {node for nodes in nodes_of.values() for node in nodes}
     for name, station in stations.items():
         if station.work_time is not None:
             text = "nothing is put down where pods are brought; expected stop_time of a flow, in which a line is picked"
             raise wrong(text, TOP, "layout", "stations", name, "work_time")
-    if not tasks.flows:
+    if not flows:
         raise wrong("goods are fetched one by one, pods need tasks.flows", TOP, "tasks", "goods")
-    first = next(iter(tasks.flows.values()))
-    for name, flow in tasks.flows.items():
+    first = next(iter(flows.values()))
+    for name, flow in flows.items():
         at = (TOP, "tasks", "flows", name)
         nodes = _between(flow, at)
         if far := [node for node in nodes if node not in beside]:
