@@ -47,7 +47,7 @@ def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
         table = _summary(results, chosen)
     show_verdicts(results)
     show(table)
-    for line in sentences.left_open(results, chosen):
+    for line in (*sentences.alike(results), *sentences.left_open(results, chosen)):
         click.echo(line)
     for design in results.unsettled:
         click.echo(f"{design}: {sentences.UNSETTLED}")
@@ -89,6 +89,8 @@ def _summary(results: Results, chosen: Sequence[str]) -> Table:
         *(["verdict"] if judged else []),
     )
     for point in results.points:
+        if str(point) in results.same:
+            continue
         rows = results.by_point[point.number]
         failed = sum(row.outcome.error is not None for row in rows)
         table.add_row(

@@ -165,7 +165,7 @@ def design(study: Results) -> Html:
 
 def results(study: Results) -> Html:
     """Mean and half-width of the main indicators at each design."""
-    tried = [design for design in study.designs if study.runs(design)]
+    tried = [design for design in study.designs if study.runs(design) and design not in study.same]
     shown = tried[:_ROWS]
     scales = {
         name: words.scale_of(name, study.base, [study.estimate(study.runs(design), name) for design in shown])
@@ -189,7 +189,9 @@ def results(study: Results) -> Html:
     if any(study.verdicts.values()):
         head.append("verdict")
         rows = [[*row, sentences.marks(study, design)] for row, design in zip(rows, shown, strict=True)]
-    marked = frozenset(number for number, design in enumerate(shown) if design == study.baseline)
+    marked = frozenset(
+        number for number, design in enumerate(shown) if design == study.same.get(study.baseline, study.baseline)
+    )
     made = html.table(head, rows, words=len(study.factors), name="results", marked=marked)
     note = (
         "The models are deterministic: replications cannot differ, so there are no intervals."
@@ -199,7 +201,7 @@ def results(study: Results) -> Html:
     )
     if len(tried) > _ROWS:
         note += f" The first {_ROWS} of {len(tried)} designs; all are in results.parquet."
-    left = " ".join(["", *sentences.left_open(study, study.main)])
+    left = " ".join(["", *sentences.alike(study), *sentences.left_open(study, study.main)])
     return made + html.paragraph(f"{note} The baseline is shaded.{left}", "note")
 
 

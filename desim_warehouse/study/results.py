@@ -350,17 +350,38 @@ class Results:
         return read_target(self.plan.target, self.base.units.names) if self.plan.target else None
 
     @cached_property
+    def same(self) -> Mapping[str, str]:
+        """Designs that run by run have every indicator as an earlier one has it, and that one: both are one option."""
+        first: dict[tuple[object, ...], str] = {}
+        found = {}
+        for design in self.designs:
+            runs = [
+                (
+                    row.replication,
+                    row.outcome.error,
+                    *sorted((name, repr(value)) for name, value in row.indicators.items()),
+                )
+                for row in self.runs(design)
+            ]
+            if any(row.indicators for row in self.runs(design)):
+                other = first.setdefault(tuple(runs), design)
+                if other != design:
+                    found[design] = other
+        return found
+
+    @cached_property
     def judged(self) -> Mapping[str, statistics.DesignVerdict[str]]:
         """Whether each design that has values meets the target: all of this is right at once, with the confidence.
 
         Where a procedure asked for more runs until it could tell, each time it looked counts, as in `desim size`.
-        One that cannot last (see `desim_warehouse.outcome.verdicts`) fails, whatever its values.
+        One that cannot last (see `desim_warehouse.outcome.verdicts`) fails, whatever its values. Those whose runs are
+        equal count once, so that copies cost no certainty.
         """
         goal = self.target
         if goal is None:
             return {}
         known = {design: _known(self.runs(design), goal.indicator) for design in self.designs}
-        counts = [len(given) for given in known.values() if given]
+        counts = [len(given) for design, given in known.items() if given and design not in self.same]
         asked = isinstance(self.plan.replications, tuple) and counts
         looks = len(statistics.looks_at(min(counts), max(counts))) if asked else 1
         level = 1 - (1 - self.plan.confidence) / max(len(counts) * looks, 1)
@@ -382,7 +403,7 @@ class Results:
                 _known(self.runs(design), goal.indicator), goal, one.level, within(goal.indicator)
             )
             for design, one in self.judged.items()
-            if goal is not None and one.verdict == "undecided" and one.n > 1
+            if goal is not None and one.verdict == "undecided" and one.n > 1 and design not in self.same
         }
 
     def _compared(self, table: Mapping[str, Any], base: str, method: str) -> statistics.Comparison:

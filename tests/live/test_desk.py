@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import math
 import os
 import signal
 import stat
@@ -20,6 +21,8 @@ from desim_warehouse.cli import desim
 from desim_warehouse.report.text import words
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.results import Results
+from desim_warehouse.study.statistics import looked_at
+from desim_warehouse.study.target import read_target
 from tests.live.client import TUTORIAL, Client, client
 
 
@@ -98,6 +101,14 @@ def test_a_verdict_ends_the_runs_and_stands(tmp_path):
         assert answers[-1]["verdict"] == "met"
         assert answers[-1]["done"] == "verdict"
         assert answers[-1]["n"] < 30
+        # one interval: that of the look, in the sentence and beside it, and none before the first look
+        first = answers[-1]["measured"][0]
+        assert answers[-1]["sentence"] == f"2 robots and 3 chargers: task time {first['text']}."
+        found = looked_at(
+            [60 * value for value in answers[-1]["values"]], read_target("T <= 480"), 0.95, within=(0, math.inf)
+        )
+        assert (first["low"], first["high"]) == pytest.approx((found.low / 60, found.high / 60))
+        assert all("(" not in one["sentence"] for one in answers if one["verdict"] == "early")
         worse = page.until(page.design(robots=1)["id"])
         assert (worse["verdict"], worse["done"]) == ("not met", "verdict")
         easier = page.until(page.design(robots=1)["id"], target=20)

@@ -19,7 +19,8 @@ from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report import answer as answers
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.page import example
-from desim_warehouse.report.text import size_words
+from desim_warehouse.report.text import sentences, size_words
+from desim_warehouse.report.text.answers import answer as answers_of
 from desim_warehouse.report.text.printed import printed
 from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.write import report
@@ -197,6 +198,18 @@ def test_a_plan_has_the_page_of_its_fleet(tmp_path):
     assert "Watch this run" in report(tmp_path, replay=True).read_text(encoding="utf-8")
     assert (tmp_path / "report-replay.html").is_file()
     assert "iframe" in found._repr_html_()
+
+
+def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
+    """A key that nothing asks for: two copies of each of two fleets, judged as two designs."""
+    copies = {"fleet.size": [1, 3], "case": {"cases": {"own": {}, "another": {"name": "by another name"}}}}
+    alone = dw.Study(example(), {"fleet.size": [1, 3]}, replications=4, target="on_time >= 60 %").run().results
+    both = dw.Study(example(), copies, replications=4, target="on_time >= 60 %").run().results
+    assert len(both.same) == 2
+    bounds = [(one.low, one.high) for one in alone.judged.values()]
+    assert [(one.low, one.high) for one in both.judged.values()] == [end for end in bounds for _ in range(2)]
+    assert answers_of(both)[0][-1].startswith("Of 2 designs ")
+    assert sentences.alike(both)[0] == "Run by run the same as 1 robot, case: own: 1 robot, case: another."
 
 
 def test_size_leads_with_its_count(tmp_path):

@@ -1,5 +1,7 @@
 // Sliders for numbers, lists for words, with marks: by hand, today, pinned.
 
+const KNOWN = { met: "met", "not met": "not-met", overloaded: "not-met", drained: "not-met", fails: "not-met" };
+
 class Knobs {
   constructor(root, offers, moved) {
     this.offers = offers;
@@ -35,7 +37,7 @@ class Knobs {
     for (const { offer, knob } of this.parts) knob.classList.toggle("wrong", offer.key === key);
   }
 
-  show(needed, pinned) {
+  show(needed, pinned, tried) {
     for (const { offer, field, output, rail, number } of this.parts) {
       const { key, values, texts, today } = offer, at = values.indexOf(this.levels[key]);
       field.value = at;
@@ -45,11 +47,18 @@ class Knobs {
       output.replaceChildren(...beside, texts[at]);
       field.setAttribute("aria-valuetext", `${texts[at]}${differs ? `, pinned ${texts[then]}` : ""}`);
       const hand = needed?.[key];
-      const marks = [{ at: today, text: "today" }];
+      const marks = [...this.worn(key, values, tried), { at: today, text: "today" }];
       if (hand !== undefined) marks.push({ at: placeOf(values, hand), text: `by hand ${hand}`, kind: "hand" });
       if (differs) marks.push({ at: then, text: "", kind: "pinned" });
       rail.replaceChildren(...marks.map((mark) => this.mark(mark, values.length - 1)));
     }
+  }
+
+  // What is known of the values of a slider, all others as they are now: met, not met or open.
+  worn(key, values, tried) {
+    const like = (levels) => Object.keys(this.levels).every((other) => other === key || levels[other] === this.levels[other]);
+    return tried.filter(({ levels }) => like(levels)).map(({ levels, verdict }) => (
+      { at: values.indexOf(levels[key]), text: "", kind: `worn ${KNOWN[verdict] ?? "unclear"}` }));
   }
 
   mark({ at, text, kind = "" }, last) {

@@ -99,9 +99,9 @@ class Live {
       this.note(`This design cannot run. ${error.message}\nThe answer below is of the last design that could.`);
       return this.show();
     }
-    const gone = error instanceof RefusedError && error.status === 401 ? "It has a new address, which desim serve printed." : "It goes on when the simulator is back.";
+    const gone = error instanceof RefusedError && error.status === 401 ? "This link has expired: open the address that desim serve printed." : "The page resumes when the simulator is back.";
     this.state = "offline";
-    this.note(`The simulator has stopped. What you see is its last answer. ${gone}`);
+    this.note(`Connection lost. This is the last answer. ${gone}`);
     this.show();
     clearTimeout(this.clock);
     this.clock = setTimeout(() => this.back(), RETRY);
@@ -202,7 +202,8 @@ class Live {
     const before = state === "stale" || (answer && asked && !fresh && state !== "refused" && state !== "offline");
     document.body.classList.toggle("stale", Boolean(answer && before));
     document.body.dataset.state = state;
-    this.knobs.show(asked?.needed, this.pinned?.levels);
+    this.knobs.show(asked?.needed, this.pinned?.levels, answer?.tried ?? []);
+    for (const field of byId("knobs").querySelectorAll("input, select")) field.disabled = state === "offline";
     this.showState();
     const verdict = byId("verdict"), hand = before || !answer;
     verdict.dataset.verdict = hand ? "by hand" : answer.verdict;
@@ -222,7 +223,7 @@ class Live {
     const count = answer ? `${answer.n} run${answer.n === 1 ? "" : "s"}` : "";
     live.dataset.state = state;
     live.lastElementChild.textContent = {
-      stale: "new design: the first run follows",
+      stale: "new design, starting the first run",
       running: answer?.n && !this.waits ? `${answer.n} of ${answer.wanted} runs${left}` : "the first run is simulated",
       done: `${count}, done${why ? `: ${why}` : ""}`, stopped: `${count}, stopped`, refused: "refused", offline: "no connection",
     }[state];

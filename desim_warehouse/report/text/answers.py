@@ -77,12 +77,13 @@ def _on_target(study: Results) -> tuple[list[str], str | None]:
     if not study.judged:
         return [f"No run has a value that {study.plan.target} could be judged by."], None
     parts: dict[str, list[str]] = {}
-    for design in _cheapest_first(study, list(study.judged)):
+    judged = [design for design in study.judged if design not in study.same]
+    for design in _cheapest_first(study, judged):
         parts.setdefault(_name(study, design, demand=True), []).append(design)
     found = [_met_first(study, demand, designs) for demand, designs in parts.items()]
-    met = Counter(_standing(study, design) for design in study.judged)
+    met = Counter(_standing(study, design) for design in judged)
     meet = f"{met['met'] or 'none'} meet{'s' * (met['met'] < 2)}"  # noqa: PLR2004 - the singular
-    count = f"Of {number_of(len(study.judged), 'design')} {meet} the target"
+    count = f"Of {number_of(len(judged), 'design')} {meet} the target"
     count += f", {met['not met']} do{'es' * (met['not met'] == 1)} not" if met["not met"] else ""
     for cannot in ("overloaded", "drained"):
         count += f", {met[cannot]} {standing.WORDS[cannot]}" if met[cannot] else ""
@@ -123,7 +124,7 @@ def _met_first(study: Results, demand: str, designs: list[str]) -> tuple[str, st
 def on_target(study: Results) -> list[str]:
     """Every design by whether it meets the target."""
     by: dict[Standing, list[str]] = {}
-    for design in study.judged:
+    for design in (one for one in study.judged if one not in study.same):
         by.setdefault(_standing(study, design), []).append(sentences.name_of(study, design))
     kinds = [kind for kind in standing.WORDS if kind in by]
     return [f"{sentences.capital(standing.WORDS[kind])}: {_cut(by[kind])}." for kind in kinds]

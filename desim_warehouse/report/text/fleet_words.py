@@ -149,9 +149,9 @@ class _Planned:
         """Larger designs that do worse than a smaller one."""
         if not sized.worse:
             return ""
-        unit, of = self.goal.unit, self.goal.indicator
+        scale = words.scale(self.goal.indicator, self.model, (one.mean for *_, one in sized.worse))
         said = [
-            f"{words.fleet(robots, chargers)} do worse by {words.amount(of, abs(one.mean), unit)}"
+            f"{words.fleet(robots, chargers)} do worse by {scale.value(abs(one.mean))}"
             for robots, chargers, one in sized.worse
         ]
         return f" More is not always better here: {spoken(said)}."

@@ -78,6 +78,14 @@ def aim_of(study: Results, indicator: str) -> float | None:
     return goal.value if goal is not None and goal.indicator == indicator else None
 
 
+def alike(study: Results) -> list[str]:
+    """Which designs are others by another name: a line for each of those that have copies."""
+    copies: dict[str, list[str]] = {}
+    for design, first in study.same.items():
+        copies.setdefault(first, []).append(name_of(study, design))
+    return [f"Run by run the same as {name_of(study, one)}: {spoken(names)}." for one, names in copies.items()]
+
+
 def left_open(study: Results, shown: Iterable[str]) -> list[str]:
     """What cycle times in a table leave out, where that grows."""
     if not any(map(piles_up, study.verdicts.values())) or not any(name.startswith("cycle_time") for name in shown):
