@@ -296,16 +296,16 @@ class Pods:
         place = self.shelves.pods[number].place
         self.log.event(now, kind, robot.number, stop.task.number, robot.node, float(number), other=place)
 
-    def serve(self, robot: Robot, stop: Stop, service: Service) -> Generator[Event, object, None]:
+    def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Generator[Event, object, None]:
         """In its station, with a server: pick line after line, until none is left for the pod; then choose a place."""
         pod, node = self.shelves.pods[stop.task.pod], stop.node
-        if self.spec.change_time and robot.state == "queueing":
+        if self.spec.change_time and service.queued:
             yield Timeout(self.env, self.spec.change_time)
             yield from service.begin(stop)  # it may have closed meanwhile
         while pod.lines:
             line = pod.lines[0]
             robot.body.work_on(line.number)
-            yield from service.take("unloading", self.handling.pick(line))
+            yield from service.take(state, self.handling.pick(line))
             pod.lines.popleft()
             self._picked(robot, pod, line, node)
         pod.bound = None

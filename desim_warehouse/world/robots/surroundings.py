@@ -70,7 +70,7 @@ class Carried(Protocol):
     def lifted(self, robot: Robot, stop: Stop) -> None:
         """A robot has taken a pod from its place."""
 
-    def serve(self, robot: Robot, stop: Stop, service: Service) -> Generator[Event, object, None]:
+    def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Generator[Event, object, None]:
         """Line after line is picked from the pod, until none is left for it."""
 
 

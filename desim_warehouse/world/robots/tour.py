@@ -121,7 +121,7 @@ class Tour:
             stop = self.stops[0]
             yield from service.begin(stop)
             if self.pods is not None:
-                yield from self.pods.serve(self.robot, stop, service)
+                yield from self.pods.serve(self.robot, stop, service, _state(stop))
             else:
                 yield from service.take(_state(stop), self.handling.time(stop))
             self._go_on_after(stop)
