@@ -10,6 +10,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError, PolicyError
+from desim_warehouse.feasibility.pods import pile_on
 from tests.audit_pods import audit_pods
 
 RING = {
@@ -232,3 +233,40 @@ def test_pile_on_of_one_slot_is_what_joins():
         run = dw.simulate(dw.load(RING, {**changes, "policies.pod": pod}), seed=3)
         assert audit_pods(run) == []
         assert math.isclose(run.kpis["pile_on"], 1 / (1 - 0.2), rel_tol=0.04), pod
+
+
+HALL = {
+    "layout": {
+        "blocks": {
+            "columns": 5,
+            "rows": 5,
+            "block_width": 2,
+            "block_depth": 4,
+            "goods_size": 1,
+            "aisle_width": 1,
+            "directions": "ring",
+        },
+        "bays": {"parking": {"along": "north", "chargers": 0, "places": 20}},
+        "stations": {"picking": {"at": ["r5c1", "r5c3"], "places": 9}},
+    },
+    "fleet": {"size": 1, "robot": {"radius": 0.35, "margin": 0.2, "speed": 1.5}},
+    "tasks": {
+        "load_time": 2.2,
+        "unload_time": 2.2,
+        "flows": {"picks": {"from": "storage", "to": "picking", "arrivals": {"saturated": 200}, "stop_time": 10}},
+    },
+    "pods": {"count": 170, "items": 100, "per_pod": 15, "orders": 12, "change_time": 0},
+    "policies": {"parking": "nearest", "routing": "fastest", "storage": "own"},
+    "run": {"length": "24 h", "warm_up": "1 h"},
+    "log": "tasks",
+}
+
+
+@pytest.mark.parametrize(("pod", "lines", "within"), [("random", 2.469, 0.05), ("most-lines", 6.649, 0.02)])
+def test_pile_on_with_one_robot_is_that_of_the_closed_form(pod, lines, within):
+    """The closed form takes all open lines to be of different items: two of one item make random visits 3 % better."""
+    model = dw.load(HALL, {"policies.pod": pod})
+    bounds = pile_on(model)
+    assert {"random": bounds.random, "most-lines": bounds.most}[pod] == pytest.approx(lines, abs=5e-4)
+    found = [dw.simulate(model, seed).kpis["pile_on"] for seed in range(3)]
+    assert sum(found) / 3 == pytest.approx(lines, rel=within)
