@@ -183,6 +183,58 @@ class ParkingContract(_Contract):
                 assert chosen in {bay.node for bay in shown}, f"{chosen!r} is none of the given bays"
 
 
+class PodsContract(_Contract):
+    """For the four decisions of goods to person (pod, storage, order_station, put): name the kind in `decides`.
+
+    What `choose` returns is one of what it is shown, which is checked at every decision of a run.
+    """
+
+    decides: ClassVar[str]
+    model: ClassVar[Mapping[str, Any]] = {
+        **{key: value for key, value in EXAMPLE.items() if key not in {"tasks", "battery"}},
+        "layout": {**EXAMPLE["layout"], "stations": {"picking": {"at": ["I", "L"], "places": 2}}},
+        "tasks": {
+            "load_time": 2,
+            "unload_time": 2,
+            "flows": {
+                "picks": {
+                    "from": "storage",
+                    "to": "picking",
+                    "arrivals": {"schedule": [{"at": 0, "tasks": 12}, {"at": 200, "tasks": 8}]},
+                    "lines": [1, 3],
+                    "stop_time": 6,
+                },
+                "bundles": {
+                    "from": "picking",
+                    "to": "storage",
+                    "arrivals": {"schedule": [{"at": 50, "tasks": 9}]},
+                    "stop_time": 9,
+                },
+            },
+        },
+        "pods": {"count": 20, "items": 12, "per_pod": 5, "stock": 40, "orders": 3},
+        "policies": {"parking": "nearest", "routing": "fastest"},
+    }
+
+    @property
+    def kind(self) -> str:  # type: ignore[override]
+        """The decision under test."""
+        return self.decides
+
+    def test_the_decisions_are_made_by_it_and_end_well(self) -> None:
+        """Every pod is put down again where none stands, and every line is done at its station."""
+        history = self.played().history
+        stands: dict[int, int] = {}
+        for row in history.rows("lifted", "stored"):
+            pod = int(row.value or 0)
+            if row.kind == "lifted":
+                assert stands.pop(row.other, pod) == pod, f"pod {pod} is lifted where another stands"
+            else:
+                assert row.other not in stands, f"two pods on place {row.other}"
+                stands[row.other] = pod
+        assert not history.tasks.keys() - {task.number for task in history.delivered}, "a line is left"
+
+
 class BatchingContract(_Contract):
     """For batching policies: every batch can be carried, and no task waits for ever."""
 

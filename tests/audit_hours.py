@@ -44,9 +44,16 @@ class Hours:
 
     def check_duty(self, hours):
         """Outside their hours robots are given nothing; at rest they are on a break then, and only then."""
+        visits = self.run.model.pods is not None
+        visiting = set()
         for time, kind, robot, task, *_ in self.rows:
-            if kind == "assigned" and not hours[robot].is_open(time):
+            joins = visits and robot in visiting  # a line joins the visit that it is at
+            if kind == "assigned" and not joins and not hours[robot].is_open(time):
                 self.fault(time, f"robot {robot} is given task {task} outside its hours")
+            if kind == "assigned":
+                visiting.add(robot)
+            elif kind in {"stored", "returned"}:
+                visiting.discard(robot)
         for spans, opening in zip(self.run.history.states, hours, strict=True):
             for span in spans:
                 if span.state not in {"idle", "on_break"} or span.end - span.start <= 2 * TOL:

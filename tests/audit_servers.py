@@ -38,6 +38,8 @@ class Servers:
         A robot that comes out and loads, or unloads, at a storage place on the node needs no server.
         """
         found, docked, turn, stored = defaultdict(list), {}, {}, set()
+        visits = self.run.model.pods is not None
+        joins = "assigned" if visits else None  # a line that joins a visit
         for time, kind, robot, task, node, edge, value, *_ in self.rows:
             if kind == "released" and value >= 0:
                 stored.add(task)
@@ -57,7 +59,8 @@ class Servers:
                     turn[robot].begin = time
             elif kind in {"loaded", "delivered"} and robot in turn:
                 turn[robot].end = time
-            elif kind != "drive":
+                docked = {one: at for one, at in docked.items() if not (visits and kind == "loaded" and one == robot)}
+            elif kind not in {"drive", joins}:
                 turn.pop(robot, None)
                 if kind in {"enter", "parked"}:
                     del docked[robot]
@@ -82,6 +85,8 @@ class Servers:
         for turn in sorted(turns, key=lambda turn: (turn.asked, math.inf if turn.begin is None else turn.begin)):
             free.sort()
             due = max(turn.asked, free[0])
+            if self.run.model.pods is not None and due > turn.asked + TOL:
+                due += self.run.model.pods.change_time
             begin = self.run.record.end if turn.begin is None else turn.begin
             if abs(begin - min(due, self.run.record.end)) > TOL * (1 + due):
                 self.fault(begin, f"robot {turn.robot} is served at {node} from {begin:g}, its turn was at {due:g}")

@@ -435,6 +435,8 @@ class Recount:
             **self.work(),
             **self.energy(),
             **self.trips(),
+            **(self.orders() if self.run.record.orders else {}),
+            **(self.pods(total) if self.model.pods else {}),
             **self.breakdowns(),
             **({"station_wait": self.queued["server"]} if self.layout.stations else {}),
             **{
@@ -445,6 +447,52 @@ class Recount:
             **{name: total[name] for name in APART},
             **(self.encounters(total, hours) if self.model.people else {}),
             **(self.spread() if self.model.people else {}),
+        }
+
+    def orders(self):
+        """Orders without due times: from the release of the first line until the last is done."""
+        released = {row[3]: row[0] for row in self.rows if row[1] == "released"}
+        ends = done(self.run)
+        lines = defaultdict(list)
+        for task, order in self.run.record.orders.items():
+            lines[self.run.record.flows[task], order].append(task)
+        whole = [tasks for tasks in lines.values() if all(task in ends for task in tasks)]
+        times = [
+            max(ends[task] for task in tasks) - min(released[task] for task in tasks)
+            for tasks in whole
+            if max(ends[task] for task in tasks) >= self.begin
+        ]
+        return {
+            "orders": len(times),
+            "order_cycle_time_mean": statistics.fmean(times) if times else math.nan,
+            "order_cycle_time_p95": float(np.quantile(times, 0.95)) if times else math.nan,
+        }
+
+    def pods(self, total):
+        """A picker is at work while a robot in a station is unloading."""
+        stored = sum(row[1] == "stored" and row[0] >= self.begin for row in self.rows)
+        picks, inside, since = 0.0, set(), {}
+        for time, kind, robot, *_ in [*self.rows, *((self.end, "idle", robot) for robot in range(self.size))]:
+            if kind in {"docked", "enter"}:
+                (inside.add if kind == "docked" else inside.discard)(robot)
+            elif kind in STATES:
+                picks += self.within(since.pop(robot, time), time)
+                if kind == "unloading" and robot in inside:
+                    since[robot] = time
+                elif kind == "loaded":
+                    inside.discard(robot)
+        stations = self.layout.stations.values()
+        hours = [self.model.hours(self.model.layout.stations[item.zone].hours) for item in stations]
+        open_time = sum(
+            item.servers * some.share(self.begin, self.end) * (self.end - self.begin)
+            for item, some in zip(stations, hours, strict=True)
+        )
+        done_in_it = total["delivered"]
+        return {
+            "pod_visits": stored,
+            "pile_on": done_in_it / stored if stored else math.nan,
+            "station_idle": 1 - picks / open_time if open_time else math.nan,
+            "distance_per_task": total["distance"] / done_in_it if done_in_it else math.nan,
         }
 
     def spread(self):

@@ -40,10 +40,10 @@ def command(name: str | None) -> None:
 def _line(kind: str, policy: str) -> None:
     cls = find(kind, policy)
     first = (inspect.getdoc(cls) or "").partition("\n")[0]
-    click.echo(f"  {policy:<18}{first}")
+    click.echo(f"  {policy:<21}{first}")
     shown = [_shown(key, default) for key, (_, default) in parameters_of(cls).items()]
     if shown:
-        click.echo(f"  {'':<18}  parameters: {', '.join(shown)}")
+        click.echo(f"  {'':<21}  parameters: {', '.join(shown)}")
 
 
 def _shown(key: str, default: Any) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import CheckError, LayoutError
 from desim_warehouse.feasibility import closures, rules
 from desim_warehouse.feasibility.estimate import HandCalculation, estimate
+from desim_warehouse.feasibility.pods import driven
 from desim_warehouse.layout import checks
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.schema import reading
@@ -30,13 +31,14 @@ def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculatio
     found = checks.examine(layout, use)
     if any(item.level == "error" for item in found):
         return found, None
-    found += closures.errors(model, layout, use)
-    found += closures.warnings(model, layout)
-    found += rules.errors(model, layout)
+    on_floor = driven(model)
+    found += closures.errors(on_floor, layout, use)
+    found += closures.warnings(on_floor, layout)
+    found += rules.errors(on_floor, layout)
     if any(item.code == "NEVER_OPEN" for item in found):
         return checks.worst_first(found), None
     calculation = estimate(model, layout)
-    found += rules.warnings(model, layout, calculation)
+    found += rules.warnings(on_floor, layout, calculation)
     return checks.worst_first(found), calculation
 
 
@@ -45,6 +47,7 @@ def errors(model: Model) -> tuple[Finding, ...]:
     """The errors of a model, accepted ones too; computed once for all runs of a model."""
     layout = model.floor
     found = checks.errors(layout, _use(model, layout))
+    model = driven(model)
     return tuple(found or (*closures.errors(model, layout, _use(model, layout)), *rules.errors(model, layout)))
 
 

@@ -21,6 +21,7 @@ from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow, mean_task
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.peak import peak_rate
+from desim_warehouse.feasibility.pods import PileOn, by_line, driven, pile_on
 from desim_warehouse.feasibility.power import Power, power
 from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
@@ -107,6 +108,7 @@ class HandCalculation:
             length is the best that tours can do: all full, each with the drives of a single task.
         on_duty: the part of the run in which robots are in their hours and a station is open; capacities are means over
             the run.
+        pile_on: with pods, where `cycle` is a line's part of a visit, and capacities are those of most lines a visit.
     """
 
     width: float
@@ -130,6 +132,7 @@ class HandCalculation:
     peak: float | None = None
     loads: int = 1
     on_duty: float = 1.0
+    pile_on: PileOn | None = None
 
     @property
     def peak_capacity(self) -> float:
@@ -161,6 +164,7 @@ class HandCalculation:
                 + (f" + {amount(cycle.clear)} clearing" if cycle.clear else "")
             ),
             *self._tours(time),
+            *([] if self.pile_on is None else [self.pile_on.lines(units)]),
             self._robots(time, hour),
             self._stations(hour),
         ]
@@ -210,7 +214,10 @@ class HandCalculation:
 
 
 def estimate(model: Model, layout: Layout) -> HandCalculation:
-    """The hand calculation of a model whose layout has no errors."""
+    """The hand calculation of a model whose layout has no errors; with pods a task is a line."""
+    if model.pods is not None:
+        pile = pile_on(model)
+        return by_line(estimate(driven(model, pile.most), layout), pile)
     fleet = model.fleet
     speeds = Counter((robot.speed, robot.loaded_speed) for robot in fleet.robots())
     cycles = {pair: mean_task(model, layout, *pair) for pair in speeds}

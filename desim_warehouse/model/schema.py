@@ -38,6 +38,7 @@ from desim_warehouse.model.sections.flows import (
 from desim_warehouse.model.sections.goods import GOODS_FORM, Good, GoodsRule, PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.orders import Reading, files_of, problems_of
 from desim_warehouse.model.sections.people import PeopleSpec
+from desim_warehouse.model.sections.pods import PodsSpec, fit_for_pods
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.model.sections.popularity import Popularity, PopularityRule
 from desim_warehouse.model.sections.traffic import TrafficSpec
@@ -390,6 +391,7 @@ class Model(Part):
     layout: LayoutSpec
     fleet: Fleet
     tasks: Tasks
+    pods: PodsSpec | None = Field(None, description="goods to person; none: robots bring single loads")
     battery: BatterySpec | None = Field(None, validate_default=True, description="none: robots never need charging")
     traffic: TrafficSpec = TrafficSpec()
     people: Named[PeopleSpec] = Field(FrozenMap(), description="people in the aisles, by name of where they come from")
@@ -444,6 +446,14 @@ class Model(Part):
                     raise wrong(text, TOP, "layout", "bays", name, "kinds")
         return fleet
 
+    @field_validator("pods")
+    @classmethod
+    def _lines_of_flows(cls, pods: PodsSpec | None, info: ValidationInfo) -> PodsSpec | None:
+        tasks, layout = info.data.get("tasks"), info.data.get("layout")
+        if pods is not None and tasks is not None and layout is not None:
+            fit_for_pods(tasks.flows, layout.stations, known(info).zones.get("stations", {}))
+        return pods
+
     @field_validator("battery")
     @classmethod
     def _for_all(cls, battery: BatterySpec | None, info: ValidationInfo) -> BatterySpec | None:
@@ -453,6 +463,13 @@ class Model(Part):
                 text = "a battery for these robots, and none for others, expected `battery` in the model, too"
                 raise wrong(text, TOP, "fleet", "kinds", name, "battery")
         return battery
+
+    @field_validator("policies")
+    @classmethod
+    def _one_pod_at_a_time(cls, policies: Policies, info: ValidationInfo) -> Policies:
+        if info.data.get("pods") is not None and policies.batching.name != "single":
+            raise wrong(f"a robot carries one pod (got {got(policies.batching.name)}), expected single", "batching")
+        return policies
 
     @field_validator("policies")
     @classmethod

@@ -50,7 +50,7 @@ COLUMNS = {
     "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into, `A>A` of one on a node",
     "value": "a number that depends on the kind",
     "until": "`drive`: when the robot will be there; `edge_closed`: when it opens",
-    "other": "`collision`: the robot that was waited for; -1: none",
+    "other": "`collision`: the robot that was waited for; with pods, see below, and `released`: the item; -1: none",
 }
 """What the columns mean, in their order."""
 
@@ -78,7 +78,9 @@ KINDS = {
         "a robot recalled to charge, or turned off by a closure, gives its task back, to the front of the list",
         "energy",
     ),
-    "delivered": RowKind("tasks", "a task is unloaded", "energy"),
+    "delivered": RowKind("tasks", "a task is unloaded; a line is picked, from the pod `other`", "energy"),
+    "lifted": RowKind("tasks", "a robot has taken a pod from the storage place `other`", "number of the pod"),
+    "stored": RowKind("tasks", "a robot has put a pod down on the storage place `other`", "number of the pod"),
     **{state.name: RowKind("tasks", state.begins, "energy") for state in states.STATES.values()},
     "working": RowKind("tasks", "work on a load unit that was put down begins", "time since it was put down"),
     "worked": RowKind("tasks", "a load unit put down in a station has been worked on", "time since it was put down"),
@@ -175,9 +177,11 @@ class Log:
         """An event of a task or a robot, at the node where it is or comes to next."""
         self.rows.append((time, kind, robot, task, node, edge, value, None, other))
 
-    def released(self, time: float, task: int, good: int, due: float | None, flow: str = "", order: str = "") -> None:
+    def released(
+        self, time: float, task: int, good: int, due: float | None, flow: str = "", order: str = "", item: int = NONE
+    ) -> None:
         """A task is released."""
-        self.event(time, "released", NONE, task, None, float(good))
+        self.event(time, "released", NONE, task, None, float(good), other=item)
         if due is not None:
             self.due[task] = due
         if flow:

@@ -53,8 +53,24 @@ OURS: dict[str, dict[str, str]] = {
         "time-window": "batching:TimeWindow",
         "by-order": "batching:ByOrder",
     },
+    "pod": {"nearest": "pods:NearestPod", "most-lines": "pods:MostLines", "random": "pods:RandomPod"},
+    "storage": {
+        "nearest": "pods:NearestPlace",
+        "own": "pods:OwnPlace",
+        "random": "pods:RandomPlace",
+        "by-turnover": "pods:ByTurnover",
+    },
+    "order_station": {"fewest-orders": "pods:FewestOrders", "most-lines-in-common": "pods:MostLinesInCommon"},
+    "put": {"emptiest": "pods:Emptiest", "random": "pods:AnyPod"},
 }
-METHODS = {"allocation": "assign", "routing": "route", "charging": "levels", "parking": "choose", "batching": "batches"}
+METHODS = {
+    "allocation": "assign",
+    "routing": "route",
+    "charging": "levels",
+    "parking": "choose",
+    "batching": "batches",
+    **dict.fromkeys(("pod", "storage", "order_station", "put"), "choose"),
+}
 
 
 class _RefusedError(Exception):

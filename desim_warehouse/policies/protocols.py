@@ -36,6 +36,10 @@ class Task:
     `members`: the tasks of a tour, in the order in which they are picked, for a robot that carries as many; empty: it
     is a task by itself. A tour has the number of its first member and is picked where that is; it is due when the
     first of them is.
+
+    With pods, `item` is that of a line, which is picked nowhere yet (-1: it is none). A visit of a `pod` (-1: it is
+    none) is a tour by way of its station and back to a storage place, for so many `lines` when it was called. It has
+    the number of the first of them.
     """
 
     number: int
@@ -54,6 +58,9 @@ class Task:
     load_type: str = ""
     via: tuple[StopPlace, ...] = ()
     members: tuple[Task, ...] = ()
+    item: int = -1
+    pod: int = -1
+    lines: int = 1
 
     @property
     def tasks(self) -> tuple[Task, ...]:

@@ -17,6 +17,7 @@ from desim_warehouse.layout.zones import edges_inside, zones_on
 from desim_warehouse.model.facts.charging import spare_batteries, start_levels, swapped_at
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike
+from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
 from desim_warehouse.states import AT_START, OPENING, STATES, absent
@@ -25,6 +26,8 @@ from desim_warehouse.world.orders.batches import Batcher
 from desim_warehouse.world.orders.demand import Demand, NoOrders
 from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.orders.flows import Flows
+from desim_warehouse.world.orders.pods import PodPolicies, Pods
+from desim_warehouse.world.orders.shelves import Shelves
 from desim_warehouse.world.orders.situations import Situations
 from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers
@@ -229,10 +232,34 @@ class World:
             demand=self.demand,
             finished=self.finished,
         )
+        self.pods = self._pods()
         self.batcher: Batcher | None = None
         if policies.batching.name != "single":
             batching, to_come = _policy("batching", policies.batching), self.demand.to_come
             self.batcher = Batcher(env, batching, model.fleet, self.travel, to_come=to_come, dispatcher=self.dispatcher)
+
+    def _pods(self) -> Pods | None:
+        """Goods to person: what stands between the orders and the dispatcher, whose tasks are visits of pods then."""
+        model, spec = self.model, self.model.pods
+        if spec is None:
+            return None
+        choices = PodPolicies(*(_policy(kind, model.policies.of_pods(kind)) for kind in PodPolicies._fields))
+        keep = getattr(choices.storage, "keeps", False)
+        pods = Pods(
+            self.env,
+            spec,
+            Shelves(spec, self.layout.storage, self.streams, keep=keep),
+            choices,
+            puts={name for name, flow in model.tasks.flows.items() if isinstance(flow.target, StorageEnd)},
+            travel=self.travel,
+            stations=self.stations,
+            handling=self.handling,
+            streams=self.streams,
+            dispatcher=self.dispatcher,
+            log=self.log,
+        )
+        self.dispatcher.carry(pods)
+        return pods
 
     def _put_into_bays(self, homes: list[str], start: Fleet | None) -> None:
         """The robots, each in the bay beside its home, but those that charge at the start."""
@@ -254,6 +281,7 @@ class World:
             self.departures,
             self.dispatcher,
             WaysRound(self.env, hours_closed(model)) if self.routes.passes_closures else None,
+            self.pods,
         )
         fleet = model.fleet
         start = tuple(map(Standing, start_levels(model, self.streams))) if start is None else start
@@ -289,7 +317,7 @@ class World:
     def begin(self, until: float | None = None) -> None:
         """Set everything going at time 0; the run ends at `until` if it would last longer."""
         env, length = self.env, min((end for end in (self.model.run.length, until) if end is not None), default=None)
-        release = self.dispatcher.release if self.batcher is None else self.batcher.release
+        release = (self.pods or self.batcher or self.dispatcher).release
         self.demand.start(self._while_few_are_open(release) if self.settles else release)
         for robot in self.robots:
             if self.model.fleet.start_energy == "settled":  # known from no model file

@@ -16,6 +16,7 @@ from tests.laws.closures import with_closures
 from tests.laws.hours import with_hours
 from tests.laws.kinds import with_kinds
 from tests.laws.moving import moving
+from tests.laws.pods import with_pods
 from tests.laws.tours import with_tours
 from tests.laws.wider import wider
 from tests.laws.zones import with_zones
@@ -87,6 +88,7 @@ FEATURES = {
     "breakdowns": with_breakdowns,
     "hours": with_hours,
     "kinds": with_kinds,
+    "pods": with_pods,
     "policies": with_policies,
     "restless": restless,
     "tours": with_tours,

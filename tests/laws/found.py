@@ -5,6 +5,7 @@ from __future__ import annotations
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
 from tests import accounting, little
+from tests.audit_pods import audit_pods
 from tests.auditor import audit
 from tests.laws.random_models import CUT
 from tests.recount import differences
@@ -17,6 +18,8 @@ def faults_of(mapping, seed):
     except WarehouseError as error:
         return [f"{type(error).__name__}: {error}"]
     rules = (audit, standstill, crowded, endless, differences, accounting.faults, little.faults)
+    if run.model.pods is not None:
+        rules += (audit_pods,)
     return [fault for rule in rules for fault in rule(run)]
 
 

@@ -33,6 +33,10 @@ DAILY = {
     "moving": 20,
     "wider moving": 20,
     "closures moving": 20,
+    "pods": 60,
+    "wider pods": 20,
+    "hours pods breakdowns": 20,
+    "kinds closures hours pods breakdowns": 20,
     "policies": 60,
     "restless": 60,
     "restless breakdowns": 30,
@@ -109,6 +113,7 @@ MODELS = {
     "sizes": ("restless", 1 / 10, lambda one: len({robot.radius for robot in one.fleet.robots()}) > 1),
 }
 RUNS = {
+    "pods": {"pile_on": 0.9, "pod_visits": 0.9},
     "closures": dict.fromkeys(("waiting_closed", "waiting_person", "encounters_per_hour", "shared_time"), 1 / 5),
     "breakdowns": {"breakdowns": 1 / 2},
     "moving": {"rotations": 1 / 14, "S": 1 / 3},

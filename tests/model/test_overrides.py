@@ -77,7 +77,7 @@ def test_an_entry_in_a_list_of_a_parameter():
             {"zzz": 3},
             (
                 "override zzz: unknown key, expected name, description, units, calendars, layout, fleet, tasks, "
-                "battery, traffic, people, policies, run, cost, prices, log or accept"
+                "pods, battery, traffic, people, policies, run, cost, prices, log or accept"
             ),
         ),
         (

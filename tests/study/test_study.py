@@ -274,6 +274,7 @@ def test_every_indicator_of_a_run_is_known():
         "loads_due"
     }  # where loads are worked on in stations
     elsewhere |= {"trips", "loads_per_trip"}  # with batching
+    elsewhere |= {"pod_visits", "pile_on", "station_idle", "distance_per_task"}  # with pods
     elsewhere |= {
         "breakdowns",
         "availability",

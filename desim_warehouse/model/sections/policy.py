@@ -106,7 +106,8 @@ def in_model_units(spec: PolicySpec, kind: str, info: ValidationInfo) -> PolicyS
     return PolicySpec(name=spec.name, **{**spec.params, **found}) if found else spec
 
 
-KINDS = ("allocation", "routing", "charging", "parking", "batching")
+OF_PODS = ("pod", "storage", "order_station", "put")
+KINDS = ("allocation", "routing", "charging", "parking", "batching", *OF_PODS)
 
 
 class Policies(Part):
@@ -117,6 +118,14 @@ class Policies(Part):
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")
     batching: Policy = Field(PolicySpec(name="single"), description="which tasks a robot does on one tour")
+    pod: Policy | None = Field(None, description="with pods: which one is brought to a station; default: nearest")
+    storage: Policy | None = Field(None, description="with pods: where one is put down again; default: nearest")
+    order_station: Policy | None = Field(
+        None, title="station of an order", description="with pods: where an order goes; default: fewest-orders"
+    )
+    put: Policy | None = Field(
+        None, title="pod for goods in", description="with pods: onto which one a bundle is put; default: emptiest"
+    )
     interval: Annotated[Interval, Usual(0, "10 min")] = Field(
         0.0,
         title="time between decisions",
@@ -126,12 +135,17 @@ class Policies(Part):
 
     @field_validator(*KINDS)
     @classmethod
-    def _in_the_models_units(cls, spec: PolicySpec, info: ValidationInfo) -> PolicySpec:
-        return in_model_units(spec, str(info.field_name), info)
+    def _in_the_models_units(cls, spec: PolicySpec | None, info: ValidationInfo) -> PolicySpec | None:
+        return None if spec is None else in_model_units(spec, str(info.field_name), info)
 
     def specs(self) -> dict[str, PolicySpec]:
-        """The policies by kind."""
-        return {kind: getattr(self, kind) for kind in KINDS}
+        """The policies by kind, those of pods where they are given."""
+        return {kind: spec for kind in KINDS if (spec := getattr(self, kind)) is not None}
+
+    def of_pods(self, kind: str) -> PolicySpec:
+        """The policy for a decision about pods: by default the first of ours."""
+        spec: PolicySpec | None = getattr(self, kind)
+        return PolicySpec(name=next(iter(catalogue.OURS[kind]))) if spec is None else spec
 
     def own(self) -> list[str]:
         """The policies that are the user's own, about whose code nothing is known."""

@@ -127,6 +127,8 @@ def shares(
 ) -> Any:
     """The share of every storage place in the demand for drawn goods, a numpy array, or None for equal shares.
 
+    Of classes and weights only the number of places is read, so that it does for items, too.
+
     `order`: the numbers of the places, those of the first class first; default: as they are numbered.
     """
     import numpy as np

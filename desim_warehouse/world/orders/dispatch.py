@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from desim_warehouse.policies import Allocation, RobotView, Situation, Task
     from desim_warehouse.world.orders.demand import Demand, NoOrders
     from desim_warehouse.world.orders.flows import Flows
+    from desim_warehouse.world.orders.pods import Pods
     from desim_warehouse.world.orders.situations import Situations
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.stations import Stations
@@ -91,6 +92,11 @@ class Dispatcher:
         self._seen: dict[int, RobotView] = {}
         self._decides_at = self._looks_at = math.inf
         self._vain = 0
+        self._pods: Pods | None = None
+
+    def carry(self, pods: Pods) -> None:
+        """Tasks are lines, which robots do by visits of pods."""
+        self._pods = pods
 
     # What happens
 
@@ -103,7 +109,7 @@ class Dispatcher:
         """A new task is known."""
         self.released += 1
         self._vain = 0
-        self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order)
+        self.log.released(self.env.now, task.number, task.good, task.due, task.flow, task.order, task.item)
         if self.stations.are_for_workers(task):
             self.log.is_for_workers(task.number)
 
@@ -151,22 +157,33 @@ class Dispatcher:
         task = robot.job
         assert task is not None
         self._record("returned", robot, task)
+        if self._pods is not None:
+            self._pods.returned(robot, task)
         self._put_back(robot.number)
         self._forget(robot)
         self.open[task.number] = task
         self.open.move_to_end(task.number, last=False)
-        self.demand.returned(task)
+        if self._pods is None:
+            self.demand.returned(task)
         self.call()
 
     def delivered(self, robot: Robot, stop: Stop) -> None:
         """A task is done. With the last of a tour the robot is free."""
-        robot.record_delivery(stop)
-        self.done += 1
+        if self._pods is not None:
+            self._pods.stored(robot, stop)
+        else:
+            robot.record_delivery(stop)
+            self.done += 1
         self.stations.forget(stop.task)
         if stop is robot.tour.stops[-1]:
             self._forget(robot)
         else:
             self.stations.release((stop,), ())
+
+    def line_done(self, line: Task) -> None:
+        """A line was picked from a pod, or put onto one: only then is it no longer in hand."""
+        self.done += 1
+        self.demand.taken(line)
 
     def came_home(self, robot: Robot) -> None:
         """A robot is back in a bay. The last one, with all goods done, ends the run (the paper's T)."""
@@ -206,7 +223,7 @@ class Dispatcher:
         for number in robots:
             if not self.departures.duty.has(number):
                 self._put_back(number)
-        if not self.open:
+        if not self.open and (self._pods is None or not self._pods.wait):
             return False
         self.call()
         self._vain += 1
@@ -242,6 +259,8 @@ class Dispatcher:
         self._decides_at = math.inf
         if self.queues:
             self._next_of_queues()
+        if self._pods is not None:
+            self._pods.call([self._view(number) for number in self._able()])
         able = self._able() if self.open else ()
         if not able:
             self._pass()
@@ -397,10 +416,13 @@ class Dispatcher:
         robot.take_up(task, stops, self.stations.reserve(stops, robot.docked))
         self.departures.under_way.add(number)
         self._record("assigned", robot, task)
+        if self._pods is not None:
+            self._pods.assigned(robot, task)
         robot.body.work_on(task.number)
         event.succeed()
         self.reach.taken(task)
-        self.demand.taken(task)
+        if self._pods is None:
+            self.demand.taken(task)
 
 
 def _unfit(robot: RobotView, task: Task) -> str:

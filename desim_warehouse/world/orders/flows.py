@@ -120,6 +120,7 @@ class _Flow:
         self.released = self.open = self._orders = 0
         self.ended = False
         self.load_type = spec.load_type or ""
+        self.items = None if model.pods is None else self._drawn_items(model.pods.item_shares)
         self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)
         self._how = reading(model, layout)
         self._draws: dict[tuple[str, int, End], Iterator[int]] = {}
@@ -215,6 +216,8 @@ class _Flow:
         """The next task, which becomes known now. What the row of its order does not say comes from the flow."""
         nth = self.released
         self.released += 1
+        if self.items is not None:
+            return self._line(number, nth, now, line)
         which = 0 if len(self.routes) == 1 else bisect_left(self._cumulated, self._share("route") * self._cumulated[-1])
         route = self.routes[which]
         begins, ends = route.source, route.target
@@ -250,6 +253,37 @@ class _Flow:
             self.load_type,
             self._via if line is None or line.via is None else tuple(self._stop(place) for place in line.via),
         )
+
+    def _line(self, number: int, nth: int, now: float, line: OrderLine | None) -> Task:
+        """With pods: an item to be picked from one, or put onto one, at one of some stations."""
+        assert self.items is not None
+        route = self.routes[0]
+        nodes = route.source if isinstance(route.target, StorageEnd) else route.target
+        assert isinstance(nodes, tuple)
+        due = self._due(now) if line is None or line.due is None else line.due
+        priority = self._priority() if line is None or line.priority is None else line.priority
+        of = "" if line is None else line.order
+        return Task(
+            number,
+            -1,
+            ("", ""),
+            0.0,
+            now,
+            due,
+            priority,
+            nodes,
+            flow=self.name,
+            nth=nth,
+            kinds=self.spec.kinds,
+            order=of,
+            load_type=self.load_type,
+            item=next(self.items),
+        )
+
+    def _drawn_items(self, weights: Any) -> Iterator[int]:
+        stream: Any = self.streams.stream(f"items:{self.name}")
+        while True:
+            yield from stream.choice(len(weights), BATCH, p=weights).tolist()
 
     def _stop(self, named: str | int) -> StopPlace:
         if isinstance(named, str):

@@ -50,6 +50,10 @@ class HandlingTimes:
         own = None if station is None else station.unload_time
         return self._drawn("unload", unload if own is None else own, task)
 
+    def pick(self, line: Task) -> float:
+        """How long it takes to pick a line from a pod, or to put one onto it."""
+        return self._drawn("pick", self._visits[line.flow], line)
+
     def work(self, node: str, task: Task) -> float:
         """How long the work takes on a load unit that was put down in the station at a node."""
         time = self._at[node].work_time

@@ -96,7 +96,7 @@ class Served(Protocol):
 class Service:
     """One robot's visit to a server of a station: for each load `begin`, `take` the time of handling and `end`.
 
-    After the last load the robot is to `leave` the server.
+    After the last load the robot is to `leave` the server. `queued`: whether none was free when it came.
     """
 
     def __init__(self, env: Environment, robot: Served, station: Station) -> None:
@@ -104,6 +104,7 @@ class Service:
         self.robot = robot
         self.station = station
         self.turn = station.servers.request()
+        self.queued = not self.turn.triggered
         self.place: Request | None = None
 
     def begin(self, stop: Stop) -> Steps:

@@ -233,6 +233,12 @@ class Stations:
         for slot in slots:
             slot.give_up()
 
+    def redirect(self, stop: Stop, edge: tuple[str, str], offset: float) -> None:
+        """A stop of a tour in hand is at another storage place."""
+        self._bound[stop.node] -= 1
+        stop.node, stop.edge, stop.offset = edge[1], edge, offset
+        self._bound[stop.node] += 1
+
     def forget(self, task: Task) -> None:
         """A task is done: its draw and stops are not needed again."""
         self._drawn.pop(task.number, None)

@@ -101,6 +101,6 @@ def handled(handling: Handling, stops: Sequence[Stop]) -> float:
 def time_at(handling: Handling, stop: Stop) -> float:
     """Mean handling time at a stop."""
     if stop.act == "visit":
-        return handling.visits.get(stop.task.flow, 0.0)
+        return stop.task.lines * handling.visits.get(stop.task.flow, 0.0)
     load, unload = handling.times(stop.task, "" if stop.station is None else stop.node)
     return load if stop.act == "load" else unload

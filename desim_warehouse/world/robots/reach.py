@@ -91,7 +91,7 @@ class Reach:
         self.batteries = model.battery is not None
         self._model, self._layout = model, layout
         self.tasks = model.tasks
-        self.tours = model.tasks.has_via or model.policies.batching.name != "single"
+        self.tours = model.pods is not None or model.tasks.has_via or model.policies.batching.name != "single"
         self.kinds = self.tours or any(flow.kinds or flow.load_type for flow in model.tasks.flows.values())
         self.flows = bool(model.tasks.flows)
         self.handling = handling

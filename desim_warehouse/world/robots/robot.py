@@ -127,6 +127,7 @@ class Robot:
             handling=around.handling,
             departures=around.departures,
             closings=self.closings,
+            pods=around.pods,
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
         self.ways_round = around.ways_round
@@ -454,6 +455,10 @@ class Robot:
         self.record("delivered", at_node if place is None else place[0].edge)
         self.delivered += 1
 
+    def count_delivery(self) -> None:
+        """A line has been picked from the pod that it brought."""
+        self.delivered += 1
+
     # Driving
 
     def drive(self, route: Sequence[Lane], place: Place | None = None) -> Drive:
@@ -504,9 +509,12 @@ class Robot:
 
     def record(self, kind: str, edge: tuple[str, str] | None = None) -> None:
         """A row of the log: what it does, with its energy."""
-        now = self.env.now
-        energy = None if self.battery.spec is None else self.battery.level(now)
-        self.log.event(now, kind, self.number, self.body.task, self.node, energy, edge=edge)
+        self.log.event(self.env.now, kind, self.number, self.body.task, self.node, self.energy, edge=edge)
+
+    @property
+    def energy(self) -> float | None:
+        """What its battery holds now; None: it has none."""
+        return None if self.battery.spec is None else self.battery.level(self.env.now)
 
     def tally(self, now: float) -> dict[str, float]:
         """What it has done so far, in plain numbers. Times in all states and `waiting` add up to `now`."""

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Generator, Mapping, Sequence
 
     from simpy.events import Event
 
@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.handling import HandlingTimes
+    from desim_warehouse.world.places.station import Service
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.bay_choice import BayChoice
@@ -63,6 +64,16 @@ class WorkGiver(Protocol):
         """The tasks that a robot is to do after the present one."""
 
 
+class Carried(Protocol):
+    """Pods, as robots that carry them know them."""
+
+    def lifted(self, robot: Robot, stop: Stop) -> None:
+        """A robot has taken a pod from its place."""
+
+    def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Generator[Event, object, None]:
+        """Line after line is picked from the pod, until none is left for it."""
+
+
 @dataclass(frozen=True)
 class Surroundings:
     """The same for all robots of a run; `states` are those that robots of this model can be in, `reaches` by kind."""
@@ -83,3 +94,5 @@ class Surroundings:
     dispatcher: WorkGiver
     ways_round: WaysRound | None
     """None where routes do not change for closures."""
+    pods: Carried | None
+    """None: robots bring single loads."""

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.robots.closings import Closings
     from desim_warehouse.world.robots.departures import Departures
     from desim_warehouse.world.robots.robot import Robot
-    from desim_warehouse.world.robots.surroundings import WorkGiver
+    from desim_warehouse.world.robots.surroundings import Carried, WorkGiver
 
     Steps = Generator[Event, object, None]
 
@@ -47,6 +47,7 @@ class Tour:
         handling: HandlingTimes,
         departures: Departures,
         closings: Closings | None,
+        pods: Carried | None,
     ) -> None:
         self.robot = robot
         self.env = env
@@ -55,6 +56,7 @@ class Tour:
         self.handling = handling
         self.departures = departures
         self.closings = closings
+        self.pods = pods
         self.stops: list[Stop] = []
         self.slots: list[Station] = []
 
@@ -118,7 +120,10 @@ class Tour:
         while self.stops and self.stops[0].station is station:
             stop = self.stops[0]
             yield from service.begin(stop)
-            yield from service.take(_state(stop), self.handling.time(stop))
+            if self.pods is not None:
+                yield from self.pods.serve(self.robot, stop, service, _state(stop))
+            else:
+                yield from service.take(_state(stop), self.handling.time(stop))
             self._go_on_after(stop)
             service.end(stop)
         service.leave()
@@ -130,6 +135,8 @@ class Tour:
             self.dispatcher.delivered(robot, stop)
         elif stop.act == "visit":
             self.stations.release((stop,), ())
+        elif self.pods is not None:
+            self.pods.lifted(robot, stop)
         del self.stops[:1]
         robot.body.change_speed(robot.loaded_speed if self.stops else robot.speed)
         if self.stops:

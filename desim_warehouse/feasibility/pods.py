@@ -1,0 +1,145 @@
+"""Goods to person by hand: lines picked at a visit of a pod, and the model as its robots drive it, visit by visit.
+
+Bounds of pile-on, where each pod has an item with the same probability p and k lines are open at a station: of a pod
+chosen at random k p / (1 - (1 - p)^k), of the one with most lines the expected largest of N binomials (k, p); and
+1 / (1 - p) times as many with the lines that join while the pod is there.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.findings import amount
+from desim_warehouse.model.schema import reading
+from desim_warehouse.model.sections.flows import (
+    PoissonArrivals,
+    ProfileArrivals,
+    SaturatedArrivals,
+    ScheduleArrivals,
+    StorageEnd,
+)
+from desim_warehouse.model.sections.orders import summary
+from desim_warehouse.values.distributions import mean_of
+
+if TYPE_CHECKING:
+    from desim_warehouse.feasibility.estimate import HandCalculation
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Units
+    from desim_warehouse.model.sections.flows import FlowSpec
+
+MOST_OPEN = 200
+"""Lines that are taken to be open at a station that works on any number of orders."""
+
+
+@dataclass(frozen=True)
+class PileOn:
+    """Lines picked at a visit, on average: of pods chosen at `random`, and the `most` that a choice can come to.
+
+    `pick` is the mean time of a line, `change` that from one pod to the next, `servers` are those of all stations.
+    """
+
+    random: float
+    most: float
+    pick: float
+    change: float
+    servers: int
+
+    def lines(self, units: Units) -> str:
+        """What pickers can do, in words."""
+        said = f"pods: {amount(self.random)} lines a visit from pods chosen at random, up to {amount(self.most)}"
+        if not self.pick:
+            return said
+        per = self.servers * units.hour
+        least, most = (per / (self.pick + self.change / pile) for pile in (self.random, self.most))
+        said += f"; pickers: {amount(per / self.pick)} lines an hour at most"
+        if self.change:
+            change = f"{amount(self.change)} {units.time}"
+            said += f", {amount(least)} to {amount(most)} where pods queue and are changed in {change}"
+        return said
+
+
+def pile_on(model: Model) -> PileOn:
+    """The bounds for a model; they hold with one robot, as others take the best pods away."""
+    pods, flows = model.pods, model.tasks.flows.values()
+    assert pods is not None
+    p = pods.per_pod / pods.items
+    k = _open_lines(model)
+    joined = 1 / (1 - p) if p < 1 else k
+    some = k * p / (1 - (1 - p) ** k)
+    below, most = 0.0, 0.0
+    for lines in range(k):
+        below += math.comb(k, lines) * p**lines * (1 - p) ** (k - lines)
+        most += 1 - min(below, 1.0) ** pods.count
+    weights = [flow.mean_lines for flow in flows]
+    pick = math.fsum(w * mean_of(flow.stop_time) for w, flow in zip(weights, flows, strict=True)) / sum(weights)
+    servers = sum(item.servers for item in model.floor.stations.values())
+    return PileOn(max(some, 1.0) * joined, max(most, some, 1.0) * joined, pick, pods.change_time, servers)
+
+
+def _open_lines(model: Model) -> int:
+    """The lines that may be open at a station."""
+    pods, flows = model.pods, model.tasks.flows.values()
+    assert pods is not None
+    if pods.orders:
+        return min(math.ceil(pods.orders * max(flow.mean_lines for flow in flows)), MOST_OPEN)
+    always = sum(flow.when.saturated for flow in flows if isinstance(flow.when, SaturatedArrivals))
+    return min(always, MOST_OPEN) or MOST_OPEN
+
+
+def driven(model: Model, lines: float = 1.0) -> Model:
+    """The model as its robots drive it: a task is a visit for some lines, from a storage place over a station and back.
+
+    With one line it is the least that a visit takes. A flow to several stations is one for each of them.
+    """
+    if model.pods is None:
+        return model
+    flows = {}
+    for name, flow in model.tasks.flows.items():
+        nodes = flow.target if isinstance(flow.source, StorageEnd) else flow.source
+        assert isinstance(nodes, tuple)
+        time = lines * mean_of(flow.stop_time) + (model.pods.change_time if lines > 1 else 0.0)
+        visits = _arrivals(model, flow, flow.mean_lines / lines / len(nodes))
+        changes = {"from": "storage", "to": "storage", "lines": 1, "stop_time": time, "arrivals": visits}
+        for rank, node in enumerate(nodes):
+            flows[f"{name} {node}" if rank else name] = {**flow.content(), **changes, "via": [node]}
+    return model.replace({"pods": None, "tasks.flows": flows})
+
+
+def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
+    """The arrivals of a flow, so many times as often."""
+    when = flow.when
+    if isinstance(when, PoissonArrivals):
+        return {"poisson": when.poisson * share}
+    if isinstance(when, ProfileArrivals):
+        rates = [rate * share for rate in when.profile.per_hour]
+        return {"profile": {**when.profile.content(), "per_hour": rates}}
+    if isinstance(when, ScheduleArrivals):
+        some = [{"at": batch.at, "tasks": max(round(batch.tasks * share), 1)} for batch in when.schedule]
+        return {"schedule": some}
+    if isinstance(when, SaturatedArrivals):
+        return {"saturated": when.saturated}
+    found = summary(when.orders, reading(model, model.floor))
+    return {"schedule": [{"at": found.last, "tasks": max(round(found.tasks * share), 1)}]}
+
+
+def by_line(found: HandCalculation, pile: PileOn) -> HandCalculation:
+    """A hand calculation of visits as one of lines, so many at each."""
+    most = pile.most
+    cycle = replace(found.cycle, **{part: time / most for part, time in vars(found.cycle).items()})
+    stations = tuple(
+        replace(item, serve_capacity=item.serve_capacity * most, work_capacity=item.work_capacity * most)
+        for item in found.stations
+    )
+    return replace(
+        found,
+        cycle=cycle,
+        rate=None if found.rate is None else found.rate * most,
+        peak=None if found.peak is None else found.peak * most,
+        charging=None if found.charging is None else found.charging / most,
+        fleet_capacity=found.fleet_capacity * most,
+        crossing_capacity=None if found.crossing_capacity is None else found.crossing_capacity * most,
+        stations=stations,
+        pile_on=pile,
+    )

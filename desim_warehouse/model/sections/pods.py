@@ -1,0 +1,154 @@
+"""Pods: movable shelves, what is on them, and how many orders a station works on at once."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, Any, Literal
+
+from pydantic import Field, ValidationInfo, field_validator, model_validator
+
+from desim_warehouse.errors import got
+from desim_warehouse.model.sections.flows import SaturatedArrivals, StorageEnd
+from desim_warehouse.model.sections.popularity import AbcClass, Popularity, shares
+from desim_warehouse.values.fields import (
+    SECTION,
+    TOP,
+    Count,
+    Forms,
+    NotNegative,
+    Part,
+    Time,
+    Usual,
+    Whole,
+    by_type,
+    form,
+    known,
+    limited,
+    wrong,
+)
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.layout.spec import StationSpec
+    from desim_warehouse.model.sections.flows import FlowSpec
+
+
+class ItemPopularity(Part):
+    """How demand is spread over items: ABC classes, the first items in the first, or a weight for each item."""
+
+    classes: tuple[AbcClass, ...] = Field((), description="A, B, C, ...: shares and demands add up to 1 each")
+    weights: tuple[NotNegative, ...] = Field((), description="one for each item")
+
+    @model_validator(mode="after")
+    def _as_of_places(self) -> ItemPopularity:
+        Popularity(classes=self.classes, weights=self.weights)
+        return self
+
+
+ItemPopularityRule = Annotated[
+    Annotated[Literal["uniform"], form("rule")] | Annotated[ItemPopularity, form("given")],
+    Forms("'uniform', or a section with classes or weights", pick=by_type(rule=str, given=SECTION)),
+]
+
+
+class PodsSpec(Part):
+    """Goods to person: robots carry pods to stations, where lines of orders are picked from them, and back.
+
+    A task of a flow from storage is a line: an item picked from a pod, for `stop_time` of its flow. One of a flow to
+    storage puts a bundle of an item onto a pod. Robots lift a pod for `tasks.load_time` and put it down for
+    `tasks.unload_time`, in the lane.
+    """
+
+    count: Annotated[Count, limited("places")] = Field(
+        title="pods", description="number of pods, each on a storage place at the start"
+    )
+    items: Annotated[Count, limited("places")] = Field(title="items", description="number of items (SKUs)")
+    per_pod: Count = Field(15, title="items on a pod", description="items dealt to each pod")
+    stock: Count | None = Field(
+        None, title="units of an item", description="units of each item on a pod at the start; default: without end"
+    )
+    bundle: Count = Field(1, title="units of a bundle", description="units that a task of a flow to storage puts there")
+    orders: Whole = Field(
+        12, title="orders at a station", description="orders that a station works on at once; 0: without limit"
+    )
+    change_time: Annotated[Time, Usual(0, "1 min")] = Field(
+        5.0,
+        title="time to change pods",
+        description="from when a pod is done until the next of the queue is in front of the picker; none where nobody "
+        "queued",
+    )
+    popularity: ItemPopularityRule = Field("uniform", description="of items, from the first to the last")
+
+    @field_validator("count")
+    @classmethod
+    def _have_places(cls, count: int, info: ValidationInfo) -> int:
+        places = known(info).places
+        if places is not None and count > places:
+            raise wrong(f"{got(count)} pods for {places} storage places, expected at most {places}")
+        return count
+
+    @model_validator(mode="after")
+    def _all_somewhere(self) -> PodsSpec:
+        if self.per_pod > self.items:
+            raise wrong(f"{got(self.per_pod)} items on a pod of {self.items} in all, expected at most those", "per_pod")
+        if self.items > self.count * self.per_pod:
+            text = f"{got(self.items)} items, {self.count} pods hold {self.count * self.per_pod}"
+            raise wrong(f"{text}, expected at most as many", "items")
+        given = () if isinstance(self.popularity, str) else self.popularity.weights
+        if given and len(given) != self.items:
+            raise wrong(f"{len(given)} weights for {self.items} items, expected one for each", "popularity", "weights")
+        return self
+
+    @property
+    def item_shares(self) -> Any:
+        """The share of every item in the demand, a numpy array."""
+        import numpy as np
+
+        equal = np.full(self.items, 1 / self.items)
+        if isinstance(self.popularity, str):
+            return equal
+        given = Popularity(classes=self.popularity.classes, weights=self.popularity.weights)
+        return shares(given, equal)  # type: ignore[arg-type]  # only the number of items is read
+
+    def is_random(self, _model: Any) -> bool:
+        """Where pods stand, what is on them and what is asked for is drawn."""
+        return True
+
+
+def fit_for_pods(
+    flows: Mapping[str, FlowSpec], stations: Mapping[str, StationSpec], nodes_of: Mapping[str, tuple[str, ...]]
+) -> None:
+    """Refuse flows that are no lines: all go between storage and stations beside nodes. `nodes_of`: each station's."""
+    beside = {node for nodes in nodes_of.values() for node in nodes}
+    for name, station in stations.items():
+        if station.work_time is not None:
+            text = "nothing is put down where pods are brought; expected stop_time of a flow, in which a line is picked"
+            raise wrong(text, TOP, "layout", "stations", name, "work_time")
+    if not flows:
+        raise wrong("goods are fetched one by one, pods need tasks.flows", TOP, "tasks", "goods")
+    first = next(iter(flows.values()))
+    for name, flow in flows.items():
+        at = (TOP, "tasks", "flows", name)
+        nodes = _between(flow, at)
+        if far := [node for node in nodes if node not in beside]:
+            text = (
+                f"pods are brought to stations beside nodes, and {got(far[0])} is in the lane, expected layout.stations"
+            )
+            raise wrong(text, *at, "to" if isinstance(flow.source, StorageEnd) else "from")
+        if (flow.kinds, flow.load_type) != (first.kinds, first.load_type):
+            raise wrong("one pod serves lines of all flows, expected the same in all", *at, "kinds")
+        if isinstance(flow.when, SaturatedArrivals) and not flow.stop_time:
+            raise wrong(
+                "always open and picked in no time, so that a visit never ends, expected some", *at, "stop_time"
+            )
+
+
+def _between(flow: FlowSpec, at: tuple[str, ...]) -> tuple[str, ...]:
+    """The nodes of a flow's stations."""
+    if flow.from_to or flow.via:
+        key = "from_to" if flow.from_to else "via"
+        raise wrong("pods go from storage to a station and back, expected from and to", *at, key)
+    source, target = flow.source, flow.target
+    if isinstance(source, StorageEnd) == isinstance(target, StorageEnd):
+        raise wrong("with pods a flow goes from storage to stations or from stations to storage", *at, "to")
+    return target if isinstance(target, tuple) else source if isinstance(source, tuple) else ()

@@ -1,0 +1,348 @@
+"""Goods to person: pods that robots bring to stations, where lines of orders are picked from them, and store again.
+
+A line is a task. A visit of a pod is what a robot does: a tour from its storage place over a station to a storage
+place. Orders wait until a station has room; then their lines are open there. A pod is called for open lines when a
+robot is free, by the policy `pod`. Until it is done in the station, lines that become open there join it if it has
+their item, so that what a visit is for is known only when it is over. Where it goes then the policy `storage` decides.
+"""
+
+from __future__ import annotations
+
+from collections import Counter, deque
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from simpy.events import Timeout
+
+from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.policies.asked import asked
+from desim_warehouse.policies.pod_views import OrderCall, PodCall, PutCall, StationView, StorageCall
+from desim_warehouse.policies.protocols import StopPlace
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection, Generator, Mapping, Sequence
+
+    from simpy import Environment
+    from simpy.events import Event
+
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.model.sections.pods import PodsSpec
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.policies.pod_views import OrderAssignment, PodChoice, PodStorage, PutChoice
+    from desim_warehouse.policies.protocols import RobotView, Task
+    from desim_warehouse.values.streams import Streams
+    from desim_warehouse.world.orders.dispatch import Dispatcher
+    from desim_warehouse.world.orders.shelves import Pod, Shelves
+    from desim_warehouse.world.places.handling import HandlingTimes
+    from desim_warehouse.world.places.station import Service
+    from desim_warehouse.world.places.stations import Stations
+    from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.robots.robot import Robot
+
+
+class PodPolicies(NamedTuple):
+    """The four decisions of goods to person."""
+
+    pod: PodChoice
+    storage: PodStorage
+    order_station: OrderAssignment
+    put: PutChoice
+
+
+class Pods:
+    """The orders that wait for a station, the lines that are open at each, and the visits of pods.
+
+    `puts`: the flows whose lines are put onto pods; those of others are picked from them.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        spec: PodsSpec,
+        shelves: Shelves,
+        policies: PodPolicies,
+        *,
+        puts: Collection[str],
+        travel: FreeTravel,
+        stations: Stations,
+        handling: HandlingTimes,
+        streams: Streams,
+        dispatcher: Dispatcher,
+        log: Log,
+    ) -> None:
+        self.env, self.spec, self.shelves, self.policies, self.puts = env, spec, shelves, policies, puts
+        self.travel, self.stations, self.handling = travel, stations, handling
+        self.dispatcher, self.log = dispatcher, log
+        self._draws = {
+            kind: streams.stream(f"policy:{kind}").random
+            for kind, policy in policies._asdict().items()
+            if getattr(policy, "random", False)
+        }
+        self.backlog: dict[tuple[str, ...], deque[list[Task]]] = {}
+        self.open_at: dict[tuple[str, str], tuple[str, int]] = {}  # of an order in hand its station, and lines left
+        self.orders: Counter[str] = Counter()
+        self.items: dict[str, Counter[int]] = {node: Counter() for node in stations.by_node}
+        self.waiting: dict[str, dict[int, dict[int, Task]]] = {node: {} for node in stations.by_node}
+        self.to_put: dict[str, dict[int, tuple[Task, Pod]]] = {node: {} for node in stations.by_node}
+        self.called: Counter[str] = Counter()
+        self._wakes_at = 0.0
+
+    def _ask(self, kind: str, call: Any, allowed: Collection[int | str]) -> Any:
+        policy = getattr(self.policies, kind)
+        answer = asked(kind, policy, self.env.now, lambda: policy.choose(call))
+        if answer not in allowed:
+            name = type(policy).__name__
+            fault = f"{shown(answer)} is none of those given"
+            raise PolicyError(f"policies.{kind} ({name}) at time {self.env.now:g}: {fault}")
+        return answer
+
+    def _draw(self, kind: str) -> float:
+        draw: Callable[[], float] | None = self._draws.get(kind)
+        return 0.0 if draw is None else draw()
+
+    # Orders and lines
+
+    def release(self, line: Task) -> None:
+        """A line is known. Those of an order that become known one after the other are one order."""
+        self.dispatcher.announce(line)
+        waiting = self.backlog.setdefault(line.to, deque())
+        if line.order and waiting and _order(waiting[-1][0]) == _order(line):
+            waiting[-1].append(line)
+        else:
+            waiting.append([line])
+        self.dispatcher.call()
+
+    def _open_orders(self) -> None:
+        """Orders that wait go to stations with room, the oldest first."""
+        most = self.spec.orders
+        for nodes, waiting in self.backlog.items():
+            while waiting:
+                lines = waiting[0]
+                order = _order(lines[0])
+                node, left = self.open_at.get(order, ("", 0))
+                if not left:
+                    some = [node for node in nodes if not most or self.orders[node] < most]
+                    if not some:
+                        break
+                    node = some[0] if len(some) == 1 else self._station_for(lines, some)
+                    self.orders[node] += 1
+                waiting.popleft()
+                self.open_at[order] = node, left + len(lines)
+                for line in lines:
+                    self._open(replace(line, to=(node,)), node)
+
+    def _station_for(self, lines: Sequence[Task], nodes: Sequence[str]) -> str:
+        views = [StationView(node, self.orders[node], self.items[node]) for node in nodes]
+        call = OrderCall(self.env.now, lines, views, self._draw("order_station"))
+        return str(self._ask("order_station", call, nodes))
+
+    def _open(self, line: Task, node: str) -> None:
+        """A line joins the first pod bound for its station that has its item, or waits for one to be called."""
+        if line.flow in self.puts:
+            self._open_put(line, node)
+            return
+        self.items[node][line.item] += 1
+        for pod in self.shelves.holding(line.item):
+            if pod.bound == node and pod.left(line.item) > 0:
+                self._promise(pod, line)
+                return
+        self.waiting[node].setdefault(line.item, {})[line.number] = line
+
+    def _open_put(self, line: Task, node: str) -> None:
+        """A bundle is for a pod that the policy `put` names, at once or when that stands again."""
+        pods = [pod for pod in self.shelves.pods if pod.bound == node or (pod.stands and pod.bound is None)]
+        pods = pods or self.shelves.pods
+        call = PutCall(self.env.now, node, line.item, [self.shelves.view(pod) for pod in pods], self._draw("put"))
+        pod = self.shelves.pods[self._ask("put", call, {pod.number for pod in pods})]
+        pod.coming += self.spec.bundle
+        if pod.bound == node:
+            self._promise(pod, line)
+        else:
+            self.to_put[node][line.number] = line, pod
+
+    def _promise(self, pod: Pod, line: Task) -> None:
+        pod.lines.append(line)
+        if line.flow not in self.puts:
+            pod.promised[line.item] += 1
+        if pod.robot is not None:
+            self._record("assigned", pod.robot, line)
+
+    # Visits
+
+    @property
+    def wait(self) -> bool:
+        """Whether lines wait for a pod, or orders for a station."""
+        return any(self.waiting.values()) or any(self.to_put.values()) or any(self.backlog.values())
+
+    def call(self, robots: Sequence[RobotView]) -> None:
+        """Call a pod for each free robot that has no visit yet, as long as stations have lines and room."""
+        self._open_orders()
+        nodes = [robot.node for robot in robots]
+        closed = self._closed()
+        open_visits = sum(visit.via[0].nodes[0] not in closed for visit in self.dispatcher.open.values())
+        while open_visits < len(nodes) and self._call(nodes, closed):
+            open_visits += 1
+
+    def _closed(self) -> Mapping[str, float]:
+        """Stations that are closed now. Where lines wait at one a pod is called as soon as it opens."""
+        if not self.stations.close:
+            return {}
+        closed, now = self.stations.closed(), self.env.now
+        opens = [time for node, time in closed.items() if self.waiting[node] or self.to_put[node]]
+        first = min(opens, default=now)
+        if now < first < float("inf") and self._wakes_at != first:
+            self._wakes_at = first
+            Timeout(self.env, first - now).callbacks.append(lambda _: self.dispatcher.call())
+        return closed
+
+    def _call(self, nodes: Sequence[str], closed: Collection[str]) -> bool:
+        """Call one, to the station with the fewest robots that has lines and room; False: none can be called."""
+        by_node, called = self.stations.by_node, self.called
+        ready = [
+            node
+            for node, station in by_node.items()
+            if (self.waiting[node] or self.to_put[node]) and station.free > called[node] and node not in closed
+        ]
+        for node in sorted(ready, key=lambda node: by_node[node].taken + called[node]):
+            found = self._candidates(node)
+            if found:
+                views = [self.shelves.view(pod, lines) for pod, lines in found.items()]
+                call = PodCall(self.env.now, node, views, nodes, self.travel, self._draw("pod"))
+                pod = self.shelves.pods[self._ask("pod", call, {pod.number for pod in found})]
+                self._give_out(pod, node, found[pod])
+                return True
+        return False
+
+    def _candidates(self, node: str) -> dict[Pod, list[Task]]:
+        """The pods on their places that have lines open at a station, and which; by number."""
+        found: dict[Pod, list[Task]] = {}
+        for item, lines in self.waiting[node].items():
+            for pod in self.shelves.holding(item):
+                left = pod.left(item)
+                if pod.stands and pod.bound is None and left > 0:
+                    some = list(lines.values())
+                    found.setdefault(pod, []).extend(some if left >= len(some) else some[: int(left)])
+        for line, pod in self.to_put[node].values():
+            if pod.stands and pod.bound is None:
+                found.setdefault(pod, []).append(line)
+        return dict(sorted(found.items(), key=lambda one: one[0].number))
+
+    def _give_out(self, pod: Pod, node: str, lines: Sequence[Task]) -> None:
+        lines = sorted(lines, key=lambda line: line.number)
+        pod.bound = node
+        self.called[node] += 1
+        for line in lines:
+            if line.flow in self.puts:
+                del self.to_put[node][line.number]
+            else:
+                alike = self.waiting[node][line.item]
+                del alike[line.number]
+                if not alike:
+                    del self.waiting[node][line.item]
+            self._promise(pod, line)
+        place, dues = self.shelves.storage[pod.place], [line.due for line in lines if line.due is not None]
+        visit = replace(
+            lines[0],
+            good=place.number,
+            edge=place.edge,
+            offset=place.offset,
+            due=min(dues, default=None),
+            priority=max(line.priority for line in lines),
+            to=(place.edge[1],),
+            drop=(place.edge, place.offset),
+            via=(StopPlace((node,)),),
+            pod=pod.number,
+            lines=len(lines),
+        )
+        self.dispatcher.open[visit.number] = visit
+
+    # A visit in hand
+
+    def assigned(self, robot: Robot, visit: Task) -> None:
+        """A robot takes a visit: its first line is in the log already."""
+        pod = self.shelves.pods[visit.pod]
+        self.called[str(pod.bound)] -= 1
+        pod.robot = robot
+        self._record_others("assigned", robot, pod, visit)
+
+    def returned(self, robot: Robot, visit: Task) -> None:
+        """It gives the visit back before it has the pod, which stays called."""
+        pod = self.shelves.pods[visit.pod]
+        self.called[str(pod.bound)] += 1
+        pod.robot = None
+        self._record_others("returned", robot, pod, visit)
+
+    def _record_others(self, kind: str, robot: Robot, pod: Pod, visit: Task) -> None:
+        for line in pod.lines:
+            if line.number != visit.number:
+                self._record(kind, robot, line)
+
+    def _record(self, kind: str, robot: Robot, line: Task, pod: int = -1) -> None:
+        self.log.event(self.env.now, kind, robot.number, line.number, robot.node, robot.energy, other=pod)
+
+    def lifted(self, robot: Robot, stop: Stop) -> None:
+        """It has taken the pod from its place."""
+        self._moved("lifted", robot, stop)
+        self.shelves.lift(self.shelves.pods[stop.task.pod])
+
+    def stored(self, robot: Robot, stop: Stop) -> None:
+        """It has put the pod down."""
+        self._moved("stored", robot, stop)
+        pod = self.shelves.pods[stop.task.pod]
+        pod.stands, pod.robot = True, None
+
+    def _moved(self, kind: str, robot: Robot, stop: Stop) -> None:
+        number, now = stop.task.pod, self.env.now
+        place = self.shelves.pods[number].place
+        self.log.event(now, kind, robot.number, stop.task.number, robot.node, float(number), other=place)
+
+    def serve(self, robot: Robot, stop: Stop, service: Service, state: str) -> Generator[Event, object, None]:
+        """In its station, with a server: pick line after line, until none is left for the pod; then choose a place."""
+        pod, node = self.shelves.pods[stop.task.pod], stop.node
+        if self.spec.change_time and service.queued:
+            yield Timeout(self.env, self.spec.change_time)
+            yield from service.begin(stop)  # it may have closed meanwhile
+        while pod.lines:
+            line = pod.lines[0]
+            robot.body.work_on(line.number)
+            yield from service.take(state, self.handling.pick(line))
+            pod.lines.popleft()
+            self._picked(robot, pod, line, node)
+        pod.bound = None
+        robot.body.work_on(stop.task.number)
+        self._choose_place(pod, node, robot.tour.stops[-1])
+        self.dispatcher.call()
+
+    def _picked(self, robot: Robot, pod: Pod, line: Task, node: str) -> None:
+        if line.flow in self.puts:
+            self.shelves.put(pod, line.item, self.spec.bundle)
+        else:
+            pod.stock[line.item] -= 1
+            pod.promised[line.item] -= 1
+            self.items[node][line.item] -= 1
+            if not self.items[node][line.item]:
+                del self.items[node][line.item]
+        self._record("delivered", robot, line, pod.number)
+        robot.count_delivery()
+        order = _order(line)
+        _, left = self.open_at[order]
+        self.open_at[order] = node, left - 1
+        if left == 1:
+            del self.open_at[order]
+            self.orders[node] -= 1
+        self.dispatcher.line_done(line)
+        self._open_orders()
+
+    def _choose_place(self, pod: Pod, node: str, stop: Stop) -> None:
+        """Where it is stored: its robot has not left the station yet, so that the way is declared only then."""
+        views = self.shelves.places_for(pod)
+        call = StorageCall(self.env.now, node, self.shelves.view(pod), views, self.travel, self._draw("storage"))
+        number = self._ask("storage", call, {view.number for view in views})
+        self.shelves.reserve(pod, number)
+        place = self.shelves.storage[number]
+        self.stations.redirect(stop, place.edge, place.offset)
+
+
+def _order(line: Task) -> tuple[str, str]:
+    """What an order is known by; a line without one is an order by itself."""
+    return line.flow, line.order or f"#{line.number}"

@@ -1,0 +1,68 @@
+"""Random models with pods, made of other random models: their floor, fleet and policies, and lines to pick."""
+
+from __future__ import annotations
+
+import random
+
+from tests.laws.random_models import lasting
+from tests.laws.tours import names_of
+
+OF_PODS = {
+    "pod": ("nearest", "most-lines", "random"),
+    "storage": ("nearest", "own", "random", "by-turnover"),
+    "order_station": ("fewest-orders", "most-lines-in-common"),
+    "put": ("emptiest", "random"),
+}
+
+
+def with_pods(mapping, number):
+    """A model whose robots carry pods to one to three stations; in half of them bundles are put onto pods, too."""
+    draw = random.Random(f"pods {number}")
+    layout, tasks, policies = mapping["layout"], mapping["tasks"], mapping.setdefault("policies", {})
+    places = _places(layout)
+    policies |= {kind: draw.choice(some) for kind, some in OF_PODS.items()} | {"batching": "single"}
+    count, per_pod = draw.randint(1, places), draw.randint(1, 4)
+    pods = {
+        "count": count,
+        "per_pod": per_pod,
+        "items": draw.randint(per_pod, count * per_pod),
+        "orders": draw.choice((0, 1, 3, 12)),
+        "change_time": draw.choice((0, 5)),
+    }
+    lanes = {node for bay in layout["bays"].values() if bay.get("in_lane") for node in bay["at"]}
+    nodes = [node for node in names_of(layout) if node not in lanes]
+    stations = {
+        f"picking{rank}": {"at": [node], "places": draw.choice((1, 2, 4)), "servers": 1}
+        for rank, node in enumerate(draw.sample(nodes, min(len(nodes), draw.randint(1, 3))))
+    }
+    for station in stations.values() if draw.random() < 0.5 else ():
+        if hours := draw.choice([None, *(name for name in mapping.get("calendars", {}) if name.startswith("h"))]):
+            station |= {"hours": hours, "at_close": draw.choice(("finish", "pause"))}
+    layout["stations"] = stations
+    goods = tasks["goods"]
+    forever = isinstance(goods, dict) and "random" not in goods
+    arrivals = {"schedule": sorted([{"at": draw.uniform(0, 50), "tasks": draw.randint(1, 6)}] * 2, key=str)}
+    if forever:
+        arrivals = draw.choice(({"saturated": draw.randint(1, 30)}, {"poisson": 3600 / draw.uniform(5, 100)}))
+    time = draw.choice((2, 2, {"exponential": 3}))
+    lines = draw.choice((1, 1, 2, [1, 4]))
+    flows = {"picks": {"from": "storage", "to": [*stations], "arrivals": arrivals, "stop_time": time, "lines": lines}}
+    if draw.random() < 0.5:
+        some = {"schedule": [{"at": draw.uniform(0, 50), "tasks": draw.randint(1, 6)}]}
+        flows["bundles"] = {"from": draw.choice([*stations]), "to": "storage", "arrivals": some, "stop_time": 3}
+        pods |= {"stock": 100, "bundle": draw.randint(1, 5)}
+        if forever:
+            flows["bundles"]["arrivals"] = {"poisson": 3600 / draw.uniform(20, 100)}
+    mapping["pods"] = pods
+    mapping["battery"] = lasting(mapping["battery"], 20)
+    stale = {"goods", "unload_at", "station_choice", "flows"}
+    mapping["tasks"] = {**{key: it for key, it in tasks.items() if key not in stale}, "flows": flows}
+    return mapping
+
+
+def _places(layout):
+    """How many storage places a layout has."""
+    if "blocks" not in layout:
+        return len(layout["storage"])
+    blocks = layout["blocks"]
+    return min(blocks["block_width"], 2) * blocks["columns"] * blocks["rows"] * blocks["block_depth"]
