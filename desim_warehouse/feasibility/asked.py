@@ -20,15 +20,19 @@ if TYPE_CHECKING:
 def orders_asked_for(model: Model) -> Iterator[str]:
     """For each flow whose orders have several lines: orders, lines and trips an hour, such as `250 orders an hour`.
 
-    A trip serves one line or, by-order, as many of an order as a robot carries; other tours at least as many as that.
+    Without pods a trip serves one line or, by-order, as many of an order as a robot carries; other tours at least as
+    many as that.
     """
     size, batching, rates = most_loads(model), model.policies.batching.name, flow_rates(model)
     for name, flow in model.tasks.flows.items():
         if flow.lines == 1 or isinstance(flow.when, SaturatedArrivals):
             continue
         lines, orders = rates[name], rates[name] / flow.mean_lines
+        said = f"{amount(orders)} orders an hour of {amount(flow.mean_lines)} lines on average: {amount(lines)} lines"
+        if model.pods is not None:  # how many lines a visit of a pod serves depends on what is open as it comes
+            yield f"flow {name}: {said}, each a task"
+            continue
         a_trip = math.fsum(share * math.ceil(count / size) for count, share in shares_of(flow.lines).items())
         trips = orders * a_trip if batching in {"single", "by-order"} else lines / size
         least = "" if batching in {"single", "by-order"} else "at least "
-        said = f"{amount(orders)} orders an hour of {amount(flow.mean_lines)} lines on average"
-        yield f"flow {name}: {said}: {amount(lines)} lines, each a task, in {least}{amount(trips)} trips"
+        yield f"flow {name}: {said}, each a task, in {least}{amount(trips)} trips"

@@ -47,17 +47,18 @@ class PileOn:
     servers: int
 
     def lines(self, units: Units) -> str:
-        """What pickers can do, in words."""
+        """What pickers can do, in words, and that the rest of the estimate is an upper bound."""
         said = f"pods: {amount(self.random)} lines a visit from pods chosen at random, up to {amount(self.most)}"
+        bound = "what follows is for the most, which light demand and many robots do not reach"
         if not self.pick:
-            return said
+            return f"{said}; {bound}"
         per = self.servers * units.hour
         least, most = (per / (self.pick + self.change / pile) for pile in (self.random, self.most))
         said += f"; pickers: {amount(per / self.pick)} lines an hour at most"
         if self.change:
             change = f"{amount(self.change)} {units.time}"
             said += f", {amount(least)} to {amount(most)} where pods queue and are changed in {change}"
-        return said
+        return f"{said}; {bound}"
 
 
 def pile_on(model: Model) -> PileOn:
