@@ -98,7 +98,10 @@ def test_a_report_averages_over_none_of_three_factors(tmp_path):
     table = re.findall(r"<tr.*?</tr>", study_parts.results(study))
     head, *rows = [re.findall(r"<t[dh].*?>(.*?)</t[dh]>", row) for row in table]
     place = head.index(words.head("cycle_time_p95", scale))
-    assert drawn == {(f"demand: {row[0]}", row[1], row[2]): row[place] for row in rows}
+    listed = {(f"demand: {row[0]}", row[1], row[2]): row[place] for row in rows}
+    assert listed.items() <= drawn.items()
+    copies = drawn.keys() - listed.keys()  # designs whose runs equal those of another are one row with it
+    assert all(drawn[copy] in listed.values() for copy in copies)
     assert len(drawn) == 12
 
 

@@ -117,8 +117,9 @@ def test_size_of_a_plant_with_too_few_chargers_names_them_and_not_the_range(tmp_
     asked = ["yard.yaml", "--range", "3..5", "--target", "throughput_per_hour >= 20", "--set", "fleet.kinds={}"]
     short = ["--set", slow, "--set", "run.length=20min", "--first", "4", "--cap", "4", "--search", "scan", "--quiet"]
     with contextlib.chdir(tmp_path):
-        said = CliRunner().invoke(desim, ["size", *asked, *short]).stdout
-    assert "only as counted with 3, 4 and 5: batteries fall by " in said
+        said = CliRunner().invoke(desim, ["size", *asked, *short]).output
+    assert said.count("cannot last") == 3
+    assert "3 robots  batteries fall by " in said
     assert "within --range 3..5: more chargers, which desim plan looks for, too, or ask for less" in said
 
 

@@ -32,6 +32,13 @@ def within(
     return SaidNumber(of=of, mean=mean, low=low, high=high, text=scale.within(mean, low, high, aim))
 
 
+def promise(what: str, confidence: float, *, exact: bool) -> str:
+    """How sure all numbers or verdicts of an answer are."""
+    if exact:
+        return "Nothing in this model is random: one run of each option is exact."
+    return f"All {what} hold at once with {100 * confidence:g} % confidence."
+
+
 def tile(text: str, what: str) -> BigNumber:
     """The text of a number as a large one, its interval as the note."""
     value, _, ends = text.partition(" (")

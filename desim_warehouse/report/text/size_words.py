@@ -51,7 +51,9 @@ class _Sized:
             options=tuple(self.options),
             figure=self._figure(),
             about=None if best is None else judged.about(self._name(best), self._model(best), self.seed),
-            promise=f"All verdicts hold at once with {100 * found.confidence:g} % confidence.",
+            promise=judged.promise(
+                "verdicts", found.confidence, exact=all(one.deterministic for one in found.decisions)
+            ),
             runs=found.runs,
             confidence=found.confidence,
             made={"seed": str(self.seed), "model": self.model.digest()},

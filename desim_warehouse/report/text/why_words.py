@@ -65,7 +65,7 @@ class _Held:
             figure=self._figure(),
             about=None if broken else judged.about("the warehouse as it is", model, found.seed),
             tables=tuple(self._changes()),
-            promise=f"All intervals hold at once with {100 * found.gains.confidence:g} % confidence.",
+            promise=judged.promise("intervals", found.gains.confidence, exact=found.gains.exact),
             notes=tuple(f"Not tried: {line}." for line in found.left_out),
             runs=found.gains.runs,
             confidence=found.gains.confidence,

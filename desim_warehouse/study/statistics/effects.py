@@ -78,6 +78,11 @@ class Gains:
         return bool(each) and each[0].low > 0 and all(each[0].low > other.high for other in each[1:])
 
     @property
+    def exact(self) -> bool:
+        """Whether chance plays no part: every gain is its bounds."""
+        return all(gain.low == gain.high for gain in self.gains if not gain.failed)
+
+    @property
     def none(self) -> bool:
         """Whether nothing is shown to matter."""
         return all(gain.high < self.delta for gain in self.competing)
