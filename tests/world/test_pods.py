@@ -264,7 +264,7 @@ HALL = {
 
 @pytest.mark.parametrize(("pod", "lines", "within"), [("random", 2.469, 0.05), ("most-lines", 6.649, 0.02)])
 def test_pile_on_with_one_robot_is_that_of_the_closed_form(pod, lines, within):
-    """The closed form takes all open lines to be of different items; random visits come out 3 % better, as if for that."""
+    """The closed form takes all open lines to be of different items; random visits come out 3 % above it."""
     model = dw.load(HALL, {"policies.pod": pod})
     bounds = pile_on(model)
     assert {"random": bounds.random, "most-lines": bounds.most}[pod] == pytest.approx(lines, abs=5e-4)
