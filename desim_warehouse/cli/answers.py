@@ -20,21 +20,22 @@ _NARROWEST = 60
 """Columns of a terminal below which tables are not made narrower."""
 
 
-def give(answer: Answer, out: str | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> None:
-    """Keep an answer in the folder of `--out`, with the command as it was typed, and print it."""
+def give(answer: Answer, out: str | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> Answer:
+    """Keep an answer in the folder of `--out`, with the command as it was typed, print it, and return it with that."""
     from desim_warehouse.report.text.printed import WIDTH, printed
 
-    answer = answer.model_copy(update={"command": typed()})
+    answer = answer.model_copy(update={"command": _typed()})
     if out is not None and Path(out).is_dir():
         answer.save(out)
     if as_json:
         click.echo(json.dumps(answer.content(warnings=warnings)))
-        return
-    columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else WIDTH
-    click.echo(printed(answer, max(columns, _NARROWEST)))
+    else:
+        columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else WIDTH
+        click.echo(printed(answer, max(columns, _NARROWEST)))
+    return answer
 
 
-def typed() -> str:
+def _typed() -> str:
     """The command as it was typed."""
     arguments: list[str] = click.get_current_context().find_root().meta["desim.typed"]
     return shlex.join(["desim", *arguments])

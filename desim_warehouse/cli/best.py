@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.answers import give, typed
+from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_model, with_json, write_files
 from desim_warehouse.cli.study_options import (
@@ -160,9 +160,8 @@ def _search(
     with interruptible(None, execution.kept):
         found = best_of(base, indicator, zone, **asked, **question.search(execution))
     assert isinstance(found, BestOfMany)  # few designs without a target race above
-    give(found.answer, execution.out, warnings, as_json=as_json)
+    answer = give(found.answer, execution.out, warnings, as_json=as_json)
     if page is not None:
-        answer = found.answer.model_copy(update={"command": typed()})
         write_files({Path(page): answer_page.page(answer, answer_page.run_of(answer))}, force=True)
         click.echo(f"{page}: open it in a browser", err=as_json)
     if found.shown is False:

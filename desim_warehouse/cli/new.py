@@ -50,29 +50,28 @@ def command(context: click.Context, /, file: str | None, *, like: str | None, fo
     from desim_warehouse.draft import draft
 
     if like:
-        _copied(context, file or f"{like}.yaml", like, force=force)
-        return
-    if file is None:
-        if not sys.stdin.isatty():
-            raise click.UsageError("which file? Expected FILE, such as w.yaml; in a terminal `desim new` asks")
-        file, given = _asked(given)
-    text = draft(_words(given))
+        file, text = file or f"{like}.yaml", _of_gallery(context, like)
+        said = " ".join(line.removeprefix("# ") for line in text.split("\nname:")[0].splitlines())
+    else:
+        if file is None:
+            if not sys.stdin.isatty():
+                raise click.UsageError("which file? Expected FILE, such as w.yaml; in a terminal `desim new` asks")
+            file, given = _asked(given)
+        text = draft(_words(given))
+        said = text.splitlines()[0].removeprefix("# ")
     write_model(file, text, force=force)
-    click.echo(text.splitlines()[0].removeprefix("# "))
+    click.echo(said)
     click.echo(f"{file} is written; next: desim check {file}")
 
 
-def _copied(context: click.Context, file: str, like: str, *, force: bool) -> None:
-    """Write a model of the gallery; words for a draft beside it would be without effect."""
+def _of_gallery(context: click.Context, like: str) -> str:
+    """A model of the gallery; words for a draft beside it would be without effect."""
     typed = ParameterSource.COMMANDLINE
     words = {str(option.name): option.opts[0] for option in context.command.params if option.name not in _OTHERS}
     said = [flag for name, flag in words.items() if context.get_parameter_source(name) is typed]
     if said:
         raise click.UsageError(f"{' and '.join(said)}: not with --like; write the file, then correct it there")
-    text = gallery()[like].read_text(encoding="utf-8")
-    write_model(file, text, force=force)
-    click.echo(" ".join(line.removeprefix("# ") for line in text.split("\nname:")[0].splitlines()))
-    click.echo(f"{file} is written; next: desim check {file}")
+    return gallery()[like].read_text(encoding="utf-8")
 
 
 def _words(given: dict[str, Any]) -> Draft:

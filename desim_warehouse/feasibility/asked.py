@@ -23,7 +23,8 @@ def orders_asked_for(model: Model) -> Iterator[str]:
     Without pods a trip serves one line or, by-order, as many of an order as a robot carries; other tours at least as
     many as that.
     """
-    size, batching, rates = most_loads(model), model.policies.batching.name, flow_rates(model)
+    size, rates = most_loads(model), flow_rates(model)
+    exact = model.policies.batching.name in {"single", "by-order"}
     for name, flow in model.tasks.flows.items():
         if flow.lines == 1 or isinstance(flow.when, SaturatedArrivals):
             continue
@@ -33,6 +34,6 @@ def orders_asked_for(model: Model) -> Iterator[str]:
             yield f"flow {name}: {said}, each a task"
             continue
         a_trip = math.fsum(share * math.ceil(count / size) for count, share in shares_of(flow.lines).items())
-        trips = orders * a_trip if batching in {"single", "by-order"} else lines / size
-        least = "" if batching in {"single", "by-order"} else "at least "
+        trips = orders * a_trip if exact else lines / size
+        least = "" if exact else "at least "
         yield f"flow {name}: {said}, each a task, in {least}{amount(trips)} trips"

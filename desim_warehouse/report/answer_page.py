@@ -23,6 +23,7 @@ from desim_warehouse.report.page import example, in_full
 from desim_warehouse.report.palette import HEAT
 from desim_warehouse.report.run_parts import lost_time, made_with, resources
 from desim_warehouse.report.text import numbers
+from desim_warehouse.report.text.printed import how_sure, table
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.web import colours
@@ -103,8 +104,6 @@ def rows(figure: Rows) -> Html:
     """Intervals, or bars from 0, one below the other: every row has its words and its number beside it."""
     ends = [end for one in figure.rows for end in (one.low, one.high, one.mean) if end is not None]
     low, high = min([*ends, figure.at or 0.0]), max([*ends, figure.at or 0.0])
-    if figure.at is not None:  # a target may lie far from 0
-        low, high = min([*ends, figure.at]), max([*ends, figure.at])
     room = 0.04 * (high - low) if figure.at is not None else 0.0
     low, span = low - room, (high - low + 2 * room) or 1.0
     return html.figure("rows", figure, lambda value: round(1000 * (value - low) / span, 1))
@@ -114,8 +113,8 @@ def _account(run: Run) -> Html | None:
     """Where the time of a task goes, in one unit of time."""
     if not run.history.tasks:
         return None
-    table = run.account("task")
-    parts = table.mean().sort_values(ascending=False)
+    account = run.account("task")
+    parts = account.mean().sort_values(ascending=False)
     whole = float(parts.sum())
     if not whole:
         return None
@@ -130,7 +129,7 @@ def _account(run: Run) -> Html | None:
         for name, part in parts.items()
         if part >= _LEAST * whole
     )
-    tasks = number_of(len(table), "task")
+    tasks = number_of(len(account), "task")
     return rows(Rows(title=f"Where the {unit.value(whole)} of a task go, mean of {tasks}", rows=marks))
 
 
@@ -138,14 +137,14 @@ def _folded(answer: Answer, run: Run | None) -> Iterator[tuple[str, Html]]:
     """What is folded away below."""
     if answer.options:
         yield "Everything tried", _options(answer)
-    for table in answer.tables:
-        note = html.paragraph(table.note, "note") if table.note else Html("")
-        yield table.title, html.table(table.head, table.rows, words=len(table.head), name=_id(table.title)) + note
+    for one in answer.tables:
+        note = html.paragraph(one.note, "note") if one.note else Html("")
+        yield one.title, html.table(one.head, one.rows, words=len(one.head), name=_id(one.title)) + note
     if run is not None:
         parts = {"Stations and chargers": resources(run), "What robots waited for": lost_time(run)}
         yield from ((title, part) for title, part in parts.items() if part is not None)
         yield "The warehouse", model_facts(run.model)
-    sure = html.paragraph(f"{answer.promise} {number_of(answer.runs, 'run')}.".strip())
+    sure = html.paragraph(how_sure(answer))
     yield "How sure is this?", sure + (html.bullets(answer.notes) if answer.notes else Html(""))
     facts = html.facts([*answer.made.items(), made_with()], "method")
     yield "See it again", (html.code(answer.command) if answer.command else Html("")) + facts
@@ -158,18 +157,9 @@ def _id(title: str) -> str:
 
 def _options(answer: Answer) -> Html:
     """A row for each option."""
+    head, body = table(answer.measure, answer.options)
     several = len({one.demand for one in answer.options}) > 1
-    priced = any(one.cost is not None for one in answer.options)
-    head = ["option", *(["demand"] * several), answer.measure, "", "runs", *(["a year"] * priced)]
-    body = [
-        [
-            one.full_name,
-            *([one.demand] * several),
-            one.text,
-            WORDS[one.standing],
-            numbers.number(one.runs),
-            *(["" if one.cost is None else numbers.number(one.cost)] * priced),
-        ]
-        for one in answer.options
-    ]
+    if several:
+        head = [head[0], "demand", *head[1:]]
+        body = [[row[0], one.demand, *row[1:]] for row, one in zip(body, answer.options, strict=True)]
     return html.table(head, body, words=3 + several, name="options")

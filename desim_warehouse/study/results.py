@@ -349,22 +349,21 @@ class Results:
         """What designs should meet."""
         return read_target(self.plan.target, self.base.units.names) if self.plan.target else None
 
+    def outcomes(self, design: str) -> tuple[object, ...]:
+        """What came out of the runs of a design, each with its replication, as something that can be compared."""
+        return tuple(
+            (row.replication, row.outcome.error, *sorted((name, repr(value)) for name, value in row.indicators.items()))
+            for row in self.runs(design)
+        )
+
     @cached_property
     def same(self) -> Mapping[str, str]:
         """Designs that run by run have every indicator as an earlier one has it, and that one: both are one option."""
         first: dict[tuple[object, ...], str] = {}
         found = {}
         for design in self.designs:
-            runs = [
-                (
-                    row.replication,
-                    row.outcome.error,
-                    *sorted((name, repr(value)) for name, value in row.indicators.items()),
-                )
-                for row in self.runs(design)
-            ]
             if any(row.indicators for row in self.runs(design)):
-                other = first.setdefault(tuple(runs), design)
+                other = first.setdefault(self.outcomes(design), design)
                 if other != design:
                     found[design] = other
         return found

@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import BeforeValidator, Field, field_validator, model_validator
+from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.findings import amount
@@ -277,21 +277,24 @@ class BetaTime(Distribution):
         return it.least + (it.most - it.least) * float(generator.beta(it.alpha, it.beta))
 
 
+def _one_each(weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+    values = info.data.get("values", weights)
+    if weights and len(weights) != len(values):
+        raise wrong(f"{len(weights)} weights for {len(values)} values, expected one for each")
+    if weights and not any(weights):
+        raise wrong("all weights are 0, expected one above 0")
+    return weights
+
+
+Weights = Annotated[tuple[NotNegative, ...], AfterValidator(_one_each)]
+"""How often each of the `values` of the same section comes, in comparison with the others; none: all alike."""
+
+
 class ValuesAndWeights(Part):
     """Some times, and how often each comes in comparison with the others."""
 
     values: tuple[Time, ...] = Field(min_length=1, description="the times")
-    weights: tuple[NotNegative, ...] = Field((), description="one for each; default: all alike")
-
-    @field_validator("weights")
-    @classmethod
-    def _one_each(cls, weights: tuple[float, ...], info: Any) -> tuple[float, ...]:
-        values = info.data.get("values", weights)
-        if weights and len(weights) != len(values):
-            raise wrong(f"{len(weights)} weights for {len(values)} values, expected one for each")
-        if weights and not any(weights):
-            raise wrong("all weights are 0, expected one above 0")
-        return weights
+    weights: Weights = Field((), description="one for each; default: all alike")
 
 
 class DiscreteTime(Distribution):

@@ -436,7 +436,7 @@ def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):
     assert {f"desim_warehouse/gallery/{name}.yaml" for name in gallery()} <= inside
     assert {
         f"desim_warehouse/report/templates/{name}"
-        for name in ("parts.html", "report.html", "answer.html", "figures.html", "report.css")
+        for name in ("parts.html", "page.html", "report.html", "answer.html", "figures.html", "report.css")
     } <= inside
 
 

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
-from pydantic import AfterValidator, Field, field_validator
+from pydantic import AfterValidator, Field
 
 from desim_warehouse.errors import got
-from desim_warehouse.values.fields import NUMBER, SECTION, Count, Forms, NotNegative, Part, by_type, form, wrong
+from desim_warehouse.values.distributions import Weights
+from desim_warehouse.values.fields import NUMBER, SECTION, Count, Forms, Part, by_type, form, wrong
 
 if TYPE_CHECKING:
     from numpy.random import Generator
@@ -23,17 +24,7 @@ class LineCounts(Part):
     """Some numbers of lines, and how often each comes in comparison with the others."""
 
     values: tuple[Count, ...] = Field(min_length=1, description="numbers of lines")
-    weights: tuple[NotNegative, ...] = Field((), description="one for each; default: all alike")
-
-    @field_validator("weights")
-    @classmethod
-    def _one_each(cls, weights: tuple[float, ...], info: Any) -> tuple[float, ...]:
-        values = info.data.get("values", weights)
-        if weights and len(weights) != len(values):
-            raise wrong(f"{len(weights)} weights for {len(values)} values, expected one for each")
-        if weights and not any(weights):
-            raise wrong("all weights are 0, expected one above 0")
-        return weights
+    weights: Weights = Field((), description="one for each; default: all alike")
 
 
 class DiscreteLines(Part):

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.report.answer import Answer, Bar, Folded, Option, Rows
+from desim_warehouse.report.answer import Answer, Folded, Option, Rows
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import number
 from desim_warehouse.report.text.sentences import capital, sentence
@@ -75,9 +75,8 @@ def _figure(found: BestOfMany) -> Rows | None:
     for one in (found.best, *found.cheaper, *filter(None, [found.runner_up])):
         numbers = _numbers(found, one)
         if numbers and not one.vetoed:
-            shown = {name: getattr(numbers[-1], name) for name in ("mean", "low", "high", "text")}
             kind = "met" if one.verdict == "meets" else "not met" if one.verdict == "fails" else ""
-            rows.append(Bar(label=design(one), standing=kind, **shown))
+            rows.append(judged.bar(design(one), numbers[-1], kind))
     if not rows:
         return None
     title = f"{capital(words.in_sentence(goal.indicator if goal else found.indicator))} on fresh days"

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.report.answer import BigNumber, SaidNumber, Subject
+from desim_warehouse.report.answer import Bar, BigNumber, SaidNumber, Subject
 from desim_warehouse.report.text import words
 from desim_warehouse.study.plan import run_seed
 
@@ -30,6 +30,11 @@ def within(
     if not known or low is None or high is None:
         return SaidNumber(of=of, mean=mean, text=scale.value(mean))
     return SaidNumber(of=of, mean=mean, low=low, high=high, text=scale.within(mean, low, high, aim))
+
+
+def bar(label: str, found: SaidNumber, standing: str = "") -> Bar:
+    """A row of a figure, for a number."""
+    return Bar(label=label, mean=found.mean, low=found.low, high=found.high, text=found.text, standing=standing)
 
 
 def promise(what: str, confidence: float, *, exact: bool) -> str:

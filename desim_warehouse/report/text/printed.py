@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 
 WIDTH = 100
 """Columns where the output is no terminal."""
+_WORDS = 3
+"""Columns of the table that are words, before those that are numbers."""
 
 
 def printed(answer: Answer, width: int = WIDTH) -> str:
@@ -25,24 +27,41 @@ def printed(answer: Answer, width: int = WIDTH) -> str:
     for demand in dict.fromkeys(option.demand for option in answer.options):
         shown = [option for option in answer.options if option.demand == demand]
         parts.append(_table(capital(demand), answer.measure, shown, width))
-    sure = f"{answer.promise} {number_of(answer.runs, 'run')}.".strip()
-    return "\n\n".join([*parts, "\n".join([*answer.notes, sure])])
+    return "\n\n".join([*parts, "\n".join([*answer.notes, how_sure(answer)])])
+
+
+def how_sure(answer: Answer) -> str:
+    """What holds with which confidence, and of how many runs."""
+    return f"{answer.promise} {number_of(answer.runs, 'run')}.".strip()
+
+
+def table(measure: str, options: Sequence[Option]) -> tuple[list[str], list[list[str]]]:
+    """The head and the rows of a table of options; with what they cost where that is known of one."""
+    priced = any(one.cost is not None for one in options)
+    rows = [
+        [
+            one.full_name,
+            one.text,
+            WORDS[one.standing],
+            number(one.runs),
+            *(["" if one.cost is None else number(one.cost)] * priced),
+        ]
+        for one in options
+    ]
+    return ["option", measure, "", "runs", *(["a year"] * priced)], rows
 
 
 def _table(title: str, measure: str, options: Sequence[Option], width: int) -> str:
     from rich.console import Console
     from rich.table import Table
 
-    priced = any(option.cost is not None for option in options)
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
-    for head, justify in (("option", "left"), (measure, "left"), ("", "left"), ("runs", "right")):
-        table.add_column(head, justify=justify)  # type: ignore[arg-type]
-    if priced:
-        table.add_column("a year", justify="right")
-    for one in options:
-        cost = [] if not priced else ["" if one.cost is None else number(one.cost)]
-        table.add_row(one.full_name, one.text, WORDS[one.standing], number(one.runs), *cost)
+    heads, rows = table(measure, options)
+    made = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for place, head in enumerate(heads):
+        made.add_column(head, justify="left" if place < _WORDS else "right")
+    for row in rows:
+        made.add_row(*row)
     stream = StringIO()
-    Console(file=stream, width=width, highlight=False, markup=False).print(table)
+    Console(file=stream, width=width, highlight=False, markup=False).print(made)
     lines = [line.rstrip() for line in stream.getvalue().splitlines()]
     return "\n".join([title, *lines] if title else lines)

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import spoken
-from desim_warehouse.report.answer import Answer, Bar, BigNumber, Option, Rows, merged
+from desim_warehouse.report.answer import Answer, BigNumber, Option, Rows, merged
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
@@ -32,7 +32,7 @@ class _Sized:
         self.points: dict[Any, Point] = {point.labels[self.key]: point for point in study.points}
         places = list(self.points)
         looked_at = sorted(found.decisions, key=lambda one: places.index(one.value))
-        self.tried = merged(looked_at, self._runs)
+        self.tried = merged(looked_at, lambda one: self.results.outcomes(str(self.points[one.value])))
         self.options = [self._option(one, same) for one, same in self.tried]
 
     def answer(self, besides: str) -> Answer:
@@ -96,14 +96,6 @@ class _Sized:
     def _model(self, one: DesignVerdict[Any]) -> Any:
         return self.model.replace(self.points[one.value].overrides)
 
-    def _runs(self, one: DesignVerdict[Any]) -> Any:
-        """The runs of a value as something that can be compared."""
-        rows = self.results.by_point[self.points[one.value].number]
-        return tuple(
-            (row.outcome.error, tuple((name, str(value)) for name, value in sorted(row.indicators.items())))
-            for row in rows
-        )
-
     def _option(self, one: DesignVerdict[Any], same: list[DesignVerdict[Any]]) -> Option:
         point = self.points[one.value]
         wrong = self.results.verdicts.get(str(point), ())
@@ -132,11 +124,7 @@ class _Sized:
         return first, judged.tile(number, words.in_sentence(self.goal.indicator))
 
     def _figure(self) -> Rows | None:
-        rows = []
-        for one in self.options:
-            if one.number is not None:
-                shown = {"mean": one.number.mean, "low": one.number.low, "high": one.number.high, "text": one.text}
-                rows.append(Bar(label=one.name, standing=one.standing, **shown))
+        rows = [judged.bar(one.name, one.number, one.standing) for one in self.options if one.number is not None]
         goal = self.goal
         aim = f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
         title = capital(words.in_sentence(goal.indicator))

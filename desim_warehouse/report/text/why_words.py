@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.report.answer import Answer, Bar, BigNumber, Folded, Option, Rows, SaidNumber
+from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber
 from desim_warehouse.report.text import judged, numbers, words
 from desim_warehouse.report.text.root_words import root
 from desim_warehouse.report.text.sentences import capital, sentence
@@ -221,12 +221,10 @@ class _Held:
         return rows
 
     def _figure(self) -> Rows | None:
-        rows = []
-        for suspect, gain in self.competing:
-            one = self._number(gain.each)
-            standing = self._standing(suspect, gain)
-            shown = {"mean": one.mean, "low": one.low, "high": one.high, "text": one.text}
-            rows.append(Bar(label=suspect.relief, standing=standing, **shown))
+        rows = [
+            judged.bar(suspect.relief, self._number(gain.each), self._standing(suspect, gain))
+            for suspect, gain in self.competing
+        ]
         title = f"What each change gains in {self.of}, {_PER} of it"
         return Rows(title=title, at=0.0, at_words="no gain", rows=tuple(rows)) if rows else None
 

@@ -242,8 +242,7 @@ class _Flow:
             edge,
             offset,
             now,
-            self._due(now) if line is None or line.due is None else line.due,
-            self._priority() if line is None or line.priority is None else line.priority,
+            *self._terms(now, line),
             to,
             drop,
             self.name,
@@ -254,28 +253,29 @@ class _Flow:
             self._via if line is None or line.via is None else tuple(self._stop(place) for place in line.via),
         )
 
+    def _terms(self, now: float, line: OrderLine | None) -> tuple[float | None, int]:
+        """When a task is due, and its priority."""
+        due = self._due(now) if line is None or line.due is None else line.due
+        return due, self._priority() if line is None or line.priority is None else line.priority
+
     def _line(self, number: int, nth: int, now: float, line: OrderLine | None) -> Task:
         """With pods: an item to be picked from one, or put onto one, at one of some stations."""
         assert self.items is not None
         route = self.routes[0]
         nodes = route.source if isinstance(route.target, StorageEnd) else route.target
         assert isinstance(nodes, tuple)
-        due = self._due(now) if line is None or line.due is None else line.due
-        priority = self._priority() if line is None or line.priority is None else line.priority
-        of = "" if line is None else line.order
         return Task(
             number,
             -1,
             ("", ""),
             0.0,
             now,
-            due,
-            priority,
+            *self._terms(now, line),
             nodes,
             flow=self.name,
             nth=nth,
             kinds=self.spec.kinds,
-            order=of,
+            order="" if line is None else line.order,
             load_type=self.load_type,
             item=next(self.items),
         )
