@@ -55,7 +55,7 @@ if TYPE_CHECKING:
 @click.option("--maximise", "sense", flag_value="maximise", help="The largest mean is best.")
 @click.option("--page", metavar="FILE", help="Write the page of a search: the answer, and all designs tried.")
 @with_json()
-@with_first_and_cap(1000)
+@with_first_and_cap(10, 1000)
 @with_question
 @with_execution
 def command(

@@ -22,7 +22,7 @@ from desim_warehouse.cli.study_options import (
     with_vary,
 )
 from desim_warehouse.cli.tables import NONE_MEETS
-from desim_warehouse.study.limits import MOST_RUNS, SCOUTS, UNCERTAIN_RUNS
+from desim_warehouse.study.limits import CAP, FIRST, MOST_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -51,7 +51,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 @click.option("--price-charger", type=click.FloatRange(0), help="A charger per year, instead of prices.charger.")
 @click.option("--zone", metavar="AMOUNT", help="Indifference zone.  [default: 1 % for shares, or of the target]")
 @click.option(
-    "--runs", type=click.IntRange(SCOUTS, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
+    "--runs", type=click.IntRange(1, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
 )
 @click.option(
     "--uncertain",
@@ -61,7 +61,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
     f"[in at most {UNCERTAIN_RUNS} runs more]",
 )
 @with_json()
-@with_first_and_cap(320)
+@with_first_and_cap(FIRST, CAP)
 @with_question
 @with_execution
 def command(

@@ -23,6 +23,7 @@ from desim_warehouse.cli.study_options import (
 )
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.report.text import size_words, words
+from desim_warehouse.study.limits import CAP, FIRST
 
 if TYPE_CHECKING:
     from desim_warehouse.study.study import Study
@@ -51,7 +52,7 @@ ALIKE = 0.01
     "[default: bisection; for traffic.most_out scan]",
 )
 @with_json()
-@with_first_and_cap(320)
+@with_first_and_cap(FIRST, CAP)
 @with_question
 @with_execution
 def command(

@@ -188,14 +188,14 @@ def with_execution_in(folder: str) -> Callable[[F], F]:
 with_execution = with_execution_in("--out")
 
 
-def with_first_and_cap(cap: int) -> Callable[[F], F]:
+def with_first_and_cap(first: int, cap: int) -> Callable[[F], F]:
     """Add `--first` and `--cap`: how many replications of a design a search begins with, and the most."""
 
     def add(function: F) -> F:
         few = click.option(
             "--first",
             type=click.IntRange(2, MOST_REPLICATIONS),
-            default=10,
+            default=first,
             show_default=True,
             is_eager=True,  # --cap looks at it
             help="Replications of a design before anything is decided about it.",

@@ -17,13 +17,14 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
+from desim_warehouse.study.limits import FIRST
 
 
 @click.command("why")
 @click.argument("source", metavar="MODEL|RUN_DIR")
 @click.option("--indicator", metavar="NAME", help="What costs are counted in.  [default: throughput, cycle time or T]")
 @with_json()
-@with_first_and_cap(160)
+@with_first_and_cap(FIRST, 160)
 @with_question
 @with_execution
 def command(

@@ -25,7 +25,7 @@ from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.report.replay.page import colours
 from desim_warehouse.report.text import words
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
-from desim_warehouse.study.statistics.looks import LOOKS
+from desim_warehouse.study.statistics import looks_by
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
@@ -237,13 +237,13 @@ def _aim(goal: Target, by: float, unit: str) -> Aim:
 
 def _promise() -> str:
     """How verdicts are reached, for the page."""
-    when = ", ".join(map(str, LOOKS))
+    when = ", ".join(str(n) for n, _ in looks_by(30))
     error = f"{100 - 100 * CONFIDENCE:g} %"
     return (
-        f"A verdict may fall after {when} runs, then after every 30 more, and stands. The error of {error} is split "
-        "over these looks, so looking on does not make it wrong more often. The band and the intervals in brackets are "
-        "the usual ones of 95 % for this number of runs. Run r has the same random numbers in every design, and "
-        "differences to the pinned design are paired run by run."
+        f"A verdict may fall after {when} runs, then after half as many again, and stands. The error of {error} is "
+        "split over these looks, so looking on does not make it wrong more often. The band and the intervals in "
+        "brackets are the usual ones of 95 % for this number of runs. Run r has the same random numbers in every "
+        "design, and differences to the pinned design are paired run by run."
     )
 
 

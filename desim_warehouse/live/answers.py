@@ -17,7 +17,7 @@ from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import looked_at, looks
+from desim_warehouse.study.statistics import looked_at, looks_by
 from desim_warehouse.study.table import Row
 
 if TYPE_CHECKING:
@@ -121,7 +121,7 @@ class RunsSoFar:
     @cached_property
     def lasting(self) -> Wrong | None:
         """What makes the time to come unlike the runs; it is looked for where a verdict may fall, and stands."""
-        for n in [n for n, _ in looks(self.n)] or ([1] if self.exact else []):
+        for n in [n for n, _ in looks_by(self.n)] or ([1] if self.exact else []):
             for wrong in judge_design([row.indicators for row in self.rows[:n]], self.model):
                 if wrong.is_lasting:
                     return wrong

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study import statistics
-from desim_warehouse.study.limits import LEAST_DELTA
+from desim_warehouse.study.limits import CAP, FIRST, LEAST_DELTA
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.statistics.procedure import request
-from desim_warehouse.study.study import Study
-from desim_warehouse.study.target import check_zone, read_target
+from desim_warehouse.study.study import Study, under
+from desim_warehouse.study.target import check_zone, indifference, read_target
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -146,13 +146,21 @@ def _race(
 
 
 def size(
-    study: Study, target: str, *, first: int = 10, cap: int = 320, search: str = "bisection", **where: Any
+    study: Study,
+    target: str,
+    *,
+    zone: float | str | None = None,
+    first: int = FIRST,
+    cap: int = CAP,
+    search: str = "bisection",
+    **where: Any,
 ) -> statistics.Sizing[Any]:
     """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
 
     Args:
         study: with one factor, its values upwards.
         target: such as "throughput_per_hour >= 220"; of shares such as "on_time >= 95 %" or "on_time >= 0.95".
+        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
         first: replications at the first look at a value.
         cap: most replications of a value.
         search: bisection, or scan through all values from the first.
@@ -161,32 +169,44 @@ def size(
     Raises:
         StudyError: not one factor, a bad target, or a run that failed.
 
-    Source: see `statistics.smallest_meeting`, with what it promises and assumes.
+    Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes: a plan with one count.
     """
     if not isinstance(study, Study):
         raise StudyError(f"size: {shown(study):.60}, expected a Study of one factor")
-    goal = read_target(target, study.plan.base.units.names)
+    units = study.plan.base.units.names
+    goal = read_target(target, units)
     if len(study.plan.factors) != 1:
         raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
     (key,) = (factor.key for factor in study.plan.factors)
     values = [point.labels[key] for point in study.points]
-
+    scan = search == "scan"
+    zone = indifference(goal, zone, units)
+    doubted = set() if scan else _doubted(study, goal, where)
     with study.session(**where) as runner:
 
         def steps(exact: bool) -> statistics.Procedure[statistics.Sizing[Any]]:
-            return statistics.smallest_meeting_steps(
-                values,
+            found = statistics.Judge(
                 goal,
                 study.plan.confidence,
-                n0=first,
-                cap=cap,
-                search="scan" if search == "scan" else "bisection",
+                zone,
+                first,
+                cap,
                 deterministic=exact,
                 within=within(goal.indicator),
                 veto=lambda number: cannot_last(study, runner, number),
+                hopeless=lambda number: cannot_last(study, runner, number, glance=True),
             )
+            return statistics.smallest_meeting_steps(values, found, doubted, scan=scan)
 
         return study.carry_out(runner, steps, goal.indicator)
+
+
+def _doubted(study: Study, goal: statistics.Target, where: Mapping[str, Any]) -> set[int]:
+    """The values that fail on a single day, which is not one of the study."""
+    scout = Study.of(replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated())
+    designs = statistics.line(len(study.points))
+    steps = statistics.scout_steps(designs, lambda design: design, goal, statistics.Budget(len(designs)))
+    return scout.follow(lambda _: steps, goal.indicator, **under(where, "scout"))
 
 
 _DRIFTS = ("backlog_growth_per_hour", "work_backlog", "energy_drift_per_hour")

@@ -382,7 +382,7 @@ class Results:
         known = {design: _known(self.runs(design), goal.indicator) for design in self.designs}
         counts = [len(given) for design, given in known.items() if given and design not in self.same]
         asked = isinstance(self.plan.replications, tuple) and counts
-        looks = len(statistics.looks_at(min(counts), max(counts))) if asked else 1
+        looks = len(statistics.looks(min(counts), max(counts))) if asked else 1
         level = 1 - (1 - self.plan.confidence) / max(len(counts) * looks, 1)
         found = {}
         for design, given in known.items():

@@ -8,7 +8,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError, shown
-from desim_warehouse.outcome.indicators import INDICATORS, find, look_up
+from desim_warehouse.outcome.indicators import INDICATORS, find, look_up, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import MOST_ZONE
 from desim_warehouse.values.units import SECONDS, UnitNames, quantity
@@ -69,6 +69,21 @@ def check_zone(indicator: str, zone: float, aim: float | None = None) -> None:
     least = f"{most:.0%}" if share else f"{most:g}, a fifth of the target"
     meant = f"; did you mean {zone:g} %?" if share and 0 < zone <= 100 * MOST_ZONE else ""
     raise StudyError(f"indifference zone {said} of {indicator}: expected at most {least}{meant}")
+
+
+def indifference(goal: statistics.Target, zone: float | str | None, units: UnitNames) -> float:
+    """The indifference zone of a target: as given, or 0.01 of a share and else 1 %; at most half of what is possible.
+
+    Raises:
+        StudyError: no amount of the indicator, or one in which nearly all designs lie.
+    """
+    if zone is None:
+        zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
+    if isinstance(zone, str):
+        zone = amount_of(goal.indicator, zone, units, "zone")
+    check_zone(goal.indicator, zone, goal.value)
+    least, largest = within(goal.indicator)
+    return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
 
 
 def too_short(text: str, model: Model) -> str:

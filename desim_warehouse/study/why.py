@@ -20,6 +20,7 @@ from desim_warehouse.outcome.indicators import find
 from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study import statistics
+from desim_warehouse.study.limits import FIRST
 from desim_warehouse.study.reliefs.suspect import MOST_UNTAKEN, Suspect
 from desim_warehouse.study.reliefs.suspects import left_out, suspects
 from desim_warehouse.study.runner import could_not_go_on
@@ -110,11 +111,11 @@ class Why:
     @property
     def is_clear(self) -> bool:
         """Whether one suspect is shown to cost most, though it may be open which of its reliefs gains most."""
-        competing = [(suspect.name, gain.each) for suspect, gain in self.found if gain.competes]
+        competing = [(suspect.name, gain) for suspect, gain in self.found if gain.competes]
         if not competing:
             return False
         (name, most), *others = competing
-        return most.low > 0 and all(other == name or most.low > gain.high for other, gain in others)
+        return most.low > 0 and all(other == name or gain.beaten for other, gain in others)
 
     @property
     def is_held_up(self) -> bool:
@@ -140,7 +141,7 @@ def why(
     indicator: str | None = None,
     confidence: float = 0.95,
     seed: int = 0,
-    first: int = 10,
+    first: int = FIRST,
     cap: int = 160,
     timeout: float | None = None,
     **where: Any,
@@ -230,7 +231,7 @@ def _contest(
                 LEAST * base,
                 confidence,
                 maximise=better == "more",
-                n0=first,
+                first=first,
                 cap=most,
                 deterministic=exact,
             )

@@ -82,11 +82,8 @@ class _Sized:
         return [f"{capital(spoken(close, 'or'))} may also be enough; more runs would tell."] if close else []
 
     def _falls(self) -> list[str]:
-        falls = self.found.falls if self.found.search == "bisection" else ()
-        pairs = ", ".join(f"{words.level(one)} to {words.level(other)}" for one, other in falls)
-        return (
-            [f"More is not always better here, as from {pairs}: --search scan looks at every value."] if falls else []
-        )
+        pairs = spoken(f"with {words.level(more)} than with {words.level(one)}" for one, more in self.found.falls)
+        return [f"It does worse {pairs}, so each smaller value was judged by itself."] if pairs else []
 
     # Numbers
 

@@ -103,8 +103,7 @@ class _Held:
             return f"No change tried improves {self.of} by {self.scale.value(found.gains.delta)} or more."
         if found.is_clear:
             return self._best(*self.competing[0])
-        leader = self.competing[0][1].each.low
-        near = [(one, gain) for one, gain in self.competing if gain.each.high >= leader and gain.high > 0][:_NAMED]
+        near = [(one, gain) for one, gain in self.competing if not gain.beaten and gain.high > 0][:_NAMED]
         listed = spoken([f"{one.relief} {self._number(gain.each).text}" for one, gain in near])
         per = f", {_PER}" if any(one.dose is not None for one, _ in near) else ""
         runs = number_of(self.competing[0][1].n, "run")
@@ -120,7 +119,9 @@ class _Held:
         if found.is_held_up:
             line = f"{capital(suspect.name)} {_holds(suspect.name)} it up most. {line}"
         rest = max((gain.each.high for one, gain in self.competing if one.name != suspect.name), default=None)
-        if rest is not None:
+        if rest is not None and rest >= most.each.low:
+            line += "; every other change gains less on the same days"
+        elif rest is not None:
             doses = any(one.dose is not None for one, _ in self.competing)
             line += f"; nothing else gains more than {self._at_most(rest)}{' per 10 %' * doses}"
         elif len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
@@ -188,10 +189,9 @@ class _Held:
             return "same"
         if gain.scale is None:
             return "apart"
-        first, most = self.competing[0]
-        if suspect is first and found.is_clear:
+        if suspect is self.competing[0][0] and found.is_clear:
             return "best"
-        return "perhaps" if gain.each.high >= most.each.low and gain.high > 0 else "less"
+        return "less" if gain.beaten or gain.high <= 0 else "perhaps"
 
     def _options(self) -> list[Option]:
         """A row for each change, those in the contest by what 10 % gain; all that changed nothing are one."""

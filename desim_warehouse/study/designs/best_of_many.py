@@ -309,7 +309,7 @@ class _Search:
                     statistics.Judge(
                         target,
                         confidence=self.plan["confidence"],
-                        n0=min(_FIRST, self.judged // 2),
+                        first=min(_FIRST, self.judged // 2),
                         cap=max(_FIRST, 2 * self.judged // _JUDGED),
                         deterministic=exact,
                         within=within(target.indicator),

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.past_knee import LEAST_WAITING
 from desim_warehouse.study import statistics
+from desim_warehouse.study.limits import FIRST
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.study import Study
 
@@ -66,7 +67,7 @@ def tried_cap(
     *,
     confidence: float = 0.95,
     seed: int = 0,
-    first: int = 10,
+    first: int = FIRST,
     cap: int = 20,
     timeout: float | None = None,
     **where: Any,
@@ -95,7 +96,13 @@ def tried_cap(
         least = LEAST * (abs(base[0]) if math.isfinite(base[0]) and base[0] else 1.0)
         return (
             yield from statistics.gains_steps(
-                [1.0] * len(tried), least, confidence, maximise=better == "more", n0=first, cap=cap, deterministic=exact
+                [1.0] * len(tried),
+                least,
+                confidence,
+                maximise=better == "more",
+                first=first,
+                cap=cap,
+                deterministic=exact,
             )
         )
 

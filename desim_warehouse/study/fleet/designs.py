@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.statistics.sizes.cheapest import Counts
+    from desim_warehouse.study.statistics.cheapest import Counts
 
 ROOM = 2.5
 """How far robots are searched by default, as a multiple of what the hand calculation needs."""

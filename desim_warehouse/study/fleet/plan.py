@@ -7,13 +7,12 @@ a target, however well the run looks.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model import as_model
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.outcome.indicators import find, within
+from desim_warehouse.outcome.indicators import within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
@@ -21,10 +20,10 @@ from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_m
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, growth_of
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
-from desim_warehouse.study.limits import SCOUTS
+from desim_warehouse.study.limits import CAP, FIRST
 from desim_warehouse.study.procedures import cannot_last
 from desim_warehouse.study.study import Study, under
-from desim_warehouse.study.target import amount_of, check_zone, read_target
+from desim_warehouse.study.target import indifference, read_target
 from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
@@ -34,13 +33,15 @@ if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Procedure, Target
-    from desim_warehouse.study.statistics.sizes.cheapest import Counts
+    from desim_warehouse.study.statistics.cheapest import Counts
     from desim_warehouse.study.table import Row
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
 CAPPED = 20
 """Most replications of each cap on the robots under way."""
+SAME = 0.2
+"""Part of the zone by which days with another strategy may differ from those with the model's own and be alike."""
 
 
 @dataclass
@@ -68,7 +69,7 @@ class _Planner:
             self.target,
             confidence=self.confidence,
             zone=self.zone,
-            n0=self.first,
+            first=self.first,
             cap=self.cap,
             deterministic=exact,
             within=within(self.target.indicator),
@@ -172,14 +173,13 @@ class _Planner:
     def _cheapest(self, study: Study, scout: Study, counts: list[Counts]) -> Cheapest:
         """The cheapest of the designs of a study, which a scout with other runs looks for first."""
 
-        def scouting(exact: bool) -> Procedure[set[int] | None]:
-            runs = 1 if exact else SCOUTS
+        def scouting() -> Procedure[set[int] | None]:
             try:
-                return (yield from statistics.scout_steps(counts, self.designs.key, self.target, runs, self.budget))
+                return (yield from statistics.scout_steps(counts, self.designs.key, self.target, self.budget))
             except statistics.RunsEndedError:
                 return None
 
-        doubts = self.follow(scout, lambda judge, _: scouting(judge.deterministic))
+        doubts = self.follow(scout, lambda *_: scouting())
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: statistics.verdict_steps([], judge))
@@ -221,7 +221,7 @@ class _Planner:
 
         def changes_nothing(runner: StudyRunner, number: int) -> bool:
             runs = [row for r in range(statistics.GLANCE) if (row := runner.found(number, r)) is not None]
-            if runs and all(map(_alike, runs, own[fleets[number]])):
+            if runs and all(map(self._alike, runs, own[fleets[number]])):
                 same.add(number)
             return number in same
 
@@ -248,6 +248,13 @@ class _Planner:
             for label, points in tried.items()
         )
 
+    def _alike(self, one: Row, other: Row) -> bool:
+        """Whether two runs of a day differ in the target's indicator by far less than matters, or both failed alike."""
+        if one.outcome.error or other.outcome.error:
+            return one.outcome.error == other.outcome.error
+        name = self.target.indicator
+        return abs(one.value(name) - other.value(name)) <= SAME * self.zone
+
     def _others(self, study: Study, factors: Mapping[str, Any]) -> dict[str, list[Point]]:
         """The points of a study that have another strategy than the model, by what it is called."""
         own = {key: level_of(self.model, key) for key in factors}
@@ -256,14 +263,6 @@ class _Planner:
             if any(point.overrides.get(key) != own[key] for key in factors):
                 found.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
         return found
-
-
-def _alike(one: Row, other: Row) -> bool:
-    """Whether two runs have the same value of every indicator, or ended with the same error."""
-    if one.indicators.keys() != other.indicators.keys() or one.outcome.error != other.outcome.error:
-        return False
-    pairs = ((value, other.indicators[name]) for name, value in one.indicators.items())
-    return all(a == b or (math.isnan(a) and math.isnan(b)) for a, b in pairs)
 
 
 def plan_fleet(
@@ -278,8 +277,8 @@ def plan_fleet(
     confidence: float = 0.95,
     seed: int = 0,
     runs: int = 5000,
-    first: int = 10,
-    cap: int = 320,
+    first: int = FIRST,
+    cap: int = CAP,
     timeout: float | None = None,
     **where: Any,
 ) -> FleetPlan:
@@ -311,7 +310,7 @@ def plan_fleet(
     """
     model, seed = as_model(model), whole_seed(seed)
     goal = read_target(target, model.units.names)
-    zone = _indifference(goal, zone, model)
+    zone = indifference(goal, zone, model.units.names)
     times = growth_of(growth, "growth")
     more_demand(model, times or 1.0)
     budget = statistics.Budget(runs)
@@ -344,17 +343,6 @@ def plan_fleet(
         planner.untried,
         seed,
     )
-
-
-def _indifference(goal: Target, zone: float | str | None, model: Model) -> float:
-    """The indifference zone of a target, at most half of what is possible beyond it."""
-    if zone is None:
-        zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
-    if isinstance(zone, str):
-        zone = amount_of(goal.indicator, zone, model.units.names, "zone")
-    check_zone(goal.indicator, zone, goal.value)
-    least, largest = within(goal.indicator)
-    return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
 
 
 def _sizes(

@@ -6,7 +6,8 @@
 | how many replications?                         | `replications_needed`, `check_precision`   |
 | does a design differ from today's?             | `paired`, `compare`                        |
 | which design is best?                          | `kn`                                       |
-| what is the smallest fleet that does it?       | `smallest_meeting`, `parse_target`         |
+| does a design meet a target?                   | `Judge`, `judged`, `parse_target`          |
+| what is the smallest fleet that does it?       | `smallest_meeting_steps`                   |
 | does it meet the target, asked after every run? | `looked_at`                               |
 | how many robots and chargers together?         | `cheapest_meeting_steps`, `scout_steps`    |
 | where does more stop paying?                   | `knee`, `smallest_within`                  |
@@ -17,17 +18,30 @@
 | which of several changes gains most?           | `gains_steps`                              |
 | which factor matters?                          | `main_effects`, `first_order`, `sobol`     |
 
-`kn` and `smallest_meeting` choose the next run from the runs before. Each also comes as steps (`kn_steps`,
-`smallest_meeting_steps`): a generator that asks for a batch of runs and is sent their values, so that the
-batch can be spread over workers.
+Searches choose the next run from the runs before. They come as steps: a generator that asks for a batch of runs and is
+sent their values, so that the batch can be spread over workers; `follow` carries one out.
 """
 
 from __future__ import annotations
 
+from desim_warehouse.study.statistics.cheapest import Cheapest, Larger, cheapest_meeting_steps, scout_steps
 from desim_warehouse.study.statistics.comparison import Comparison, Difference, compare, holm, paired
 from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
-from desim_warehouse.study.statistics.looks import looked_at, looks
+from desim_warehouse.study.statistics.judge import (
+    GLANCE,
+    Budget,
+    DesignVerdict,
+    Judge,
+    RunsEndedError,
+    judged,
+    looked_at,
+    looks,
+    looks_by,
+    runs_to_tell,
+    verdict_steps,
+)
+from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
 from desim_warehouse.study.statistics.one_run import SMALL_BATCHES, OneRun, batch_means, quantile_in_run
 from desim_warehouse.study.statistics.precision import (
     Precision,
@@ -46,26 +60,7 @@ from desim_warehouse.study.statistics.screening import (
 )
 from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_constants, kn_steps
 from desim_warehouse.study.statistics.shares import TaskShare
-from desim_warehouse.study.statistics.sizes.cheapest import (
-    GLANCE,
-    Budget,
-    Cheapest,
-    Judge,
-    RunsEndedError,
-    cheapest_meeting_steps,
-    scout_steps,
-    verdict_steps,
-)
-from desim_warehouse.study.statistics.sizes.knee import Knee, knee, smallest_within
-from desim_warehouse.study.statistics.sizes.sizing import (
-    DesignVerdict,
-    Sizing,
-    judged,
-    looks_at,
-    runs_to_tell,
-    smallest_meeting,
-    smallest_meeting_steps,
-)
+from desim_warehouse.study.statistics.smallest import Sizing, line, smallest_meeting_steps
 from desim_warehouse.study.statistics.sobol import (
     Between,
     SaltelliDesign,
@@ -94,6 +89,7 @@ __all__ = [
     "Gains",
     "Judge",
     "Knee",
+    "Larger",
     "MainEffect",
     "MainEffects",
     "OneRun",
@@ -126,9 +122,10 @@ __all__ = [
     "kn_constants",
     "kn_steps",
     "knee",
+    "line",
     "looked_at",
     "looks",
-    "looks_at",
+    "looks_by",
     "main_effects",
     "mser",
     "paired",
@@ -141,7 +138,6 @@ __all__ = [
     "saltelli_design",
     "saltelli_indices",
     "scout_steps",
-    "smallest_meeting",
     "smallest_meeting_steps",
     "smallest_within",
     "sobol",

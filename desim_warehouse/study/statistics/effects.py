@@ -9,13 +9,16 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.study.limits import FIRST
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, gaps
+from desim_warehouse.study.statistics.judge import looks
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.sizes.sizing import looks_at
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from numpy.typing import NDArray
 
 
 @dataclass(frozen=True)
@@ -25,7 +28,8 @@ class Gain:
     The bounds are equal to the mean where the values are exact. `same`: no replication differed from the base, so that
     there are no bounds (nan): how much a rare difference would be is unknown. `failed`: replications without a value;
     where there are some, the mean is that of the others and has no bounds. `scale` makes a gain into that of an equal
-    dose, by which changes are ranked; None: the change stands beside the contest.
+    dose, by which changes are ranked; None: the change stands beside the contest. `beaten`: another one is shown to
+    gain more for an equal dose.
     """
 
     change: int
@@ -36,6 +40,7 @@ class Gain:
     scale: float | None = 1.0
     same: bool = False
     failed: int = 0
+    beaten: bool = False
 
     @property
     def each(self) -> Gain:
@@ -74,8 +79,8 @@ class Gains:
     @property
     def clear(self) -> bool:
         """Whether one change is shown to gain most."""
-        each = [gain.each for gain in self.competing]
-        return bool(each) and each[0].low > 0 and all(each[0].low > other.high for other in each[1:])
+        first, *others = self.competing or (None,)
+        return first is not None and first.low > 0 and all(other.beaten for other in others)
 
     @property
     def exact(self) -> bool:
@@ -94,42 +99,43 @@ def gains_steps(
     confidence: float = 0.95,
     *,
     maximise: bool = True,
-    n0: int = 10,
+    first: int = FIRST,
     cap: int = 160,
     deterministic: bool = False,
 ) -> Procedure[Gains]:
     """Replicate a base (design 0) and changed designs (1, 2, ...) until it is clear which gains most.
 
-    Changes are judged after n0 replications of all, and at every doubling up to `cap`. A change drops out if it is
-    shown to gain less than the best for an equal dose, or made no difference in any replication. It also drops out if
-    a replication has no value (nan). The procedure ends when one is left, or no change can gain `delta`, the least gain
-    that matters.
+    All are looked at together (`judge.looks`). A change drops out if it is shown to gain less than another for an equal
+    dose, or made no difference in any replication. It also drops out if a replication has no value (nan). The procedure
+    ends when one is left that is shown to gain, or no change can gain `delta`, the least gain that matters.
 
     Args:
-        scales: of each change, what makes its gain into that of an equal dose; None: it is looked at n0 times, beside
-            the contest.
+        scales: of each change, what makes its gain into that of an equal dose; None: it is looked at once, beside the
+            contest.
         delta: least gain of a change that matters, in the indicator's unit.
-        confidence: that all intervals hold.
+        confidence: that all intervals hold, and that none drops out that gains most.
         maximise: more is better.
-        n0: replications at first.
+        first: replications at the first look.
         cap: most replications.
         deterministic: the values are exact.
 
     Source: paired differences with common random numbers (Law 2015, section 10.2.1), one-sided bounds
-    (`intervals.bounds`), each at 1 - α / (2 · changes · looks) (Bonferroni), so that stopping early costs nothing.
+    (`intervals.bounds`), those of gains over the base each at half of the error allowed / (2 · changes), those of one
+    change over another at the other half / (changes - 1), as only those of the one that gains most can be wrong in what
+    matters; at each look its part of that (Bonferroni), so that stopping early costs nothing.
     Assumes: as `bounds`.
     """
     check_confidence(confidence)
     changes = len(scales)
     if changes < 1 or not delta > 0:
         raise StudyError(f"{changes} changes, delta {delta:g}: expected at least one, and a delta above 0")
-    looks = [1] if deterministic else looks_at(n0, cap)
-    level = 1.0 - (1.0 - confidence) / (2 * changes * len(looks))
     sign = 1.0 if maximise else -1.0
     data: dict[int, list[float]] = {design: [] for design in range(changes + 1)}
     alive = list(range(1, changes + 1))
     found: dict[int, Gain] = {}
-    for n in looks:
+    beaten: set[int] = set()
+    for n, part in [(1, 1.0)] if deterministic else looks(first, cap):
+        error = (1.0 - confidence) / 2 * part
         runs = [(design, r) for r in range(len(data[0]), n) for design in (0, *alive)]
         values = yield from request(runs, failing=True)
         for (design, _), value in zip(runs, values, strict=True):
@@ -137,22 +143,42 @@ def gains_steps(
         if not np.isfinite(data[0]).all():
             break
         for design in alive:
-            gain = _gain(design, data[design], data[0], sign, level, deterministic)
+            gain = _gain(design, data[design], data[0], sign, 1.0 - error / (2 * changes), deterministic)
             found[design] = replace(gain, scale=scales[design - 1])
-        competing = {design: gain for design, gain in found.items() if gain.competes}
-        best = max((gain.each for gain in competing.values()), key=lambda gain: gain.mean, default=None)
-        least = 0.0 if best is None else max(best.low, 0.0)
-        alive = [design for design in alive if design in competing and competing[design].each.high >= least]
-        if best is None or (alive == [best.change] and best.low > 0):
+        competing = [design for design in alive if found[design].competes]
+        doses = {design: sign * _dose(scales[design - 1], data[design], data[0]) for design in competing}
+        beaten |= {
+            design
+            for design in competing
+            if any(_is_less(doses[design], doses[other], error / max(changes - 1, 1)) for other in competing)
+        }
+        alive = [design for design in competing if design not in beaten]
+        if not alive or (len(alive) == 1 and found[alive[0]].low > 0):
             break
-        if all(gain.high < delta for gain in competing.values()):
+        if all(gain.high < delta for gain in found.values() if gain.competes):
             break
-    return _ranked(found, data, delta, confidence)
+    return _ranked(found, data, delta, confidence, beaten)
 
 
-def _ranked(found: dict[int, Gain], data: dict[int, list[float]], delta: float, confidence: float) -> Gains:
+def _dose(scale: float | None, ours: Sequence[float], base: Sequence[float]) -> NDArray[np.float64]:
+    """The differences of an equal dose, day by day."""
+    return (1.0 if scale is None else scale) * np.subtract(ours, base[: len(ours)], dtype=float)
+
+
+def _is_less(ours: NDArray[np.float64], other: NDArray[np.float64], error: float) -> bool:
+    """Whether one change is shown to gain less than another on the same days."""
+    found, reach = gaps(ours, other)
+    if found.size == 1:
+        return bool(found[0] < 0)
+    return bounds(found, 1.0 - error, reach=reach)[1] < 0
+
+
+def _ranked(
+    found: dict[int, Gain], data: dict[int, list[float]], delta: float, confidence: float, beaten: set[int]
+) -> Gains:
     """The gains in their order, with the mean of the base."""
-    ordered = tuple(sorted(found.values(), key=lambda gain: (not gain.competes, -gain.each.mean, gain.change)))
+    gains = [replace(gain, beaten=gain.change in beaten) for gain in found.values()]
+    ordered = tuple(sorted(gains, key=lambda gain: (not gain.competes, gain.beaten, -gain.each.mean, gain.change)))
     base = np.array(data[0])
     there = base[np.isfinite(base)]
     mean = float(there.mean()) if there.size else math.nan

@@ -37,6 +37,29 @@ def follow(procedure: Procedure[T], sample: Callable[[int, int], float]) -> T:
         values = [sample(design, replication) for design, replication in runs]
 
 
+def together(procedures: Sequence[Procedure[T]]) -> Procedure[list[T]]:
+    """Carry out several procedures side by side: what all of them ask for is one batch, so that no worker idles."""
+    found: dict[int, T] = {}
+    asked = dict[int, list[RunNumber]]()
+
+    def send(which: int, values: Sequence[float] | None) -> None:
+        try:
+            asked[which] = next(procedures[which]) if values is None else procedures[which].send(values)
+        except StopIteration as end:
+            found[which] = cast("T", end.value)
+
+    for which in range(len(procedures)):
+        send(which, None)
+    while asked:
+        batch = list(asked.items())
+        values = yield [run for _, runs in batch for run in runs]
+        asked.clear()
+        for which, runs in batch:
+            send(which, values[: len(runs)])
+            values = values[len(runs) :]
+    return [found[which] for which in range(len(procedures))]
+
+
 def request(
     runs: list[RunNumber], *, failing: bool = False
 ) -> Generator[list[RunNumber], Sequence[float], Sequence[float]]:

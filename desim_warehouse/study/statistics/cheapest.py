@@ -1,35 +1,40 @@
 """The cheapest of designs with two counts, such as robots and chargers, that meets a target.
 
-A scout looks for it with a few runs of each probe. A proof then judges, with fresh runs, the design that the scout
+A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout
 names and those that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics.checks import check_confidence
-from desim_warehouse.study.statistics.intervals import ANYTHING
-from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.sizes.larger import Larger, larger_steps
-from desim_warehouse.study.statistics.sizes.sizing import judged, looks_at
+from desim_warehouse.study.statistics.comparison import paired
+from desim_warehouse.study.statistics.judge import Judge, RunsEndedError, looks
+from desim_warehouse.study.statistics.procedure import Procedure, request, together
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 
-    from desim_warehouse.study.statistics.intervals import Interval
+    from desim_warehouse.study.statistics.intervals import Estimate
+    from desim_warehouse.study.statistics.judge import Budget, DesignVerdict
     from desim_warehouse.study.statistics.procedure import RunNumber
-    from desim_warehouse.study.statistics.sizes.sizing import DesignVerdict
     from desim_warehouse.study.statistics.targets import Target
 
 Counts: TypeAlias = tuple[int, int]
 """The two counts of a design."""
 Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 """What a design costs: a key to sort by, which no count may lower."""
-GLANCE = 3
-"""Runs of a design that may show that it is hopeless, or that nothing is new about it."""
+
+
+@dataclass(frozen=True)
+class Larger:
+    """A design with one more of one count: by how much its indicator differs, and whether that is shown to be worse."""
+
+    number: int
+    difference: Estimate
+    worse: bool
 
 
 @dataclass(frozen=True)
@@ -59,34 +64,11 @@ class Cheapest:
         return tuple(number for number in self.below if self.verdicts[number].verdict == "undecided")
 
 
-class RunsEndedError(StudyError):
-    """There may be no more runs, and there is no answer yet."""
-
-
-@dataclass
-class Budget:
-    """How many runs may still be done."""
-
-    left: int
-    spent: int = 0
-
-    def allows(self, runs: int) -> bool:
-        """Whether this number more may be done."""
-        return runs <= self.left
-
-    def take(self, runs: int) -> None:
-        """This number is done."""
-        self.left -= runs
-        self.spent += runs
-
-
-def scout_steps(
-    designs: Sequence[Counts], cost: Cost, target: Target, replications: int, budget: Budget
-) -> Procedure[set[int]]:
-    """Look for the cheapest design with a few runs of each probe; returns the numbers of those that failed.
+def scout_steps(designs: Sequence[Counts], cost: Cost, target: Target, budget: Budget) -> Procedure[set[int]]:
+    """Look for the cheapest design with a single run of each probe; returns the numbers of those that failed.
 
     It bisects the first count with the most of the second, then the second count. Where a larger first count may cost
-    less than what it saves of the second, it looks there, too. The means of so few runs are no proof.
+    less than what it saves of the second, it looks there, too. A single run is no proof.
 
     Raises:
         RunsEndedError: a budget that ends before the search does.
@@ -98,11 +80,9 @@ def scout_steps(
     def meets(first: int, second: int) -> Generator[list[RunNumber], Sequence[float], bool]:
         design = firsts[first], seconds[second]
         if design not in found:
-            if not budget.allows(replications):
-                raise RunsEndedError("the runs allowed do not even suffice for a first search")
-            budget.take(replications)
-            values = yield from request([(number[design], r) for r in range(replications)])
-            found[design] = target.met_by(sum(values) / replications)
+            budget.take(1)
+            (value,) = yield from request([(number[design], 0)])
+            found[design] = target.met_by(value)
         return found[design]
 
     low, first = -1, len(firsts)
@@ -136,133 +116,8 @@ def scout_steps(
     return {number[design] for design, met in found.items() if not met}
 
 
-@dataclass
-class _Case:
-    """A design that is being judged: the level of its bounds, the looks still to come, and its values so far."""
-
-    level: float
-    looks: list[int]
-    data: list[float] = field(default_factory=list)
-
-
-@dataclass
-class Judge:
-    """Judges designs, one look after the other; the j-th at a level such that all verdicts hold at once.
-
-    `verdicts` are those given, by number; `vetoed`: why designs fail whatever the target says.
-
-    Args:
-        target: as "on_time >= 0.95".
-        confidence: that all verdicts are right.
-        zone: indifference zone in the indicator's unit: a design that is better than the target by less may be
-            taken for one that fails.
-        n0: replications at the first look at a design. Every further look doubles them.
-        cap: most replications of a design; one not clear by then is "undecided" and taken as not meeting.
-        deterministic: the models use no random numbers: one run of a design is exact.
-        within: what the indicator can be at all.
-        budget: runs that may be done (default: as many as it takes).
-        veto: why a design fails besides the target, asked after its runs; None: nothing.
-        hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
-
-    Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which
-    adds up to α (Bonferroni), however many are judged.
-    Assumes: as `bounds`.
-    """
-
-    target: Target
-    confidence: float = 0.95
-    zone: float = 0.0
-    n0: int = 10
-    cap: int = 320
-    deterministic: bool = False
-    within: Interval = ANYTHING
-    budget: Budget = field(default_factory=lambda: Budget(10**9))
-    veto: Callable[[int], str | None] = lambda _: None
-    hopeless: Callable[[int], str | None] = lambda _: None
-    verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
-    vetoed: dict[int, str] = field(default_factory=dict, init=False)
-    _cases: dict[int, _Case] = field(default_factory=dict, init=False)
-
-    def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
-        """Of a design, from as many runs as it takes, or as there may be."""
-        while not self.closed(number):
-            yield from self.look(number)
-        return self.verdicts[number].verdict
-
-    def closed(self, number: int) -> bool:
-        """Whether no further look at a design is wanted, or possible."""
-        return number in self.verdicts and not self._cases[number].looks
-
-    def glance(self, number: int) -> Procedure[None]:
-        """Do the first few runs of a design. They say nothing of the target, but may show that it is hopeless."""
-        if number in self._cases or self.deterministic:
-            return
-        yield from self._run(number, min(GLANCE, self.n0))
-        self._veto(number, self.hopeless(number))
-
-    def look(self, number: int) -> Procedure[None]:
-        """Look at a design once more, after as many further runs as that takes."""
-        yield from self.glance(number)
-        if self.closed(number):
-            return
-        case = self._case(number)
-        runs = case.looks.pop(0)
-        if number in self.verdicts and not self.budget.allows(runs - len(case.data)):
-            case.looks.clear()
-            return
-        yield from self._run(number, runs)
-        found = self._judged(number)
-        self.verdicts[number] = found
-        self._veto(number, self.veto(number))
-        if found.verdict != "undecided" or found.within_zone:
-            case.looks.clear()
-
-    def _case(self, number: int) -> _Case:
-        if number not in self._cases:
-            j = len(self._cases) + 1
-            looks = [1] if self.deterministic else looks_at(self.n0, self.cap)
-            self._cases[number] = _Case(1.0 - (1.0 - self.confidence) / (j * (j + 1) * len(looks)), looks)
-        return self._cases[number]
-
-    def _run(self, number: int, runs: int) -> Procedure[None]:
-        """Have a design run so many times in all."""
-        done = len(self._cases[number].data) if number in self._cases else 0
-        if not self.budget.allows(runs - done):
-            raise RunsEndedError("the runs allowed ended before there was an answer")
-        self.budget.take(runs - done)
-        self._case(number).data += yield from request([(number, r) for r in range(done, runs)])
-
-    def _judged(self, number: int) -> DesignVerdict[int]:
-        case = self._cases[number]
-        return judged(number, case.data, self.target, case.level, self.deterministic, self.within, self.zone)
-
-    def _veto(self, number: int, why: str | None) -> None:
-        """A design fails whatever the target says, if there is a reason."""
-        if why is not None:
-            self.vetoed[number] = why
-            self.verdicts[number] = replace(self._judged(number), verdict="fails")
-            self._cases[number].looks.clear()
-
-
-def verdict_steps(
-    numbers: Sequence[int], judge: Judge, known: Callable[[int], bool] = lambda _: False
-) -> Procedure[Judge]:
-    """The verdict on each of these designs, as far as the runs go, all right at once; returns the judge, who knows.
-
-    A design that is `known` by its first few runs is not judged.
-    """
-    try:
-        for number in numbers:
-            yield from judge.glance(number)
-            if not known(number):
-                yield from judge.verdict(number)
-    except RunsEndedError:
-        pass  # of the others nothing is known
-    return judge
-
-
 def cheapest_meeting_steps(
-    designs: Sequence[Counts], cost: Cost, judge: Judge, doubted: Iterable[int] = ()
+    designs: Sequence[Counts], cost: Cost, judge: Judge, doubted: Iterable[int] = (), *, scan: bool = False
 ) -> Procedure[Cheapest]:
     """The cheapest design whose mean indicator meets the target, and that no cheaper one does by more than its zone.
 
@@ -271,19 +126,18 @@ def cheapest_meeting_steps(
         cost: what one costs.
         judge: knows the target, and has judged nothing yet.
         doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
+        scan: judge all designs, the cheapest first, until one meets the target: none is ruled out by another.
 
     Source: see `Judge`.
     Assumes: as `Judge`; that no design does worse than one with less of both counts. Where one with one more of a count
     than the answer does, the cheaper ones are judged one after the other, the cheapest first.
     """
-    check_confidence(judge.confidence)
-    if not designs or len(set(designs)) < len(designs) or judge.zone < 0:
-        given = f"designs {list(designs)[:6]!r}, zone {judge.zone:g}"
-        raise StudyError(f"{given}: expected some, none twice, and a zone from 0")
+    if not designs or any(a == b for i, a in enumerate(designs) for b in designs[:i]):
+        raise StudyError(f"designs {list(designs)[:6]!r}: expected at least one, none twice")
     before = judge.budget.spent
     proof = _Proof(designs, cost, judge, set(doubted))
     try:
-        yield from proof.steps()
+        yield from proof.scan(proof.order) if scan else proof.steps()
     except RunsEndedError:
         proof.end_early()
     return Cheapest(
@@ -311,32 +165,33 @@ class _Proof:
         self.best: int | None = None
         self.open: list[int] = []
         self.larger: tuple[Larger, ...] = ()
+        self.monotone = True
 
     def steps(self) -> Procedure[None]:
         """Judge candidates until a design meets the target and no cheaper one is left that might."""
-        designs, judge = self.designs, self.judge
+        designs = self.designs
         top = max(self.order, key=lambda n: designs[n])
         while self.best is None and top not in self.failing:
             yield from self._try(next((n for n in self.order if not self._ruled_out(n, self.doubts)), top))
         self.open = self._cheaper()
-        while self.best is not None and self.open:
-            yield from self._meets(self._next(self.best))
+        compared = None  # the design whose larger neighbours are known
+        while (best := self.best) is not None and (self.open or compared != best):
+            judged = [self._next(best)] if self.open else []
+            tasks: list[Procedure[object]] = [self._meets(number) for number in judged]
+            if compared != best and all(self._covers(number, set(judged)) for number in self.open):
+                tasks.append(self._compare(best))  # the last one to be judged, if it fails
+                compared = best
+            yield from together(tasks)
             self.open = self._cheaper()
-        if self.best is None:
-            return
-        self.larger = yield from larger_steps(
-            self.best,
-            designs,
-            judge.target,
-            judge.verdicts[self.best].n,
-            judge.confidence,
-            judge.budget,
-            deterministic=judge.deterministic,
-        )
         if any(one.worse for one in self.larger):
-            for number in self.order[: self.order.index(self.best)]:
-                if (yield from self._meets(number)):
-                    break
+            yield from self.scan(self._before_best())
+
+    def scan(self, numbers: Sequence[int]) -> Procedure[None]:
+        """Judge designs one after the other, until one meets the target; none rules out another."""
+        self.monotone = False
+        for number in numbers:
+            if (yield from self._meets(number)):
+                break
 
     def _try(self, number: int) -> Procedure[None]:
         """Judge a candidate, unless its looks lean to a failure that is not clear.
@@ -358,6 +213,34 @@ class _Proof:
         if beside:  # halve them: the best is one that was judged for them all
             return sorted(beside, key=lambda n: self.designs[n])[len(beside) // 2]
         return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of both
+
+    def _compare(self, best: int) -> Procedure[None]:
+        """Hold the designs with one more of either count against the best, day by day: what is assumed of them.
+
+        Each has half of the error that is allowed. They are looked at again while they lean to being worse.
+        """
+        numbers = {design: number for number, design in enumerate(self.designs)}
+        first, second = self.designs[best]
+        more = [numbers[design] for design in ((first + 1, second), (first, second + 1)) if design in numbers]
+        self.larger = tuple([one for one in (yield from together([self._larger(best, n) for n in more])) if one])
+
+    def _larger(self, best: int, number: int) -> Procedure[Larger | None]:
+        judge = self.judge
+        runs = judge.verdicts[best].n
+        base = yield from request([(best, r) for r in range(runs)])
+        values, found = list[float](), None
+        for n, part in looks(min(judge.first, runs), runs):
+            if not judge.budget.allows(n - len(values)):
+                break
+            judge.budget.take(n - len(values))
+            values += yield from request([(number, r) for r in range(len(values), n)])
+            level = 1 - (1 - judge.confidence) / 2 * part
+            difference = paired(values, base[:n], level, deterministic=judge.deterministic)
+            low, high = difference.interval or (difference.mean, difference.mean)
+            found = Larger(number, difference, (high if judge.target.sign > 0 else -low) < 0)
+            if found.worse or judge.target.sign * difference.mean >= 0:
+                break
+        return found
 
     def end_early(self) -> None:
         """Keep what is certain, as the runs allowed have ended."""
@@ -388,7 +271,7 @@ class _Proof:
 
     def _ruled_out(self, number: int, doubts: Iterable[int] = ()) -> bool:
         """Whether a design with as much of both counts fails, or is doubted."""
-        return self._covers(number, self.failing.union(doubts))
+        return self._covers(number, self.failing.union(doubts)) if self.monotone else number in self.failing
 
     def _covers(self, number: int, by: set[int]) -> bool:
         first, second = self.designs[number]

@@ -1,0 +1,336 @@
+"""The judge of designs: whether each meets a target, from runs that are looked at again and again.
+
+One schedule of looks (`looks`), one budget of error, one cap. Searches say which designs and which target: the cheapest
+that meets it (`cheapest`), the smallest (`smallest`), the best, and the live page.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, field, replace
+from itertools import takewhile
+from typing import TYPE_CHECKING, Generic, Literal, TypeVar
+
+import numpy as np
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.limits import CAP, FIRST
+from desim_warehouse.study.statistics.checks import check_confidence
+from desim_warehouse.study.statistics.intervals import ANYTHING, bounds_of
+from desim_warehouse.study.statistics.procedure import Procedure, request
+from desim_warehouse.study.statistics.telling import SPARE, fewest
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Generator, Iterator, Sequence
+
+    from desim_warehouse.study.statistics.intervals import Interval
+    from desim_warehouse.study.statistics.procedure import RunNumber
+    from desim_warehouse.study.statistics.targets import Target
+
+V = TypeVar("V")
+Verdict = Literal["meets", "fails", "undecided"]
+GLANCE = 3
+"""Runs of a design that may show that it is hopeless, or that nothing is new about it."""
+FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
+
+
+def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
+    """Replications at each look, half as many again each time up to a cap, and the part of the error of each look.
+
+    Source: error split evenly over looks that are fixed beforehand (Bonferroni).
+    """
+    at = [*takewhile(lambda n: n < cap, _growing(first)), cap]
+    return [(n, 1 / len(at)) for n in at]
+
+
+def looks_by(replications: int) -> list[tuple[int, float]]:
+    """The looks that there were after so many replications, where there is no cap: the i-th may use 1 / (i (i + 1)).
+
+    Source: parts that add up to 1 however long it goes on, most of it used at first, as of Lan & DeMets (1983),
+    Discrete sequential boundaries for clinical trials, Biometrika 70(3), 659-663.
+    """
+    at = takewhile(lambda n: n <= replications, _growing(FIRST))
+    return [(n, 1 / (i * (i + 1))) for i, n in enumerate(at, 1)]
+
+
+def _growing(n: int) -> Iterator[int]:
+    while True:
+        yield n
+        n += max((n + 1) // 2, 2)
+
+
+@dataclass(frozen=True)
+class DesignVerdict(Generic[V]):
+    """The verdict on one design.
+
+    `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
+    are `deterministic` and the mean is exact. `outlier`: the replication without which an undecided design would be
+    clear; None: there is no such one. `within_zone`: it is known to be about at the target, so that more runs would
+    tell nothing that matters.
+    """
+
+    value: V
+    verdict: Verdict
+    n: int
+    mean: float
+    low: float | None
+    high: float | None
+    level: float
+    deterministic: bool
+    within_zone: bool = False
+    outlier: int | None = None
+
+    @property
+    def closed(self) -> bool:
+        """Whether more runs would tell nothing."""
+        return self.verdict != "undecided" or self.within_zone
+
+
+def judged(
+    value: V,
+    data: list[float],
+    target: Target,
+    level: float,
+    deterministic: bool,
+    within: Interval,
+    zone: float = 0.0,
+) -> DesignVerdict[V]:
+    """The verdict on one design: it meets the target if even its worse bound does.
+
+    It fails if its mean does not, and its better bound does not meet a target that is harder by `zone`, in the
+    indicator's unit. So no run that turns out better makes a design fail that met the target before. One whose mean
+    is known to within the zone, and lies within it of the target, is about at the target.
+    """
+    mean = float(np.mean(data))
+    if deterministic:
+        return DesignVerdict(
+            value, "meets" if target.met_by(mean) else "fails", len(data), mean, None, None, level, True
+        )
+    verdict, (low, high), within_zone = _verdict(data, mean, target, level, within, zone)
+    outlier = None
+    if verdict == "undecided" and not within_zone and len(data) >= FEWEST_BESIDE:
+        farthest = int(np.argmax(np.abs(np.array(data) - mean)))
+        others = [*data[:farthest], *data[farthest + 1 :]]
+        if _verdict(others, float(np.mean(others)), target, level, within, zone)[0] != "undecided":
+            outlier = farthest
+    return DesignVerdict(value, verdict, len(data), mean, low, high, level, False, within_zone, outlier)
+
+
+def _verdict(
+    data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float
+) -> tuple[Verdict, Interval, bool]:
+    """The verdict, its bounds, and whether the design is known to be about at the target."""
+    low, high = bounds_of(data, level, within)
+    worse, better = (low, high) if target.sign > 0 else (high, low)
+    if target.met_by(worse):
+        return "meets", (low, high), False
+    short = not target.met_by(better - target.sign * zone)
+    if short and not target.met_by(mean):
+        return "fails", (low, high), False
+    known = max(high - mean, mean - low, abs(mean - target.value)) <= zone
+    return "undecided", (low, high), short or (known and zone > 0)
+
+
+def looked_at(
+    values: Sequence[float],
+    target: Target,
+    confidence: float,
+    *,
+    deterministic: bool = False,
+    within: Interval,
+) -> DesignVerdict[None] | None:
+    """The verdict of the first look that gave one, else that of the last; None before the first look.
+
+    A verdict that has fallen stands, so it does not change as further runs come in.
+
+    Args:
+        values: of the indicator, replication by replication.
+        target: that the mean should meet.
+        confidence: that no verdict of `meets` is ever wrong, however many runs there will be; the same of `fails`.
+            It holds for all targets on the indicator at once.
+        deterministic: the runs use no random numbers, so one is exact.
+        within: the range of the indicator, such as (0, 1) for a share.
+
+    Source: `looks_by`.
+    Assumes: what the bounds of one look assume (`intervals.bounds_of`).
+    """
+    if deterministic and values:
+        return judged(None, list(values[:1]), target, confidence, True, within)
+    found = None
+    for n, part in looks_by(len(values)):
+        found = judged(None, list(values[:n]), target, 1.0 - (1.0 - confidence) * part, False, within)
+        if found.verdict != "undecided":
+            break
+    return found
+
+
+def runs_to_tell(values: Sequence[float], target: Target, level: float, within: Interval) -> int | None:
+    """How many runs in all would probably tell whether a design meets the target; None: more than `MOST_TO_TELL`.
+
+    Further runs are taken to be like those so far, whose mean lies 1.5 times as far from the target as the bounds
+    reach: were it the true one, five of six such designs would be told. At least two runs; `level` as of `judged`.
+    """
+    mean = float(np.mean(values))
+    wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
+    nearer = replace(target, value=mean + (target.value - mean) / (SPARE * wider))
+
+    def told(runs: int) -> bool:
+        further = [values[run % len(values)] for run in range(runs)]
+        return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0)[0] != "undecided"
+
+    return fewest(told, len(values))
+
+
+class RunsEndedError(StudyError):
+    """There may be no more runs, and there is no answer yet."""
+
+
+@dataclass
+class Budget:
+    """How many runs may still be done."""
+
+    left: int
+    spent: int = 0
+
+    def allows(self, runs: int) -> bool:
+        """Whether this number more may be done."""
+        return runs <= self.left
+
+    def take(self, runs: int) -> None:
+        """This number is done; raises RunsEndedError where they may not be."""
+        if not self.allows(runs):
+            raise RunsEndedError("the runs allowed ended before there was an answer")
+        self.left -= runs
+        self.spent += runs
+
+
+@dataclass
+class _Case:
+    """A design that is being judged: its share of the error, the looks still to come, and its values so far."""
+
+    error: float
+    looks: list[tuple[int, float]]
+    data: list[float] = field(default_factory=list)
+    level: float = math.nan
+
+
+@dataclass
+class Judge:
+    """Judges designs, one look after the other, at levels such that all verdicts hold at once.
+
+    `verdicts` are those given, by number; `vetoed`: why designs fail whatever the target says.
+
+    Args:
+        target: as "on_time >= 0.95".
+        confidence: that no design that misses the target is said to meet it; the same of "fails".
+        zone: indifference zone in the indicator's unit: a design that is better than the target by less may be
+            taken for one that fails.
+        first: replications at the first look at a design.
+        cap: most replications of a design; one not clear by then is "undecided" and taken as not meeting.
+        deterministic: the models use no random numbers: one run of a design is exact.
+        within: what the indicator can be at all.
+        budget: runs that may be done (default: as many as it takes).
+        veto: why a design fails besides the target, asked after its runs; None: nothing.
+        hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
+
+    Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which
+    adds up to α (Bonferroni), however many are judged.
+    Assumes: as `bounds`.
+    """
+
+    target: Target
+    confidence: float = 0.95
+    zone: float = 0.0
+    first: int = FIRST
+    cap: int = CAP
+    deterministic: bool = False
+    within: Interval = ANYTHING
+    budget: Budget = field(default_factory=lambda: Budget(10**9))
+    veto: Callable[[int], str | None] = lambda _: None
+    hopeless: Callable[[int], str | None] = lambda _: None
+    verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
+    vetoed: dict[int, str] = field(default_factory=dict, init=False)
+    _cases: dict[int, _Case] = field(default_factory=dict, init=False)
+
+    def __post_init__(self) -> None:
+        check_confidence(self.confidence)
+        if not self.deterministic and not 2 <= self.first <= self.cap:  # noqa: PLR2004
+            raise StudyError(f"first look {self.first}, cap {self.cap}: expected 2 <= first <= cap")
+        if self.zone < 0:
+            raise StudyError(f"zone {self.zone:g}: expected one from 0")
+
+    def verdict(self, number: int) -> Generator[list[RunNumber], Sequence[float], str]:
+        """Of a design, from as many runs as it takes, or as there may be."""
+        while not self.closed(number):
+            yield from self.look(number)
+        return self.verdicts[number].verdict
+
+    def closed(self, number: int) -> bool:
+        """Whether no further look at a design is wanted, or possible."""
+        return number in self.verdicts and not self._cases[number].looks
+
+    def glance(self, number: int) -> Procedure[None]:
+        """Do the first few runs of a design. They say nothing of the target, but may show that it is hopeless."""
+        if number in self._cases or self.deterministic:
+            return
+        yield from self._run(number, min(GLANCE, self.first))
+        self._veto(number, self.hopeless(number))
+
+    def look(self, number: int) -> Procedure[None]:
+        """Look at a design once more, after as many further runs as that takes."""
+        yield from self.glance(number)
+        if self.closed(number):
+            return
+        case = self._case(number)
+        runs, part = case.looks.pop(0)
+        if number in self.verdicts and not self.budget.allows(runs - len(case.data)):
+            case.looks.clear()
+            return
+        yield from self._run(number, runs)
+        case.level = 1.0 - case.error * part
+        self.verdicts[number] = self._judged(number)
+        self._veto(number, self.veto(number))
+        if self.verdicts[number].closed:
+            case.looks.clear()
+
+    def _case(self, number: int) -> _Case:
+        if number not in self._cases:
+            j = len(self._cases) + 1
+            error = (1.0 - self.confidence) / (j * (j + 1))
+            at = [(1, 1.0)] if self.deterministic else looks(self.first, self.cap)
+            self._cases[number] = _Case(error, at, level=1.0 - error * at[0][1])
+        return self._cases[number]
+
+    def _run(self, number: int, runs: int) -> Procedure[None]:
+        """Have a design run so many times in all."""
+        done = len(self._cases[number].data) if number in self._cases else 0
+        self.budget.take(runs - done)
+        self._case(number).data += yield from request([(number, r) for r in range(done, runs)])
+
+    def _judged(self, number: int) -> DesignVerdict[int]:
+        case = self._cases[number]
+        return judged(number, case.data, self.target, case.level, self.deterministic, self.within, self.zone)
+
+    def _veto(self, number: int, why: str | None) -> None:
+        """A design fails whatever the target says, if there is a reason."""
+        if why is not None:
+            self.vetoed[number] = why
+            self.verdicts[number] = replace(self._judged(number), verdict="fails")
+            self._cases[number].looks.clear()
+
+
+def verdict_steps(
+    numbers: Sequence[int], judge: Judge, known: Callable[[int], bool] = lambda _: False
+) -> Procedure[Judge]:
+    """The verdict on each of these designs, as far as the runs go, all right at once; returns the judge, who knows.
+
+    A design that is `known` by its first few runs is not judged.
+    """
+    try:
+        for number in numbers:
+            yield from judge.glance(number)
+            if not known(number):
+                yield from judge.verdict(number)
+    except RunsEndedError:
+        pass  # of the others nothing is known
+    return judge
