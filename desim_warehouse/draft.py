@@ -192,7 +192,7 @@ def _worked_out(words: Draft) -> Draft:
         # As many robots and chargers as there could be, so that the hand calculation says how many are needed.
         found = _by_hand(replace(words, robots=words.robots or 50, chargers=words.chargers or 50))
         if words.robots is None:
-            words = replace(words, robots=max(math.ceil((found.robots_needed or 1.0) / BUSY), 1))
+            words = replace(words, robots=max(math.ceil((found.robots_busy or 1.0) / BUSY), 1))
         if words.chargers is None:
             most = replace(words, chargers=words.robots)
             found = _by_hand(most)

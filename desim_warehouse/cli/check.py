@@ -13,6 +13,7 @@ import click
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 
 if TYPE_CHECKING:
+    from desim_warehouse.feasibility import HandCalculation
     from desim_warehouse.run import Check
 
 
@@ -67,9 +68,15 @@ def _content(report: Check) -> dict[str, Any]:
         "refused": bool(report.errors),
         "findings": findings,
         "facts": report.facts,
-        "calculation": None if report.calculation is None else _plain(dataclasses.asdict(report.calculation)),
+        "calculation": None if report.calculation is None else _plain(_calculated(report.calculation)),
         "version": __version__,
     }
+
+
+def _calculated(found: HandCalculation) -> dict[str, Any]:
+    knee, limit = found.knee
+    more = {"capacity": found.capacity, "robots_needed": found.robots_needed, "knee": knee, "limit": limit}
+    return {**dataclasses.asdict(found), **more}
 
 
 def _plain(value: Any) -> Any:

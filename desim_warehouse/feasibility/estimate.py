@@ -1,10 +1,9 @@
 """The hand calculation of a model: what a planner works out on half a page before any simulation.
 
 All of it is free flow: no robot waits for another, goods are fetched in order of release, and every robot always has a
-next task. An allocation that prefers near goods does better than `in-order`. Capacities are upper bounds from that, by
-Little's law and the asymptotic bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978)
-225-261). Throughput is at most N robots / cycle time, and at most what the busiest station or intersection lets
-through. The knee is where the two meet.
+next task. An allocation that prefers near goods does better than `in-order`. What robots, chargers and stations can do
+each are upper bounds from that, by Little's law and the asymptotic bounds of closed queueing networks (Denning and
+Buzen, Computing Surveys 10 (1978) 225-261). What they can do together is less, as robots queue: see `capacity`.
 """
 
 from __future__ import annotations
@@ -12,10 +11,12 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import dataclass
+from functools import cached_property
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.capacity import Network, Place
 from desim_warehouse.feasibility.cycle import Cycle
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow, mean_task
@@ -38,6 +39,10 @@ if TYPE_CHECKING:
 
 _ROUTES = 5000
 """Routes that are examined for the busiest intersection; on larger floors it is left out."""
+MORE = 1.1
+"""What twice the robots do more than those at the knee."""
+APART = 0.95
+"""Of the bounds that a fleet reaches with its queues: with less both are said."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +81,11 @@ class StationLoad:
         return self.work_busy if self.limited_by_work else self.serve_busy
 
     @property
+    def doing(self) -> str:
+        """What limits it, in words."""
+        return f"{'work' if self.limited_by_work else 'unloading'} at {self.node}"
+
+    @property
     def staff(self) -> str:
         """The servers or workers that limit it, and their number."""
         count, who = (self.workers, "worker") if self.limited_by_work else (self.servers, "server")
@@ -95,13 +105,10 @@ class HandCalculation:
         cycle: the mean task, over robots of different speeds.
         rate: tasks per time unit demanded; None where the demand is a list, or saturated.
         charging: time that a robot charges for each task, None without battery or where it never has to.
-        fleet_capacity: tasks per time unit that the fleet can do.
-        robots_needed: for the rate.
+        fleet_capacity: tasks per time unit that the robots could do if all else were plenty.
         stations: each node where goods are unloaded.
         crossing: the intersection that most of the tasks pass; None where it was not determined.
         crossing_capacity: tasks per time unit that it lets through.
-        knee: robots beyond which throughput stops growing; None where nothing but the fleet limits it.
-        limit: what limits it there, in words.
         power: the energy balance; None without battery.
         peak: tasks per time unit in the busiest hour, where arrivals change with the time of day.
         loads: most loads of a tour. With more than one `cycle` is a task by itself, and all that follows from its
@@ -121,12 +128,9 @@ class HandCalculation:
     rate: float | None
     charging: float | None
     fleet_capacity: float
-    robots_needed: float | None
     stations: tuple[StationLoad, ...]
     crossing: str | None
     crossing_capacity: float | None
-    knee: float | None
-    limit: str
     power: Power | None
     most_out: int | None = None
     peak: float | None = None
@@ -140,9 +144,108 @@ class HandCalculation:
         return self.fleet_capacity / (self.on_duty or 1.0)
 
     @property
+    def round(self) -> float:
+        """The time that a task takes a robot, with what it charges for it."""
+        return self.cycle.shared(self.loads).time + (self.charging or 0.0)
+
+    @cached_property
+    def network(self) -> Network:
+        """Where robots queue while they are on duty: the servers of stations, and chargers."""
+        places = [
+            Place(item.doing, item.share * item.servers * item.open / item.serve_capacity, item.servers)
+            for item in self.stations
+            if item.serve_capacity
+        ]
+        if self.charging and self.power is not None and self.power.chargers:
+            places.append(Place("the chargers", self.charging, self.power.chargers))
+        return Network(self.round, places)
+
+    @property
+    def places_limit(self) -> dict[str, float]:
+        """What limits any number of robots, in words, and the tasks per time unit that it lets through."""
+        limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
+        if math.isfinite(charged := self._charged(1)):
+            limits["the chargers"] = charged
+        if self.most_out is not None and self.cycle.time:
+            limits["traffic.most_out"] = self.most_out * self.on_duty / self.cycle.shared(self.loads).time
+        return limits
+
+    @property
+    def limits(self) -> dict[str, float]:
+        """The same with the robots that there are: no more can be done than the least of them."""
+        limits = self.places_limit
+        if "the chargers" in limits:
+            limits["the chargers"] = self._charged(self.robots)
+        return {"the robots": self.fleet_capacity, **limits}
+
+    def _charged(self, robots: int) -> float:
+        """Tasks per time unit for which chargers give enough: the more robots, the more is drawn as they wait."""
+        power = self.power
+        if power is None or not power.chargers or not self.charging:
+            return math.inf
+        spare = power.gives - power.standing * max(robots - power.chargers, 0)
+        more = power.task - power.standing * self.cycle.shared(self.loads).time
+        return min(power.chargers / self.charging, max(spare, 0.0) / more if more > 0 else math.inf)
+
+    @property
+    def bottleneck(self) -> str:
+        """What limits the fleet, in words."""
+        return min(self.limits, key=self.limits.__getitem__)
+
+    @property
+    def most(self) -> float:
+        """Tasks per time unit that the fleet could do without queues."""
+        return min(self.limits.values())
+
+    @cached_property
     def capacity(self) -> float:
-        """Tasks per time unit that fleet and stations can do."""
-        return min(self.fleet_capacity, self.station_capacity)
+        """Tasks per time unit that the fleet can do, with the queues at stations and chargers."""
+        return self.throughput(self.robots)
+
+    def throughput(self, robots: int) -> float:
+        """Tasks per time unit that a number of robots can do, with the queues at stations and chargers."""
+        slots = self.at_work if self.at_work < self.robots else robots
+        free = self.network.throughput(min(robots, slots)) * self.on_duty
+        return min(free, self._charged(robots), *self.places_limit.values())
+
+    @property
+    def robots_busy(self) -> float | None:
+        """The robots that the rate keeps busy without any queue; None without a rate."""
+        return None if self.rate is None or not self.on_duty else self.rate * self.round / self.on_duty
+
+    @cached_property
+    def robots_needed(self) -> float | None:
+        """The robots with which the rate can be done; inf where no number can, None without a rate."""
+        return None if self.rate is None else self.robots_for(self.rate)
+
+    def robots_for(self, rate: float, *, at_peak: bool = False) -> float:
+        """The robots that do so many tasks per time unit, in fractions; inf where no number does.
+
+        `at_peak`: all of them are on duty.
+        """
+        duty = 1.0 if at_peak else self.on_duty
+        if not duty or rate > min(self.places_limit.values(), default=math.inf):
+            return math.inf
+        robots = self.network.robots_for(rate / duty)
+        return robots if math.isinf(robots) or rate <= self._charged(math.ceil(robots)) else math.inf
+
+    @cached_property
+    def knee(self) -> tuple[int, str]:
+        """Robots of which twice as many do less than a tenth more, and what limits them, in words."""
+        most, why = self.lanes_hold, "the room in the lanes"
+        if self.at_work < min(most, self.robots):
+            most, why = self.at_work, "the number of slots at the stations"
+        limits = dict(self.places_limit)
+        if self.crossing is not None and self.crossing_capacity is not None:
+            limits[f"the intersection {self.crossing}"] = self.crossing_capacity * self.on_duty
+        limit = min(limits, key=limits.__getitem__, default="")
+        if not limit or limits[limit] * self.round >= most * self.on_duty:
+            return most, why
+        robots, does = 1, self.throughput(1)
+        while min(self.throughput(2 * robots), limits[limit]) >= MORE * min(does, limits[limit]):
+            robots += 1
+            does = self.throughput(robots)
+        return (most, why) if robots >= most else (robots, limit)
 
     @property
     def station_capacity(self) -> float:
@@ -170,8 +273,8 @@ class HandCalculation:
         ]
         if self.power is not None:
             lines += self.power.lines(time)
-        if self.knee is not None:
-            lines.append(f"knee: about {_whole(self.knee)} robots; with more, {self.limit} limits the throughput")
+        robots, limit = self.knee
+        lines.append(f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}")
         return lines
 
     def _tours(self, time: str) -> list[str]:
@@ -189,15 +292,28 @@ class HandCalculation:
             robots += f", at most {self.most_out} of them under way,"
         if self.on_duty < 1:
             robots += f", able to work {amount(100 * self.on_duty)} % of the time,"
-        text = f"robots: {robots} can do {amount(self.fleet_capacity * hour)} tasks an hour"
+        text = f"robots: {robots} can do {self._can_do(hour)} tasks an hour"
+        if self.capacity < APART * self.most:
+            text += f", as they queue for {self.network.longest}"
         if self.charging:
             text += f", charging {amount(self.charging)} {time} for each"
         if self.rate is not None and self.robots_needed is not None:
-            text += f"; the {amount(self.rate * hour)} asked for need {amount(self.robots_needed)}"
+            text += f"; {self._need(self.rate * hour, self.robots_needed)}"
             if self.peak is not None:
-                need = self.robots_needed * self.peak / self.rate * self.on_duty
-                text += f", the {amount(self.peak * hour)} of the busiest hour {amount(need)}"
+                need = self.robots_for(self.peak, at_peak=True)
+                text += f"; {self._need(self.peak * hour, need, 'of the busiest hour')}"
         return text
+
+    def _can_do(self, hour: float) -> str:
+        """Tasks an hour with queues, up to those without where these are much more."""
+        least = amount(self.capacity * hour)
+        return least if self.capacity >= APART * self.most else f"{least} to {amount(self.most * hour)}"
+
+    def _need(self, asked: float, robots: float, what: str = "asked for") -> str:
+        if math.isfinite(robots):
+            return f"the {amount(asked)} {what} need {amount(robots)}"
+        limits = self.places_limit
+        return f"no number does the {amount(asked)} {what}, limited by {min(limits, key=limits.__getitem__)}"
 
     def _stations(self, hour: float) -> str:
         most = self.station_capacity
@@ -239,7 +355,7 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
     flow = free_flow(model, layout, max(speed for speed, _ in speeds))
     stations = _stations(model, layout, flow, rate)
     crossing, through = _busiest_crossing(model, flow)
-    found = HandCalculation(
+    return HandCalculation(
         *_extent(layout),
         model.units.metre,
         checks.room(layout, fleet.contact, closed(zones_on(layout, model.traffic.zones))),
@@ -249,19 +365,15 @@ def estimate(model: Model, layout: Layout) -> HandCalculation:
         rate,
         charging,
         _fleet_capacity(at_work, total, model.traffic.most_out, cycle.time / at_duty if at_duty else math.inf),
-        None if rate is None else rate * total,
         stations,
         crossing,
         through,
-        None,
-        "",
         balance,
         model.traffic.most_out,
         None if peak is None else peak / model.units.hour,
         loads,
         at_duty,
     )
-    return _with_knee(found, total)
 
 
 def most_loads(model: Model) -> int:
@@ -367,28 +479,3 @@ def _busiest_crossing(model: Model, flow: FreeFlow | FlowMix) -> tuple[str | Non
     headway = model.fleet.contact / flow.travel.speed
     node = max(passages, key=lambda name: passages[name] * (headway + flow.travel.time_at(name)))
     return node, 1 / (float(passages[node]) * (headway + flow.travel.time_at(node)))
-
-
-def _with_knee(found: HandCalculation, total: float) -> HandCalculation:
-    """The estimate with the number of robots at which something else than the fleet becomes the limit."""
-    from dataclasses import replace
-
-    limits = [(found.lanes_hold + 0.0, "the room in the lanes")]
-    limits += [
-        (item.capacity / item.share * total, f"unloading at {item.node}")
-        for item in found.stations
-        if item.share and math.isfinite(item.capacity)
-    ]
-    if found.crossing is not None and found.crossing_capacity is not None:
-        limits.append((found.crossing_capacity * total, f"the intersection {found.crossing}"))
-    each = found.cycle.shared(found.loads).time
-    if found.most_out is not None and each:
-        limits.append((found.most_out / each * total, "traffic.most_out"))
-    if found.at_work < found.robots:
-        limits.append((found.at_work + 0.0, "the number of slots at the stations"))
-    knee, limit = min(limits)
-    return replace(found, knee=knee, limit=limit)
-
-
-def _whole(robots: float) -> str:
-    return f"{max(math.floor(robots + 1e-9), 1):,}"

@@ -32,7 +32,9 @@ def on_duty(model: Model) -> float:
     """
     layout, end = model.floor, model.run.end
     of = specs(model, layout)
-    stations = [model.hours(of[node].hours) if node in of else ALWAYS for node in destinations(model, layout)]
+    stations = [model.hours(of[node].hours) if node in of else ALWAYS for node in destinations(model, layout)] or [
+        ALWAYS
+    ]
     names = model.fleet.hours_of_robots()
     share = {name: _share_of_both(model.hours(name), stations, end) for name in set(names)}
     return fmean(share[name] for name in names)

@@ -37,6 +37,7 @@ class Power:
         gives: what all chargers give.
         draws: what the fleet draws in the long run, with as many robots charging as must, or as can; None where the
             work comes to an end.
+        standing: what a robot draws that stands and waits.
         most: what it would draw with all robots in the state that draws most.
         needed: chargers with which the long run is in balance; None where the work ends.
         kinds: the same for each kind ("": ordinary robots), its robots, and the chargers that they can stand at, where
@@ -53,6 +54,7 @@ class Power:
     draws: float | None
     most: float
     needed: int | None
+    standing: float = 0.0
     kinds: Mapping[str, Power] = field(default_factory=dict)
 
     @property
@@ -103,6 +105,7 @@ def power(
         draws=math.fsum(one.draws or 0.0 for one in found.values()) if model.tasks.never_end else None,
         most=math.fsum(one.most for one in found.values()),
         needed=math.ceil(needed - _EPS) if model.tasks.never_end else None,
+        standing=math.fsum(part[kind] * one.standing for kind, one in found.items()),
         kinds=found,
     )
 
@@ -145,6 +148,7 @@ def _alike(
         draws=None if needed is None else part * drawn(min(chargers / part, needed)),
         most=part * robots * busiest,
         needed=needed if needed is None or part == 1 else math.ceil(part * used - _EPS),
+        standing=draws.standing,
     ), part * max(used, 0.0)
 
 

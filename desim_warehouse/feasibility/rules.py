@@ -146,7 +146,8 @@ def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
     if length is None:
         return
     counted = length - model.run.warm_up
-    done = counted * min(found.capacity, math.inf if found.rate is None else found.rate)
+    asked = math.inf if found.rate is None else found.rate
+    done = counted * min(found.fleet_capacity, found.station_capacity, asked)
     few = done < FEW or (counted * units.seconds < SHORTEST and units.has_seconds and found.metre is not None)
     if counted < 3 * found.cycle.time or (few and model.tasks.never_end):
         warm_up = f", of which {counted:g} are counted" if model.run.warm_up else ""
@@ -166,7 +167,7 @@ def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
 
 def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
     tasks, hour = model.tasks, model.units.hour
-    if found.rate is None or found.robots_needed is None:
+    if found.rate is None or found.robots_busy is None:
         return
     asked = found.rate * hour
     if isinstance(tasks.goods, PoissonGoods) and tasks.goods.hours is None:
@@ -178,10 +179,10 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
             f"{asked:g} tasks an hour are asked for, {who} can do {amount(found.fleet_capacity * hour)}",
-            f"about {math.ceil(found.robots_needed)} robots are needed, each with a place at a station",
+            f"at least {math.ceil(found.robots_busy)} robots are needed, each with a place at a station",
         )
     elif found.peak is not None and found.peak > found.peak_capacity:
-        need = found.robots_needed * found.peak / found.rate * found.on_duty
+        need = found.peak * found.round
         yield Finding(
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
@@ -190,7 +191,7 @@ def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
                 f"{number_of(found.robots, 'robot')} can do {amount(found.peak_capacity * hour)}, so work piles up "
                 "until it is over"
             ),
-            f"about {math.ceil(need)} robots are needed to keep up with it",
+            f"at least {math.ceil(need)} robots are needed to keep up with it",
         )
     served = [(item.serve_busy or 0.0, item, item.servers, "server", "unload_time") for item in found.stations]
     worked = [(item.work_busy or 0.0, item, item.workers, "worker", "work_time") for item in found.stations]

@@ -43,12 +43,15 @@ def by_hand(model: Model, design: str) -> ByHand:
 
 
 def _sentence(found: HandCalculation, hour: float, design: str) -> str:
-    capacity = f"{number(found.capacity * hour, 0)} tasks an hour" if math.isfinite(found.capacity) else ""
+    capacity = f"about {number(found.capacity * hour, 0)}" if math.isfinite(found.capacity) else ""
     if found.rate is None:
-        return f"{design} can do at most {capacity}." if capacity else f"{design}: nothing limits the work by hand."
+        end = f"limited by {found.bottleneck}"
+        return (
+            f"{design} can do {capacity} tasks an hour, {end}." if capacity else f"{design}: nothing limits the work."
+        )
     asked = number(found.rate * hour, 0)
     if found.capacity < found.rate:
-        return f"{design} can do {capacity} of the {asked} asked for."
+        return f"{design} can do {capacity} of the {asked} tasks asked for an hour, limited by {found.bottleneck}."
     if found.power is not None and found.power.short:
         return f"{design}: the chargers give less than the fleet draws; {found.power.needed} are needed."
     return f"{design}: the robots would be busy {percent(found.rate / found.fleet_capacity, 0)} % of the time."
@@ -56,7 +59,7 @@ def _sentence(found: HandCalculation, hour: float, design: str) -> str:
 
 def _needed(found: HandCalculation, model: Model) -> dict[str, float]:
     needed: dict[str, float] = {}
-    if found.robots_needed is not None:
+    if found.robots_needed is not None and math.isfinite(found.robots_needed):
         needed[ROBOTS] = math.ceil(found.robots_needed - 1e-9)
     if found.power is not None and found.power.needed:
         for zone, bay in model.layout.bays.items():

@@ -61,7 +61,7 @@ def test_every_draft_passes_the_check_without_errors(width, height, orders, robo
 @given(orders=st.integers(10, 400))
 def test_what_is_not_given_suffices_by_hand(orders):
     found = check(model_of(Draft(size=(60, 40), orders=orders))).calculation
-    assert found.robots >= found.robots_needed
+    assert found.robots >= found.robots_busy
     assert found.station_capacity >= found.rate
     assert not found.power.short
 

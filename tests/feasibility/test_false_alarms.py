@@ -73,6 +73,6 @@ def test_nothing_is_said_of_drafts(size, variant, load):
     words = Draft(size=size, orders=size[0] * size[1] / 12)
     model = dw.Model.model_validate(read_yaml(draft(words), "draft").data).replace(VARIANTS[variant])
     calculation = check(model).calculation
-    robots = math.ceil(calculation.robots_needed / load)
+    robots = math.ceil(calculation.robots_busy / load)
     places = {"layout.bays.parking.places": robots, "layout.stations.packing.places": 2 * robots}
     assert slips(model.replace({"fleet.size": robots, **places})) == {}

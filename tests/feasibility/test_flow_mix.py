@@ -54,7 +54,7 @@ def test_the_busiest_hour_is_worked_out_apart():
     report = checked({"from": "dock", "to": "pack", "arrivals": {"profile": {"per_hour": [10, 60, 10]}}})
     assert report.calculation.rate * 3600 == pytest.approx(80 / 3)
     assert report.calculation.peak * 3600 == pytest.approx(60)
-    assert "the 60 of the busiest hour 1.5" in " ".join(report.lines)
+    assert "the 60 of the busiest hour need 1.5" in " ".join(report.lines)
     assert found(report).keys() >= {"PEAK_ABOVE_FLEET"}
     quarter = {"from": "dock", "to": "pack", "arrivals": {"profile": {"per_hour": [0, 40, 80, 40, 0], "every": 900}}}
     assert checked(quarter, run__length=4500).calculation.peak * 3600 == pytest.approx(40)

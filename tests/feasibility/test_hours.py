@@ -41,7 +41,7 @@ def test_a_station_open_half_of_the_day_has_half_the_capacity():
 def test_robots_at_work_half_of_the_day_do_half_as_much():
     always, half = by_hand({}), by_hand({"fleet.hours": "half"})
     assert half.fleet_capacity == pytest.approx(always.fleet_capacity / 2)
-    assert half.robots_needed == pytest.approx(2 * always.robots_needed)
+    assert half.robots_busy == pytest.approx(2 * always.robots_busy)
     kinds = {"fleet.size": 4, "fleet.kinds": {"early": {"count": 1, "hours": "half"}}}
     assert on_duty(dw.load(LIFELONG, kinds)) == pytest.approx(0.875)
 
@@ -119,7 +119,7 @@ def test_the_busiest_hour_of_a_flow_with_hours_is_that_of_a_profile_with_the_sam
     assert [one.calculation.rate * 3600 for one in found] == [pytest.approx(15)] * 3
     assert [one.calculation.peak * 3600 for one in found] == [pytest.approx(60)] * 3
     for one in found:
-        assert "the 15 asked for need 0.3125, the 60 of the busiest hour 1.25" in " ".join(one.lines)
+        assert "the 15 asked for need 0.3125; the 60 of the busiest hour need 1.345" in " ".join(one.lines)
         assert "PEAK_ABOVE_FLEET" in {item.code for item in one.findings}
 
 
@@ -128,7 +128,7 @@ def test_in_the_busiest_hour_all_robots_are_taken_to_be_at_work():
     over = {"calendars.half": {"every": 28_800, "lasts": 14_400}, "run.length": 86_400, "fleet.hours": "half"}
     found = check(dw.load(LIFELONG, {**over, "fleet.size": 2, "tasks.goods": {"poisson": 60, "hours": "half"}}))
     assert found.calculation.fleet_capacity * 3600 == pytest.approx(48)
-    assert "the 30 asked for need 1.25, the 60 of the busiest hour 1.25" in " ".join(found.lines)
+    assert "the 30 asked for need 1.345; the 60 of the busiest hour need 1.345" in " ".join(found.lines)
     assert "PEAK_ABOVE_FLEET" not in {item.code for item in found.findings}
 
 

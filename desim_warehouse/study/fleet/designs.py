@@ -76,7 +76,9 @@ class Designs:
         """Robots and chargers that are searched, by default from the hand calculation."""
         model = self.model.replace(more_demand(self.model, growth))
         found = estimate(model, model.floor)
-        needed = found.robots_needed
+        needed = found.robots_busy
+        if found.robots_needed is not None and math.isfinite(found.robots_needed):
+            needed = found.robots_needed  # else chargers are too few, and searched as well
         if self._robots is not None:
             robots = list(self._robots)
         elif needed is None:
