@@ -22,18 +22,13 @@ from desim_warehouse.cli.study_options import (
     with_question,
     with_vary,
 )
-from desim_warehouse.cli.tables import NONE_MEETS, sheet, show, show_verdicts
-from desim_warehouse.errors import spoken
-from desim_warehouse.report.text import words
+from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.study.limits import MOST_RUNS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.procedures import Best
-    from desim_warehouse.study.statistics import Selection
-    from desim_warehouse.study.study import Study
 
 
 @click.command("best")
@@ -95,11 +90,9 @@ def command(
         search = {**asked, "runs": runs, "vary": factors}
         _search(model, indicator, delta, search, page, question, execution, as_json=as_json)
         return
-    if as_json:
-        raise click.UsageError("--json is for a search; of designs that all race desim what-if --json has it")
     if page is not None:
         raise click.UsageError("--page is for a search; of designs that all race desim what-if --page makes one")
-    _race(model, factors, indicator, delta, more, first, cap, question, execution)
+    _race(model, factors, indicator, delta, more, first, cap, question, execution, as_json=as_json)
 
 
 def _are_many(
@@ -122,6 +115,8 @@ def _race(
     cap: int,
     question: ModelOptions,
     execution: ExecutionOptions,
+    *,
+    as_json: bool,
 ) -> None:
     from desim_warehouse.study.procedures import best
     from desim_warehouse.study.study import Study
@@ -133,11 +128,11 @@ def _race(
         stated = {"confidence": question.confidence, "seed": question.seed, "timeout": execution.timeout}
         study = Study.of(study_plan(model, question.assignments, **stated))
         execution = execution.at_home(model)
-    warn(study.plan.base, model if factors else None, question.assignments)
+    warnings = warn(study.plan.base, model if factors else None, question.assignments, as_json=as_json)
     zone = _delta(delta, indicator, study.plan.base)
     with interruptible(study, execution.kept):
         found = best(study, indicator, zone, maximise=more, first=first, cap=cap, **execution.where())
-    show_best(study, found)
+    give(found.answer, execution.out, warnings, as_json=as_json)
 
 
 def _search(
@@ -178,47 +173,3 @@ def _delta(text: str | None, indicator: str, model: Model) -> float | None:
     if not delta > 0:
         raise click.BadParameter(f"{text} is not above 0.", param_hint="--delta")
     return delta
-
-
-def show_best(study: Study, found: Best, besides: str | None = None) -> None:
-    """Print the answer, what is to be said besides, and the candidates."""
-    from desim_warehouse.report.text.sentences import capital
-
-    show_verdicts(study.results)
-    selection = found.selection
-    scale = words.scale(found.indicator, study.plan.base, selection.means)
-    table = sheet(f"{words.head(found.indicator, scale)}: the candidates", "design", ">mean", ">runs", "")
-    zone = scale.value(selection.delta)
-    for point in study.points:
-        verdict = _verdict(selection, point.number, zone)
-        mean, runs = selection.means[point.number], selection.samples[point.number]
-        table.add_row(words.design_spoken(point.labels), scale.bare(mean), str(runs), verdict)
-    sense = "largest" if found.maximise else "smallest"
-    best = words.design_spoken(found.point.labels)
-    click.echo(capital(f"{words.in_sentence(found.indicator)} is {sense} with {best}; {_said(selection, zone)}"))
-    if found.within:
-        percent = "" if selection.deterministic else f" ({100 * selection.confidence:g} %)"
-        names = spoken([words.design_spoken(point.labels) for point in found.within])
-        click.echo(f"less than {zone} from it{percent}: {names}; take any")
-    if besides is not None:
-        click.echo(besides)
-    show(table)
-
-
-def _said(selection: Selection, zone: str) -> str:
-    """The guarantee of a choice, with its indifference zone in the unit of the indicator."""
-    if not selection.guaranteed or selection.deterministic:
-        return selection.note
-    return f"best with {100 * selection.confidence:g} % if it leads by at least {zone} (KN, Kim & Nelson 2001)"
-
-
-def _verdict(selection: Selection, design: int, zone: str) -> str:
-    """The verdict on a design, for the table."""
-    out_at = selection.eliminated_at[design]
-    if design == selection.best:
-        return "best"
-    if design in selection.within:
-        return f"within {zone}"
-    near = abs(selection.means[design] - selection.means[selection.best]) < selection.delta
-    parts = [f"perhaps within {zone}"] if near else []
-    return ", ".join([*parts, *([] if out_at is None else [f"out after {out_at}"])]) or "not told from the best"

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.answers import give
-from desim_warehouse.cli.best import show_best
 from desim_warehouse.cli.by_hand import warn, warn_of_target
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
@@ -22,7 +21,7 @@ from desim_warehouse.cli.study_options import (
     with_question,
 )
 from desim_warehouse.cli.tables import NONE_MEETS
-from desim_warehouse.report.text import size_words, words
+from desim_warehouse.report.text import race_words, size_words, words
 from desim_warehouse.study.limits import CAP, FIRST
 
 if TYPE_CHECKING:
@@ -84,24 +83,24 @@ def command(
     _see_upwards(values, searched)
     if target is None and search is not None:
         raise click.UsageError("--search is for a --target: without one every value is looked at")
-    if target is None and as_json:
-        raise click.UsageError("--json is for a --target")
     warnings = warn(study.plan.base, model, question.assignments, as_json=as_json)
     warn_of_target(target, study.plan.base)
     if target is None:
         with interruptible(study, execution.kept):
             best = most(study, share=ALIKE, first=first, cap=cap, **execution.where())
         smallest = words.level(best.first.labels[key])
-        alike = f"{smallest} is the smallest that does as much, within {100 * ALIKE:g} % of the most"
-        show_best(study, best, f"{words.factor_name(key)}: {alike}")
-        if key == FLEET and best.selection.eliminated_at[len(searched) - 1] is not None:
-            click.echo(_cap(study, best.indicator, first, execution))
+        what = f"{words.factor_name(key)} {smallest}"
+        alike = f"{what} is the smallest that does as much, within {100 * ALIKE:g} % of the most."
+        falls = key == FLEET and best.selection.eliminated_at[len(searched) - 1] is not None
+        capped = _cap(study, best.indicator, first, execution) if falls else ""
+        answer = race_words.answer(best, "size", tuple(filter(None, (alike, capped))))
+        give(answer, execution.out, warnings, as_json=as_json)
         return
     search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
     with interruptible(study, execution.kept):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
     capped = "" if found.smallest is not None or key != FLEET else _cap(study, found.target.indicator, first, execution)
-    give(size_words.answer(found, study, capped), execution.out, warnings, as_json=as_json)
+    give(size_words.answer(found, capped), execution.out, warnings, as_json=as_json)
     if found.smallest is None:
         short = found.vetoed and study.plan.base.battery is not None
         cure = "more chargers, which desim plan looks for, too, or" if short else "widen it, or"

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse._version import __version__
-from desim_warehouse.cli.options import with_overrides
+from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.options import with_json, with_overrides
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     interruptible,
@@ -18,7 +19,7 @@ from desim_warehouse.cli.study_options import (
     with_page,
     write_page,
 )
-from desim_warehouse.cli.tables import show_quantiles, show_summary
+from desim_warehouse.cli.tables import show_failures, show_quantiles
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
@@ -49,9 +50,16 @@ def _share(context: click.Context, option: click.Parameter, text: str | None) ->
     help="Instead of means show what this share of all runs stay below, such as 95%, with intervals.",
 )
 @with_page
+@with_json()
 @with_execution
 def command(
-    study: str, assignments: tuple[str, ...], share: float | None, page: str | None, execution: ExecutionOptions
+    study: str,
+    assignments: tuple[str, ...],
+    share: float | None,
+    page: str | None,
+    execution: ExecutionOptions,
+    *,
+    as_json: bool,
 ) -> None:
     """Run STUDY, a study file such as studies/paper.yaml, or resume the study of a folder.
 
@@ -69,7 +77,11 @@ def command(
             whole.run(**execution.where())
         results = whole.results
     if share is None:
-        show_summary(results)
+        show_failures(results)
+        out = execution.out if results.folder is None else None
+        give(results.answer, out, None, as_json=as_json)
+    elif as_json:
+        raise click.UsageError("--json is for means; --quantile prints a table")
     else:
         show_quantiles(results, share)
     write_page(page, results)

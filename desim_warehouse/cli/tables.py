@@ -9,10 +9,10 @@ import click
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.errors import StudyError, number_of
-from desim_warehouse.report.text.numbers import NONE, Scale, number
+from desim_warehouse.report.text.numbers import NONE, Scale
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Iterable
 
     from rich.table import Table
 
@@ -30,80 +30,6 @@ _NAMED = 6
 """Names in a row of remarks."""
 
 
-_RARE = 3
-"""Lines on what is rare."""
-
-
-def show_summary(results: Results, indicators: tuple[str, ...] = ()) -> None:
-    """A line for each design: its factors, and mean ± half-width of the indicators, of the usual as many as fit."""
-    from desim_warehouse.report.text import sentences
-
-    chosen = results.chosen(indicators or results.plan.indicators or results.usual(4))
-    if results.target is not None and not indicators and results.target.indicator in results.indicators:
-        chosen = list(dict.fromkeys((results.target.indicator, *chosen)))
-    table = _summary(results, chosen)
-    while len(chosen) > 1 and not indicators and not results.plan.indicators and _width(table) > _FITS:
-        chosen = chosen[:-1]
-        table = _summary(results, chosen)
-    show_verdicts(results)
-    show(table)
-    for line in (*sentences.alike(results), *sentences.left_open(results, chosen)):
-        click.echo(line)
-    for design in results.unsettled:
-        click.echo(f"{design}: {sentences.UNSETTLED}")
-    for line in results.rare[:_RARE]:
-        click.echo(line)
-    if results.deterministic:
-        click.echo("These models are deterministic: every replication is the same, and the means are exact.")
-    elif max(map(len, results.by_point.values())) == 1:
-        click.echo("One run of a random model says little: more replications give intervals.")
-    _show_failures(results)
-
-
-def _width(table: Table) -> int:
-    """The columns of a terminal that a table takes up."""
-    from rich.console import Console
-    from rich.measure import Measurement
-
-    console = Console(width=1000)
-    return Measurement.get(console, console.options, table).maximum
-
-
-def _summary(results: Results, chosen: Sequence[str]) -> Table:
-    """The table of designs with these indicators."""
-    from desim_warehouse.report.text import sentences, words
-    from desim_warehouse.study.factors import readable
-
-    found = {name: results.estimates(name) for name in chosen}
-    scales = {name: words.scale_of(name, results.base, of_name.values()) for name, of_name in found.items()}
-    known = any(one is not None and one.half_width is not None for means in found.values() for one in means.values())
-    means = f"means with {100 * results.plan.confidence:g} % intervals" if known else "means"
-    judged = any(results.verdicts.values())
-    table = sheet(
-        _title(results, means),
-        *_factors(results),
-        *(f">{words.head(name, scale)}" for name, scale in scales.items()),
-        *([] if results.target is None else [words.target(results.target)]),
-        *([">counted from"] if results.warm_ups else []),
-        ">runs",
-        *(["verdict"] if judged else []),
-    )
-    for point in results.points:
-        if str(point) in results.same:
-            continue
-        rows = results.by_point[point.number]
-        failed = sum(row.outcome.error is not None for row in rows)
-        table.add_row(
-            *map(readable, point.labels.values()),
-            *(sentences.cell(results, str(point), name, scales[name]) for name in chosen),
-            *([words.met(results, str(point))] if results.target is not None else []),
-            *([number(results.warm_ups[str(point)])] if results.warm_ups else []),
-            f"{len(rows)} ({failed} failed)" if failed else str(len(rows)),
-            *([sentences.marks(results, str(point))] if judged else []),
-        )
-    return table
-
-
 def _factors(results: Results) -> list[str]:
     """Heads of the columns of the factors, with their units."""
     from desim_warehouse.report.text import words
@@ -113,7 +39,7 @@ def _factors(results: Results) -> list[str]:
 
 def show_quantiles(results: Results, share: float) -> None:
     """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
-    from desim_warehouse.report.text import words
+    from desim_warehouse.report.text import sentences, words
     from desim_warehouse.study.factors import readable
     from desim_warehouse.study.statistics import replications_for_quantile
 
@@ -132,13 +58,14 @@ def show_quantiles(results: Results, share: float) -> None:
     for point in results.points:
         cells = (_said_of_quantile(found[name][point.number], scale) for name, scale in scales.items())
         table.add_row(*map(readable, point.labels.values()), *cells, str(len(results.by_point[point.number])))
-    show_verdicts(results)
+    for line in sentences.wrong(results, lasting=True):
+        click.echo(line)
     show(table)
     if any(
         one is not None and one.high is None and not one.deterministic for by in found.values() for one in by.values()
     ):
         click.echo(f"?: unknown; it takes {replications_for_quantile(share, sure)} replications for both ends")
-    _show_failures(results)
+    show_failures(results)
 
 
 def _said_of_quantile(found: QuantileEstimate | None, scale: Scale) -> str:
@@ -150,19 +77,12 @@ def _said_of_quantile(found: QuantileEstimate | None, scale: Scale) -> str:
     return f"{scale.bare(found.value)} ({low} to {high})"
 
 
-def show_verdicts(results: Results) -> None:
-    """What is wrong with designs, a line for each verdict."""
-    from desim_warehouse.report.text import sentences
-
-    for line in sentences.verdicts(results):
-        click.echo(line)
-
-
 def _title(results: Results, shown: str) -> str:
     return ", ".join(filter(None, (f"{results.plan.name}: {shown}", simulated_with(results.version))))
 
 
-def _show_failures(results: Results) -> None:
+def show_failures(results: Results) -> None:
+    """Errors of runs, each once; raises StudyError where no run was finished."""
     failures: dict[str, int] = {}
     for row in results.rows:
         if row.outcome.error is not None:

@@ -6,8 +6,9 @@ from typing import Any
 
 import click
 
+from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.by_hand import warn, warn_of_target
-from desim_warehouse.cli.options import with_indicator
+from desim_warehouse.cli.options import with_indicator, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
     ModelOptions,
@@ -20,7 +21,7 @@ from desim_warehouse.cli.study_options import (
     with_vary,
     write_page,
 )
-from desim_warehouse.cli.tables import show_summary
+from desim_warehouse.cli.tables import show_failures
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 
@@ -40,6 +41,7 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 @click.option("--target", help="A target, such as 'on_time >= 95 %': table and report say which designs meet it.")
 @with_indicator
 @with_page
+@with_json()
 @with_question
 @with_execution
 def command(
@@ -56,6 +58,8 @@ def command(
     page: str | None,
     question: ModelOptions,
     execution: ExecutionOptions,
+    *,
+    as_json: bool,
 ) -> None:
     """What if MODEL were different? Run it with the values to vary, and show the indicators.
 
@@ -63,6 +67,7 @@ def command(
     --replications 20 --workers 2
     """
     from desim_warehouse.model.parse import read_yaml
+    from desim_warehouse.report.text import study_words
 
     often: Any = read_yaml(replications, "--replications").data
     if until is not None:
@@ -81,11 +86,12 @@ def command(
         target=target,
     )
     refuse_page(page, study.plan)
-    warn(study.plan.base, model, question.assignments)
+    warnings = warn(study.plan.base, model, question.assignments, as_json=as_json)
     warn_of_target(target, study.plan.base)
     with interruptible(study, execution.kept):
         study.run(**execution.where())
-    show_summary(study.results, indicators)
+    show_failures(study.results)
+    give(study_words.answer(study.results, indicators), execution.out, warnings, as_json=as_json)
     write_page(page, study.results)
 
 

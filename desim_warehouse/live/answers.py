@@ -9,9 +9,11 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.live.messages import Measured
-from desim_warehouse.outcome.indicators import judged_by, within
+from desim_warehouse.outcome.indicators import judged_by
+from desim_warehouse.outcome.indicators import within as bounds_of
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.report.text import numbers, sentences, words
+from desim_warehouse.report.text.judged import within
 from desim_warehouse.report.text.standing import WORDS, instead, lasts_not, standing
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
@@ -155,7 +157,7 @@ class RunsSoFar:
         if target is None or not self._can_meet(target):
             return None
         values = [row.value(self.main) for row in self.rows]
-        return looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=within(target.indicator))
+        return looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=bounds_of(target.indicator))
 
     def told(self, target: Target | None) -> str:
         """The main indicator with its one interval: that of the verdict, none before the first look at a target."""
@@ -199,13 +201,13 @@ class RunsSoFar:
                 continue
             scale = self.scale(name)
             low, high = one.interval or (None, None)
-            text = scale.cell(one)
+            text = within(name, scale, (one.mean, low, high)).text
             if name == self.main and self._can_meet(target):
                 look, text = self.look(target), self.told(target)
                 low, high = (None, None) if look is None else (look.low, look.high)
             then, difference = None, None
             if pinned is not None and (other := pinned.estimate(name)) is not None:
-                then = scale.cell(other)
+                then = within(name, scale, (other.mean, *(other.interval or (None, None)))).text
                 difference = _difference(together, name, scale)
             unit = "%" if scale.is_share else scale.unit
             found.append(

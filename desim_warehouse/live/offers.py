@@ -124,7 +124,7 @@ def _usual(model: Model) -> dict[str, Offer]:
         names = tuple(dict.fromkeys((now.name, *sorted(OURS["allocation"]))))
         changes = tuple({} if name == now.name else {ALLOCATION: name} for name in names)
         found[ALLOCATION] = Offer(
-            ALLOCATION, "Who fetches what", names, tuple(words.policy(ALLOCATION, name) for name in names), changes, 0
+            ALLOCATION, "Dispatching", names, tuple(words.policy(ALLOCATION, name) for name in names), changes, 0
         )
     return found
 

@@ -39,9 +39,9 @@ class SaidNumber(_Plain):
 class Option(_Plain):
     """What was tried, one row; `same` are others whose runs are equal to these.
 
-    `also`: further numbers of it. `said`: instead of numbers, such as what an option delivers that cannot keep up.
-    `set`: what makes the model into it. `demand`: for which demand, where there are several. `cost`: a year, in the
-    currency of the model.
+    `also`: further numbers of it. `said`: instead of a number, such as what an option delivers that cannot keep up.
+    `set`: what makes the model into it. `group`: for which demand, or in which indicator, where there are several.
+    `cost`: a year, in the currency of the model. `p`: of a difference.
     """
 
     name: str
@@ -51,15 +51,20 @@ class Option(_Plain):
     said: str = ""
     runs: int
     cost: float | None = None
-    demand: str = ""
+    p: float | None = None
+    group: str = ""
     set: dict[str, Any] = {}
     same: tuple[str, ...] = ()
 
     @property
+    def numbers(self) -> tuple[SaidNumber, ...]:
+        """All of its numbers."""
+        return (() if self.number is None else (self.number,)) + self.also
+
+    @property
     def text(self) -> str:
-        """Its number, or what is said instead."""
-        known = ([] if self.number is None else [self.number]) + list(self.also)
-        return self.said or ", ".join(one.text for one in known) or "no value"
+        """Its first number, or what is said instead."""
+        return self.said or (self.numbers[0].text if self.numbers else "no value")
 
     @property
     def full_name(self) -> str:
@@ -125,8 +130,8 @@ class Answer(_Plain):
     """The answer to a question.
 
     `answer`: sentences, the first of which is the answer. `about`: the design that they are about, None where they name
-    none; only then there are `tiles`. `measure`: what the numbers of options are of. `promise`: what holds with which
-    confidence. `command`: as it was typed.
+    none; only then there are `tiles`. `measures`: by what numbers of options are `of`, what people call it. `promise`:
+    what holds with which confidence. `command`: as it was typed.
     """
 
     model_config = ConfigDict(frozen=True, extra="allow")
@@ -138,7 +143,7 @@ class Answer(_Plain):
     question: str
     answer: tuple[str, ...]
     tiles: tuple[BigNumber, ...] = ()
-    measure: str = "found"
+    measures: dict[str, str] = {}
     options: tuple[Option, ...] = ()
     figure: Rows | PairGrid | None = None
     about: Subject | None = None
@@ -153,6 +158,13 @@ class Answer(_Plain):
     def content(self, **more: Any) -> dict[str, Any]:
         """What `--json` prints: all but the model itself."""
         return self.model_dump(mode="json", exclude={"about": {"model"}}) | more
+
+    def groups(self) -> dict[str, list[Option]]:
+        """The options of each group."""
+        found: dict[str, list[Option]] = {}
+        for option in self.options:
+            found.setdefault(option.group, []).append(option)
+        return found
 
     def save(self, folder: str | Path) -> None:
         """Write answer.json, from which `desim report` makes the page."""

@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import WarehouseError, number_of
+from desim_warehouse.errors import ReportError, StudyError, WarehouseError, number_of
 from desim_warehouse.model import load as load_model
 from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import html
@@ -28,6 +28,8 @@ from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.web import colours
 from desim_warehouse.run.folder import ANSWER
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.table import RESULTS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -51,8 +53,23 @@ def read(folder: str | Path | None) -> Answer:
         from desim_warehouse.study.why import why
 
         return why(example(), first=5, cap=5).answer
-    found = (path for path in (Path(folder, PLAN), Path(folder, WHY)) if path.is_file())
-    return load(folder) if Path(folder, ANSWER).is_file() else kept(next(found, Path(folder, ANSWER)))
+    if Path(folder, ANSWER).is_file():
+        return load(folder)
+    old = [path for path in (Path(folder, PLAN), Path(folder, WHY)) if path.is_file()]
+    return kept(old[0]) if old else _of_study(folder)
+
+
+def _of_study(folder: str | Path) -> Answer:
+    """The answer of a study folder as far as its runs are finished."""
+    try:
+        results = Results.load(folder)
+    except StudyError as error:
+        raise ReportError(str(error)) from error
+    errors = [row.outcome.error for row in results.rows]
+    if None not in errors:
+        why = f"every run failed, the first with: {errors[0]}" if errors else "no run has finished"
+        raise ReportError(f"{Path(folder) / RESULTS}: {why}, so there is nothing to report")
+    return results.answer
 
 
 def run_of(answer: Answer) -> Run | None:
@@ -156,10 +173,11 @@ def _id(title: str) -> str:
 
 
 def _options(answer: Answer) -> Html:
-    """A row for each option."""
-    head, body = table(answer.measure, answer.options)
-    several = len({one.demand for one in answer.options}) > 1
-    if several:
-        head = [head[0], "demand", *head[1:]]
-        body = [[row[0], one.demand, *row[1:]] for row, one in zip(body, answer.options, strict=True)]
-    return html.table(head, body, words=3 + several, name="options")
+    """A table of the options of each group, a row for each."""
+    made = Html("")
+    for group, options in answer.groups().items():
+        head, body = table(answer.measures, options)
+        made += html.paragraph(capital(group), "note") if group else Html("")
+        words = 2 + sum(of in answer.measures.values() for of in head)
+        made += html.table(head, body, words=words, name=_id(f"options {group}".strip()))
+    return made

@@ -143,5 +143,5 @@ def _policies(model: Model) -> str:
         spec = getattr(policies, kind)
         if isinstance(spec, PolicySpec) and spec.name != "single":  # which is no batching at all
             parameters = "".join(f", {key} {words.level(value)}" for key, value in spec.params.items())
-            said.append(f"{kind}: {words.policy(kind, spec.name)}{parameters}")
+            said.append(f"{words.in_words(f'policies.{kind}')}: {words.policy(kind, spec.name)}{parameters}")
     return "; ".join(said)

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import json
-from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
+from desim_warehouse.report import run_parts
 from desim_warehouse.report.kept import PLAN, WHY
 from desim_warehouse.run.folder import ANSWER, RUN, STUDY, write_whole
 from desim_warehouse.shipped import shipped
@@ -16,7 +16,7 @@ from desim_warehouse.shipped import shipped
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
-KINDS = {"answer": (ANSWER, PLAN, WHY), "study": (STUDY,), "run": (RUN,)}
+KINDS = {"answer": (ANSWER, PLAN, WHY, STUDY), "run": (RUN,)}
 """Kind of report: the files by which its kind of folder is known."""
 
 
@@ -64,12 +64,11 @@ def _page(kind: str, content: Path | Run, replay: str | None) -> str:
 
         answer = answer_page.read(content)
         return answer_page.page(answer, answer_page.run_of(answer), replay)
-    made: str = import_module(f"desim_warehouse.report.{kind}_parts").page(content, replay).html()
-    return made
+    return run_parts.page(content, replay).html()
 
 
 def kind_of(folder: Path) -> str:
-    """Whether a folder holds an answer, a study or a run."""
+    """Whether a folder holds an answer, also as a study, or a run."""
     for kind, files in KINDS.items():
         if any((folder / file).is_file() for file in files):
             return kind

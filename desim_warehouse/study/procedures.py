@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, shown
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from desim_warehouse.model import Model
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.runner import StudyRunner
 
@@ -36,11 +37,41 @@ class Best:
     indicator: str
     maximise: bool
     selection: statistics.Selection
+    study: Study = field(repr=False, compare=False)
 
     @property
     def first(self) -> Point:
         """The first in the study of the best and those that are less than delta worse."""
         return min((self.point, *self.within), key=lambda point: point.number)
+
+    @property
+    def answer(self) -> Answer:
+        """The same for people: what the terminal prints, and pages show."""
+        from desim_warehouse.report.text import race_words
+
+        return race_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """The page of the answer in a frame."""
+        return self.answer._repr_html_()
+
+
+@dataclass(frozen=True)
+class SizeFound(statistics.Sizing[Any]):
+    """The smallest value that meets a target, and the study of all that were looked at."""
+
+    study: Study = field(repr=False, compare=False, kw_only=True)
+
+    @property
+    def answer(self) -> Answer:
+        """The same for people: what the terminal prints, and pages show."""
+        from desim_warehouse.report.text import size_words
+
+        return size_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """The page of the answer in a frame."""
+        return self.answer._repr_html_()
 
 
 def best(
@@ -142,7 +173,7 @@ def _race(
 
     selection = study.follow(steps, indicator, **where)
     tied = tuple(study.points[number] for number in selection.within)
-    return Best(study.points[selection.best], tied, indicator, more, selection)
+    return Best(study.points[selection.best], tied, indicator, more, selection, study)
 
 
 def size(
@@ -154,7 +185,7 @@ def size(
     cap: int = CAP,
     search: str = "bisection",
     **where: Any,
-) -> statistics.Sizing[Any]:
+) -> SizeFound:
     """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
 
     Args:
@@ -198,7 +229,8 @@ def size(
             )
             return statistics.smallest_meeting_steps(values, found, doubted, scan=scan)
 
-        return study.carry_out(runner, steps, goal.indicator)
+        found = study.carry_out(runner, steps, goal.indicator)
+    return SizeFound(**vars(found), study=study)
 
 
 def _doubted(study: Study, goal: statistics.Target, where: Mapping[str, Any]) -> set[int]:

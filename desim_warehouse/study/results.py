@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.verdicts import Verdict
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.report.explore import WhatIfPage
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.factors import Label
@@ -337,6 +338,17 @@ class Results:
             if design != chosen and np.isfinite(ours[:n] + base[:n]).any():
                 table[design] = ours
         return self._compared(table, chosen, "bonferroni") if len(table) > 1 else None
+
+    @property
+    def answer(self) -> Answer:
+        """What the study answers, for people: what the terminal prints, and pages show."""
+        from desim_warehouse.report.text import study_words
+
+        return study_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """The page of the answer in a frame."""
+        return self.answer._repr_html_()
 
     def page(self, path: str | Path | None = None, *, command: str = "") -> WhatIfPage:
         """A page in which sliders choose the design, for a study of all combinations. In Jupyter it shows itself."""

@@ -1,15 +1,12 @@
 """Models on which a run once failed or said what cannot be; each is named for what it shows."""
 
 import dataclasses
-import re
 from pathlib import Path
 
 import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
-from desim_warehouse.report import study_parts
-from desim_warehouse.report.text import words
 from desim_warehouse.study.study import Study
 from tests import little
 from tests.auditor import audit
@@ -78,31 +75,16 @@ def test_two_chargers_last_for_eight_hours_and_not_for_a_day():
         dw.simulate(load("packing_hall", **two, run__length=172_800), 1)
 
 
-def test_a_report_averages_over_none_of_three_factors(tmp_path):
-    """A point a design, as high as the mean in the page's table: two chargers and four are not thrown together."""
+def test_an_answer_averages_over_none_of_three_factors(tmp_path):
+    """A row and a bar a design, for each demand: two chargers and four are not thrown together."""
     plan = Study.read(HERE / "chargers_and_growth.yaml").plan
     base = plan.base.replace({"run.length": 2700, "run.warm_up": 900})
-    Study.of(dataclasses.replace(plan, base=base, replications=1)).run(out=tmp_path)
-    study = study_parts.read(tmp_path)
-    label = words.indicator_label("cycle_time_p95", study.base.units)
-    scale = words.scale_of("cycle_time_p95", study.base, study.estimates("cycle_time_p95").values())
-    figures = [*study_parts.first_figure(study), *study_parts.result_figures(study)]
-    axes = next(axes for axes in figures if axes.get_ylabel() == label)
-    drawn = {}
-    for panel in axes.figure.axes:
-        assert "averaged" not in panel.get_xlabel()
-        assert panel.get_xlabel() == words.factor_label("fleet.size", study.base.units)
-        for line, chargers in zip(panel.containers, study.levels("chargers"), strict=True):
-            for size, height in zip(*line.lines[0].get_data(), strict=True):
-                drawn[panel.get_title("left"), str(size), chargers] = scale.bare(height)
-    table = re.findall(r"<tr.*?</tr>", study_parts.results(study))
-    head, *rows = [re.findall(r"<t[dh].*?>(.*?)</t[dh]>", row) for row in table]
-    place = head.index(words.head("cycle_time_p95", scale))
-    listed = {(f"demand: {row[0]}", row[1], row[2]): row[place] for row in rows}
-    assert listed.items() <= drawn.items()
-    copies = drawn.keys() - listed.keys()  # designs whose runs equal those of another are one row with it
-    assert all(drawn[copy] in listed.values() for copy in copies)
-    assert len(drawn) == 12
+    answer = Study.of(dataclasses.replace(plan, base=base, replications=1)).run(out=tmp_path).results.answer
+    bars = {bar.label: bar.text for bar in answer.figure.rows}
+    rows = {", ".join(filter(None, (one.group, one.name))): one for one in answer.options}
+    assert all(any(number.text == text for number in rows[label].numbers) for label, text in bars.items())
+    assert sum(1 + len(one.same) for one in answer.options) == 12
+    assert len(rows) == len(answer.options)
 
 
 def test_robots_whose_home_has_no_charger_take_turns_or_are_refused_before_the_run():

@@ -19,8 +19,6 @@ from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report import answer as answers
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.page import example
-from desim_warehouse.report.text import sentences, size_words
-from desim_warehouse.report.text.answers import answer as answers_of
 from desim_warehouse.report.text.printed import printed
 from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.write import report
@@ -132,11 +130,11 @@ def is_everywhere(answer):
         assert kept["number"] is None or option.text.startswith(kept["number"]["text"])
         assert not (option.standing == "overloaded" and option.number)
         if option.number:
-            intervals.setdefault((option.name, option.demand), set()).add(option.number.text)
+            intervals.setdefault((option.name, option.group), set()).add(option.number.text)
     assert all(len(found) == 1 for found in intervals.values())
     if isinstance(answer.figure, answers.Rows):
-        texts = {option.name: option.text for option in answer.options}
-        assert all(mark.text in texts[mark.label] for mark in answer.figure.rows)
+        texts = {", ".join(filter(None, (one.group, one.name))): one.numbers for one in answer.options}
+        assert all(mark.text in [number.text for number in texts[mark.label]] for mark in answer.figure.rows)
     if answer.about is None:
         assert not answer.tiles
     *tables, _ = printed(answer, 80).split("\n\n")[1:]
@@ -211,8 +209,9 @@ def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
     assert len(both.same) == 2
     bounds = [(one.low, one.high) for one in alone.judged.values()]
     assert [(one.low, one.high) for one in both.judged.values()] == [end for end in bounds for _ in range(2)]
-    assert answers_of(both)[0][-1].startswith("Of 2 designs ")
-    assert sentences.alike(both)[0] == "Run by run the same as 1 robot, case: own: 1 robot, case: another."
+    assert [one.full_name for one in both.answer.options] == [
+        f"{count}, case: own (the same: another)" for count in ("1 robot", "3 robots")
+    ]
 
 
 def test_size_leads_with_its_count(tmp_path):
@@ -220,7 +219,7 @@ def test_size_leads_with_its_count(tmp_path):
     study = dw.Study(example(), cases, name="size", target="on_time >= 75 %")
     study.plan = study.plan.unreplicated()
     found = size(study, "on_time >= 75 %", first=5, cap=40, out=tmp_path)
-    answer = size_words.answer(found, study)
+    answer = found.answer
     assert is_everywhere(answer)
     assert answer.tiles[0].value == str(found.smallest)
     assert dw.load(answer.about.model).fleet.size == found.smallest

@@ -7,7 +7,7 @@ import pytest
 
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report.page import example
-from desim_warehouse.report.text import sentences, standing, words
+from desim_warehouse.report.text import sentences, standing
 from desim_warehouse.report.text.numbers import PERCENT, Scale
 from desim_warehouse.study.statistics import DesignVerdict
 from desim_warehouse.study.study import Study
@@ -62,10 +62,10 @@ def test_what_a_table_and_a_sentence_show_is_the_interval_of_the_verdict():
     for design, one in study.judged.items():
         shown = study.shown(design, "on_time")
         assert shown.interval == (one.low, one.high)
-        cell = sentences.cell(study, design, "on_time", PERCENT)
         codes = [each.code for each in study.verdicts[design]]
-        assert cell == ("cannot keep up" if "CANNOT_KEEP_UP" in codes else PERCENT.cell(shown, 0.6))
-        assert (words.met(study, design) == "cannot keep up") == ("CANNOT_KEEP_UP" in codes)
+        [option] = [each for each in study.answer.options if each.name == sentences.name_of(study, design)]
+        assert (option.standing == "overloaded") == ("CANNOT_KEEP_UP" in codes)
+        assert option.said or option.text == PERCENT.within(one.mean, one.low, one.high, 0.6)
 
 
 def test_near_the_target_and_not_known_yet_are_two_things():

@@ -5,18 +5,17 @@ from __future__ import annotations
 import dataclasses
 import math
 
-import numpy as np
 import pandas as pd
 import pytest
 
 from desim_warehouse.report.text import numbers, words
-from desim_warehouse.report.text.sentences import conclusions, knee_of_throughput
+from desim_warehouse.report.text.sentences import knee_of_throughput
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import Difference, estimate, paired
+from desim_warehouse.study.statistics import Difference, estimate
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import read_target
@@ -62,75 +61,14 @@ def runs(**columns):
     return pd.DataFrame(rows)
 
 
-def test_a_clear_fall_is_said_with_its_interval(model):
-    base, less = [100.0, 104, 98, 101, 97], [50.0, 55, 47, 52, 46]
-    (line,) = conclusions(facts(model, runs(T={1: base, 2: less})))
-    difference = paired(less, base)
-    assert line == (
-        "Task time is lower with 2 robots than with 1 robot, "
-        f"by {abs(difference.mean):.1f} ± {difference.half_width:.1f} steps (−50 %)."
-    )
-
-
-def test_shares_differ_by_percentage_points(model):
-    base, more = [0.50, 0.52, 0.49, 0.51, 0.48], [0.90, 0.93, 0.88, 0.92, 0.87]
-    (line,) = conclusions(facts(model, runs(on_time={1: base, 2: more})))
-    difference = paired(more, base)
-    assert line == (
-        "Done on time is higher with 2 robots than with 1 robot, "
-        f"by {100 * difference.mean:.1f} ± {100 * difference.half_width:.1f} percentage points (+80 %)."
-    )
-
-
-def test_noise_is_met_with_silence(model):
-    rng = np.random.default_rng(3)
-    noise = {size: rng.normal(100, 5, 6).tolist() for size in (1, 2, 3)}
-    assert conclusions(facts(model, runs(T=noise))) == []
-
-
-def test_one_replication_of_a_random_model_says_nothing(model):
-    assert conclusions(facts(model, runs(T={1: [100.0], 2: [50.0]}))) == []
-
-
-def test_a_deterministic_difference_is_exact(model):
-    study = facts(model, runs(T={1: [100.0], 2: [50.0]}), deterministic=True)
-    assert conclusions(study) == ["Task time is lower with 2 robots than with 1 robot, by 50 steps, exactly (−50 %)."]
-
-
-def test_of_several_designs_the_farthest_is_named_and_those_that_differ_are_counted(model):
-    table = runs(S={1: [0, 0, 1, 0], 2: [0, 1, 0, 1], 3: [20, 21, 22, 20], 4: [40, 42, 41, 43]})
-    (line,) = conclusions(facts(model, table))
-    assert line.startswith(
-        "Waits for another robot is higher than with 1 robot in 2 of 3 designs, most with 4 robots: by 41.2"
-    )
-
-
-def test_that_throughput_rises_with_demand_is_no_finding(model):
-    table = runs(throughput_per_hour={1: [99.0, 101, 100], 2: [198.0, 203, 200]}, S={1: [3, 4, 5], 2: [30, 41, 39]})
-    (line,) = conclusions(facts(model, table, goods={1: {"random": 4}, 2: {"random": 8}}))
-    assert line.startswith("Waits for another robot is higher")
-    assert len(conclusions(facts(model, table))) == 2
-
-
-def test_an_indicator_that_never_changes_is_not_mentioned(model):
-    assert conclusions(facts(model, runs(T={1: [5.0, 5.0], 2: [5.0, 5.0]}))) == []
-
-
-def test_failed_runs_are_left_out_pair_by_pair(model):
-    base, less = [100.0, 104, 98, 101, np.nan], [50.0, np.nan, 47, 52, 46]
-    (line,) = conclusions(facts(model, runs(T={1: base, 2: less})))
-    difference = paired([50, 47, 52], [100, 98, 101])
-    assert f"by {abs(difference.mean):.1f} ± {numbers.number(difference.half_width, 1)}" in line
-
-
 def test_the_knee_is_said_only_where_throughput_surely_rises_to_it(model):
     rates = {1: 100, 2: 200, 3: 300, 4: 310, 5: 315, 6: 318}
     rising = {size: [rate + noise * (1 + (size - 3) / 50) for noise in (-2, 0, 1, 2)] for size, rate in rates.items()}
-    lines = conclusions(facts(model, runs(throughput_per_hour=rising)))
+    lines = knee_of_throughput(facts(model, runs(throughput_per_hour=rising)))
     assert lines[-1].startswith("Throughput has its knee at 3 robots, with 300 tasks an hour")
     wild = {size: [rate + noise for noise in (-900, 0, 300, 600)] for size, rate in rates.items()}
     opposed = {size: values if size > 1 else values[::-1] for size, values in wild.items()}
-    assert conclusions(facts(model, runs(throughput_per_hour=opposed))) == []
+    assert knee_of_throughput(facts(model, runs(throughput_per_hour=opposed))) == []
 
 
 @pytest.mark.parametrize(("thresholds", "said"), [([2, 5], " on average over charging threshold:"), ([2], ":")])
@@ -230,9 +168,7 @@ def test_targets_are_said_as_people_say_them(written, said):
 
 def test_policies_are_said_in_words_beside_their_name():
     assert words.design_spoken({"fleet.size": 3, "policies.allocation": "nearest"}) == (
-        "3 robots, allocation: the nearest robot (nearest)"
+        "3 robots, dispatching: nearest"
     )
-    assert words.design_spoken({"policies.batching": "time-window(window=60)"}) == (
-        "batching: tasks of a time window together (time-window, window 60)"
-    )
-    assert words.design_spoken({"policies.allocation": "mine.py:Mine"}) == "allocation: mine.py:Mine"
+    assert words.design_spoken({"policies.batching": "time-window(window=60)"}) == ("batching: time-window, window 60")
+    assert words.design_spoken({"policies.allocation": "mine.py:Mine"}) == "dispatching: mine.py:Mine"

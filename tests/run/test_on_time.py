@@ -148,17 +148,13 @@ def flow(rate):
     return {"from": "dock", "to": "pack", "arrivals": {"poisson": rate}, "due_within": 300}
 
 
-def test_a_table_says_that_a_design_cannot_keep_up_and_not_its_share_on_time(capsys):
-    from desim_warehouse.cli.tables import show_summary
-    from desim_warehouse.report.text import answers
-
+def test_an_answer_says_what_a_design_delivers_that_cannot_keep_up_and_not_its_share_on_time():
     model = dw.load(RING, {"tasks.flows": {"out": flow(60)}, "run.length": 7200})
     study = dw.Study(model, {"fleet.size": [1, 3]}, replications=2, target="on_time >= 90 %").run(workers=1)
-    show_summary(study.results)
-    printed = capsys.readouterr().out
-    row = next(line for line in printed.splitlines() if line.lstrip().startswith("1 "))
-    assert "cannot keep up" in row
-    assert "Cycle times are of tasks done" in printed or "Cycle time" not in printed
+    option = study.results.answer.options[0]
+    assert (option.standing, option.number) == ("overloaded", None)
+    assert option.said.endswith(" of 60 orders an hour delivered")
+    assert not any(one.of.startswith(("on_time", "cycle_time")) for one in option.numbers)
     alone = dw.Study(model, {"fleet.size": [1]}, replications=2, target="on_time >= 90 %").run(workers=1)
-    assert "% (" not in answers.answer(alone.results)[0][0]
-    assert answers.answer(alone.results)[0][0].endswith(" of 60 orders an hour delivered.")
+    assert "% (" not in alone.results.answer.answer[0]
+    assert alone.results.answer.answer[0].endswith(" of 60 orders an hour delivered.")

@@ -238,9 +238,8 @@ class Live {
 
   showAnswer(answer) {
     byId("also").replaceChildren(...answer.measured.slice(1).flatMap((one) => {
-      const unit = one.unit && one.unit !== "%" ? ` (${one.unit})` : "";
       const than = one.pinned === null ? [] : [element("dd", { class: "than" }, `pinned ${one.pinned}${one.difference ? `, difference ${one.difference}` : ""}`)];
-      return [element("dt", {}, `${one.label}${unit}`), element("dd", {}, one.text), ...than];
+      return [element("dt", {}, one.label), element("dd", {}, one.text), ...than];
     }));
     const [first] = answer.holds_up;
     byId("hold").hidden = !first;

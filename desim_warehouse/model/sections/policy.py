@@ -113,7 +113,9 @@ KINDS = ("allocation", "routing", "charging", "parking", "batching", *OF_PODS)
 class Policies(Part):
     """Who decides what."""
 
-    allocation: Policy = Field(PolicySpec(name="in-order"), description="which robot fetches which good")
+    allocation: Policy = Field(
+        PolicySpec(name="in-order"), title="dispatching", description="which robot fetches which good"
+    )
     routing: Policy = Field(PolicySpec(name="highways"), description="which route a robot takes")
     charging: Policy = Field(PolicySpec(name="threshold"), description="when a robot charges")
     parking: Policy = Field(PolicySpec(name="home"), description="where an idle robot waits")

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.outcome.indicators import look_up
-from desim_warehouse.report.text import answers, numbers, sentences, words
+from desim_warehouse.report.text import judged, numbers, sentences, words
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.table import is_numeric, plain
 
@@ -51,9 +51,9 @@ def payload(study: Results, command: str) -> dict[str, Any]:
         },
         "start": _start(study),
         "target": _target(study, scales),
-        "answer": answers.answer(study)[0],
+        "answer": list(study.answer.answer),
         "facts": facts(study),
-        "wrong": [sentences.sentence(line) for line in sentences.verdicts(study)],
+        "wrong": [sentences.sentence(line) for line in sentences.wrong(study, lasting=True)],
         "command": command
         or (shlex.join(["desim", "study", str(study.folder), "--page", "FILE"]) if study.folder else ""),
     }
@@ -130,7 +130,7 @@ def _design(study: Results, design: str) -> dict[str, Any]:
         "error": next((row.outcome.error for row in rows if row.outcome.error is not None), None),
         "counted_from": numbers.number(study.warm_ups[design]) if study.warm_ups else None,
         "wrong": [sentences.sentence(text) for text in wrong],
-        "marks": sentences.marks(study, design),
+        "marks": ", ".join(one.mark for one in study.verdicts.get(design, ())),
         "met": words.met_or_when(study, design) if study.target else None,
     }
 
@@ -140,7 +140,7 @@ def _mean(found: Estimate | None, scale: Scale) -> list[Any] | None:
     if found is None:
         return None
     low, high = found.interval or (None, None)
-    return [*_short((found.mean, low, high), scale), scale.cell(found)]
+    return [*_short((found.mean, low, high), scale), judged.within("", scale, (found.mean, low, high)).text]
 
 
 def _values(study: Results, design: str, name: str, scale: Scale) -> list[float | None]:

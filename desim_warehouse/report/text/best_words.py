@@ -39,7 +39,7 @@ def answer(found: BestOfMany) -> Answer:
         description=found.model.description,
         question=f"With which design is {words.in_sentence(found.indicator)} {sense}{aim}?",
         answer=tuple(sentences(found)),
-        measure=", ".join(dict.fromkeys(words.in_sentence(name) for name in _judged_by(found))),
+        measures={name: words.in_sentence(name) for name in _judged_by(found)},
         tiles=tuple(judged.tile(one.text, words.in_sentence(one.of)) for one in known),
         options=tuple(_option(found, one) for one in (best, *found.cheaper, *filter(None, [found.runner_up]))),
         figure=_figure(found),

@@ -59,7 +59,7 @@ class _Planned:
             description=self.model.description,
             question=f"How many {fleet} does it take for {words.target(self.goal)}{grown}?",
             answer=(*said, *([unsure["in_short"]] if unsure else [])),
-            measure=words.in_sentence(self.goal.indicator),
+            measures={self.goal.indicator: words.in_sentence(self.goal.indicator)},
             tiles=tuple(self._tiles()),
             options=tuple(option for sized in self.demands for option in self._options(sized)),
             figure=self._grid(),
@@ -173,8 +173,7 @@ class _Planned:
 
     def _own(self) -> str:
         """The strategy of the model in words."""
-        [key, *others] = self.plan.strategies[0].overrides
-        return self.plan.own if others else words.policy(key, self.plan.own)
+        return words.named_policy(self.plan.own)
 
     def _busiest(self) -> list[str]:
         """What is busiest with the fleet of the answer."""
@@ -269,7 +268,7 @@ class _Planned:
             said="" if known else self._text(sized, one),
             runs=one.verdict.n,
             cost=one.cost,
-            demand=self._when(sized) if len(self.demands) > 1 else "",
+            group=self._when(sized) if len(self.demands) > 1 else "",
             set={**changes, **one.overrides},
             same=tuple(same),
         )
@@ -284,7 +283,7 @@ class _Planned:
             standing="known",
             number=judged.within(self.goal.indicator, scale, (found.mean, None, None)),
             runs=found.gain.n,
-            demand=self._when(sized) if len(self.demands) > 1 else "",
+            group=self._when(sized) if len(self.demands) > 1 else "",
             set={**sized.overrides, **largest.overrides, **found.overrides},
         )
 
@@ -369,9 +368,8 @@ def _are(shown: Shown) -> str:
 
 
 def _choice(strategy: Strategy) -> str:
-    """A strategy in words: `the least driving in all (hungarian)`."""
-    [key, *others] = strategy.overrides
-    return strategy.label if others else words.policy(key, strategy.label)
+    """A strategy by its name: `hungarian`."""
+    return words.named_policy(strategy.label)
 
 
 def _time(sized: Sized) -> str:

@@ -13,19 +13,20 @@ from desim_warehouse.report.text.standing import Standing, instead, lasts_not, s
 
 if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
-    from desim_warehouse.study.statistics import DesignVerdict, Sizing
-    from desim_warehouse.study.study import Study
+    from desim_warehouse.study.procedures import SizeFound
+    from desim_warehouse.study.statistics import DesignVerdict
 
 
-def answer(found: Sizing[Any], study: Study, besides: str = "") -> Answer:
+def answer(found: SizeFound, besides: str = "") -> Answer:
     """What `desim size --target` found; `besides`: a sentence more."""
-    return _Sized(found, study).answer(besides)
+    return _Sized(found).answer(besides)
 
 
 class _Sized:
     """The values that were looked at, in their order; those whose runs are equal are one."""
 
-    def __init__(self, found: Sizing[Any], study: Study) -> None:
+    def __init__(self, found: SizeFound) -> None:
+        study = found.study
         self.found, self.results, self.goal = found, study.results, found.target
         self.model, self.seed = study.plan.base, study.plan.seed
         [self.key] = (factor.key for factor in study.plan.factors)
@@ -46,7 +47,7 @@ class _Sized:
             description=self.model.description,
             question=f"What is the smallest {words.in_words(self.key)} that gives {words.target(goal)}?",
             answer=tuple(said),
-            measure=words.in_sentence(goal.indicator),
+            measures={goal.indicator: words.in_sentence(goal.indicator)},
             tiles=() if best is None else self._tiles(best),
             options=tuple(self.options),
             figure=self._figure(),

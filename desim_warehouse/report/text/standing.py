@@ -32,6 +32,11 @@ Standing = Literal[
     "less",
     "same",
     "apart",
+    "first",
+    "near",
+    "worse",
+    "differs",
+    "alike",
 ]
 WORDS: dict[Standing, str] = {
     "met": "met",
@@ -48,6 +53,11 @@ WORDS: dict[Standing, str] = {
     "less": "helps less",
     "same": "no effect",
     "apart": "not ranked",
+    "first": "best",
+    "near": "as good",
+    "worse": "worse",
+    "differs": "differs",
+    "alike": "not shown to differ",
 }
 """What an option was shown to be, for people. `edge`: better than the target by so little that no run will tell."""
 BY_VERDICT: dict[str, Standing] = {"meets": "met", "fails": "not met", "undecided": "open"}

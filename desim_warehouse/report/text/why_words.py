@@ -58,7 +58,7 @@ class _Held:
             name=model.name,
             description=model.description,
             question="What holds it up?",
-            measure="gain, per 10 %",
+            measures={found.indicator: "gain, per 10 %"},
             answer=tuple(filter(None, said)),
             tiles=() if broken else (*self._as_it_is(), *self._health()),
             options=tuple(self._options()),

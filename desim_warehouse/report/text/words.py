@@ -180,11 +180,11 @@ def design_spoken(design: Mapping[str, Any]) -> str:
 
 
 def setting(key: str, value: Any) -> str:
-    """A key of the model with a value, in words: `allocation: the nearest robot (nearest)`, `goods 20 random`."""
+    """A key of the model with a value, in words: `dispatching: nearest`, `goods 20 random`."""
     known = about(key)
     if known is None:
         return level(value) if key == _SAID_ALONE else f"{key}: {level(value)}"
-    said = policy(key, value) if key.startswith("policies.") and isinstance(value, str) else level(value)
+    said = named_policy(value) if key.startswith("policies.") and isinstance(value, str) else level(value)
     return f"{known.label}{':' * isinstance(value, str)} {said}"
 
 
@@ -307,12 +307,16 @@ def money(model: Model | None) -> str:
 
 def policy(key: str, name: str) -> str:
     """What a policy does, its name, and its parameters: `the nearest robot (nearest)`; one's own without its folder."""
+    said = _POLICIES.get(key.removeprefix("policies."), {}).get(name.partition("(")[0])
+    return named_policy(name) if said is None else f"{said} ({named_policy(name)})"
+
+
+def named_policy(name: str) -> str:
+    """The name of a policy with its parameters: `time-window, window 60`; one's own without its folder."""
     base, _, parameters = name.partition("(")
-    said = _POLICIES.get(key.removeprefix("policies."), {}).get(base)
-    if said is None:
+    if not parameters or ".py:" in name:
         return _without_folder(name)
-    rest = f", {parameters.removesuffix(')').replace('=', ' ')}" if parameters else ""
-    return f"{said} ({base}{rest})"
+    return f"{base}, {parameters.removesuffix(')').replace('=', ' ')}"
 
 
 def _without_folder(name: str) -> str:
