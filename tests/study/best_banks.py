@@ -215,7 +215,7 @@ def chosen(bank, candidates, runs, seed=0):
     """What the last word says on fresh days: the design, and whether it is shown to meet the target."""
     if bank.goal is None:
         return candidates[0], True
-    judge = Judge(bank.goal, n0=10, cap=2 * runs // 5, within=(0.0, 1.0), budget=Budget(runs))
+    judge = Judge(bank.goal, first=10, cap=2 * runs // 5, within=(0.0, 1.0), budget=Budget(runs))
     last = follow(
         first_meeting_steps(len(candidates), judge),
         lambda one, day: bank.run(candidates[one], f"fresh {seed} {day}")[1],

@@ -30,7 +30,7 @@ Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 
 @dataclass(frozen=True)
 class Larger:
-    """A design with one more of one count: by how much its indicator differs, and whether that is shown to be worse."""
+    """A design with more of one count: by how much its indicator differs, and whether that is shown to be worse."""
 
     number: int
     difference: Estimate
@@ -45,7 +45,8 @@ class Cheapest:
     designs that rule out all cheaper ones, each of them judged. `close` are those of them that could not be told
     from the target. `vetoed`: why designs fail whatever the target says. `open`: designs of which nothing is known, as
     the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`:
-    designs with one more of a count; where one of them does worse, no design was ruled out by another.
+    designs with one more of a count, or the largest where it fails and does worse than one with half of the first
+    count; where one of them does worse, no design was ruled out by another.
     """
 
     design: int | None
@@ -130,7 +131,8 @@ def cheapest_meeting_steps(
 
     Source: see `Judge`.
     Assumes: as `Judge`; that no design does worse than one with less of both counts. Where one with one more of a count
-    than the answer does, the cheaper ones are judged one after the other, the cheapest first.
+    than the answer does, or the largest does worse than one with half of the first count, the cheaper ones are judged
+    one after the other, the cheapest first.
     """
     if not designs or any(a == b for i, a in enumerate(designs) for b in designs[:i]):
         raise StudyError(f"designs {list(designs)[:6]!r}: expected at least one, none twice")
@@ -183,6 +185,8 @@ class _Proof:
                 compared = best
             yield from together(tasks)
             self.open = self._cheaper()
+        if self.best is None:
+            yield from self._largest(top)
         if any(one.worse for one in self.larger):
             yield from self.scan(self._before_best())
 
@@ -215,27 +219,38 @@ class _Proof:
         return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of both
 
     def _compare(self, best: int) -> Procedure[None]:
-        """Hold the designs with one more of either count against the best, day by day: what is assumed of them.
-
-        Each has half of the error that is allowed. They are looked at again while they lean to being worse.
-        """
+        """Hold the designs with one more of either count against the best, day by day: what is assumed of them."""
         numbers = {design: number for number, design in enumerate(self.designs)}
         first, second = self.designs[best]
         more = [numbers[design] for design in ((first + 1, second), (first, second + 1)) if design in numbers]
         self.larger = tuple([one for one in (yield from together([self._larger(best, n) for n in more])) if one])
 
-    def _larger(self, best: int, number: int) -> Procedure[Larger | None]:
+    def _largest(self, top: int) -> Procedure[None]:
+        """Hold the largest design, where that fails, against the one with half of the first count."""
+        firsts = sorted({first for first, _ in self.designs})
+        middle = (firsts[(len(firsts) - 1) // 2], self.designs[top][1])
+        half = next((n for n, design in enumerate(self.designs) if design == middle and n != top), None)
+        found = None if half is None else (yield from self._larger(half, top))
+        self.larger = (found,) if found is not None and found.worse else ()
+
+    def _larger(self, base: int, number: int) -> Procedure[Larger | None]:
+        """A design against one with less of a count, at half of the error that is allowed; None: no runs are left.
+
+        They are looked at again, up to as many runs as one of them has, while the larger leans to being worse.
+        """
         judge = self.judge
-        runs = judge.verdicts[best].n
-        base = yield from request([(best, r) for r in range(runs)])
-        values, found = list[float](), None
-        for n, part in looks(min(judge.first, runs), runs):
-            if not judge.budget.allows(n - len(values)):
+        most = max(judge.runs(base), judge.runs(number))
+        pairs, found = list[tuple[float, float]](), None
+        for n, part in looks(min(judge.first, most), most):
+            fresh = sum(max(0, n - max(len(pairs), judge.runs(one))) for one in (base, number))
+            if not judge.budget.allows(fresh):
                 break
-            judge.budget.take(n - len(values))
-            values += yield from request([(number, r) for r in range(len(values), n)])
-            level = 1 - (1 - judge.confidence) / 2 * part
-            difference = paired(values, base[:n], level, deterministic=judge.deterministic)
+            judge.budget.take(fresh)
+            asked = [(one, r) for r in range(len(pairs), n) for one in (base, number)]
+            values = yield from request(asked)
+            pairs += zip(values[::2], values[1::2], strict=True)
+            less, more = zip(*pairs, strict=True)
+            difference = paired(more, less, 1 - (1 - judge.confidence) / 2 * part, deterministic=judge.deterministic)
             low, high = difference.interval or (difference.mean, difference.mean)
             found = Larger(number, difference, (high if judge.target.sign > 0 else -low) < 0)
             if found.worse or judge.target.sign * difference.mean >= 0:

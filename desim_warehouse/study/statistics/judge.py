@@ -265,6 +265,10 @@ class Judge:
             yield from self.look(number)
         return self.verdicts[number].verdict
 
+    def runs(self, number: int) -> int:
+        """How many runs a design has."""
+        return len(self._cases[number].data) if number in self._cases else 0
+
     def closed(self, number: int) -> bool:
         """Whether no further look at a design is wanted, or possible."""
         return number in self.verdicts and not self._cases[number].looks
@@ -303,7 +307,7 @@ class Judge:
 
     def _run(self, number: int, runs: int) -> Procedure[None]:
         """Have a design run so many times in all."""
-        done = len(self._cases[number].data) if number in self._cases else 0
+        done = self.runs(number)
         self.budget.take(runs - done)
         self._case(number).data += yield from request([(number, r) for r in range(done, runs)])
 

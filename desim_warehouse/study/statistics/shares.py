@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
     from numpy.typing import NDArray
 
-ALIKE = 0.02
+ALIKE = 0.04
 """The least correlation that tasks of one day are taken to have, however little few days differ.
 
 Days of drafts at and above their target show 0 to 0.008, overloaded ones 0.014 (docs/dev/performance.md)."""
@@ -44,10 +44,10 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
     """A lower and an upper bound of the mean share over all days, each right with probability `level`.
 
     The lower one is Clopper and Pearson's with the effective number of tasks of Korn and Graubard: as many independent
-    tasks as would make the mean vary as it does from day to day. It is never more than tasks that correlate by 0.02
-    within a day are worth (Kish's design effect, 1 + (tasks - 1) 0.02), so each of up to 20 days counts for at most 50
-    tasks; where all days are alike that is all that is known. Of n > 20 days it is 0.02 times 20 / n, and each counts
-    for at most 2.5 n: bad days that are rarer matter less. The upper one is the larger of Clopper and Pearson's with
+    tasks as would make the mean vary as it does from day to day. It is never more than tasks that correlate by 0.04
+    within a day are worth (Kish's design effect, 1 + (tasks - 1) 0.04), so each of up to 20 days counts for at most 25
+    tasks; where all days are alike that is all that is known. Of n > 20 days it is 0.04 times 20 / n, and each counts
+    for at most 1.25 n: bad days that are rarer matter less. The upper one is the larger of Clopper and Pearson's with
     that most, and Student's t over days.
 
     Neither falls where a day gets better: the lower one is the least that it would be if the best days had been

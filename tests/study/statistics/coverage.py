@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.statistics import (
     Judge,
     TaskShare,
@@ -20,9 +21,9 @@ from desim_warehouse.study.statistics import (
     gains_steps,
     kn,
     parse_target,
-    smallest_meeting,
     verdict_steps,
 )
+from tests.study.statistics.searches import smallest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
@@ -97,7 +98,7 @@ def plan(true: float, alike: float, tasks: int = 100) -> Callable[[Generator], b
     """`desim plan`: the range printed with the verdict on a fleet, where runs stop as soon as it is clear."""
 
     def one(rng: Generator) -> bool:
-        days = _shares(day_shares(rng, true, tasks, alike, 320), tasks)
+        days = _shares(day_shares(rng, true, tasks, alike, CAP), tasks)
         judge = Judge(parse_target("on_time >= 0.95"), zone=0.01, within=(0.0, 1.0))
         follow(verdict_steps([0], judge), lambda _, replication: days[replication])
         return _holds((judge.verdicts[0].low, judge.verdicts[0].high), true)
@@ -107,8 +108,8 @@ def plan(true: float, alike: float, tasks: int = 100) -> Callable[[Generator], b
 
 def size(rng: Generator) -> bool:
     """`desim size`: every range of a search over six fleets."""
-    values = rng.lognormal(0.0, 0.5, (6, 320)) / np.exp(0.125)
-    found = smallest_meeting(
+    values = rng.lognormal(0.0, 0.5, (6, CAP)) / np.exp(0.125)
+    found = smallest(
         lambda fleet, replication: fleet * values[fleet - 1, replication], range(1, 7), "throughput_per_hour >= 3.3"
     )
     return all(_holds((one.low, one.high), one.value) for one in found.decisions)
@@ -144,8 +145,8 @@ def wrongly_met(target: float, tasks: int, alike: float, studies: int) -> float:
 
 
 def verdict(rng: Generator, true: float, target: float, tasks: int, alike: float) -> str:
-    """What `desim plan` says of a fleet, with its looks from 10 to 320 days."""
-    days = _shares(day_shares(rng, true, tasks, alike, 320), tasks)
+    """What `desim plan` says of a fleet, with its looks from 5 to 40 days."""
+    days = _shares(day_shares(rng, true, tasks, alike, CAP), tasks)
     judge = Judge(parse_target(f"on_time >= {target}"), zone=(1 - target) / 4, within=(0.0, 1.0))
     follow(verdict_steps([0], judge), lambda _, replication: days[replication])
     return judge.verdicts[0].verdict

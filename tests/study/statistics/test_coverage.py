@@ -10,9 +10,9 @@ from desim_warehouse.study.statistics import (
     estimate,
     kn,
     paired,
-    smallest_meeting,
 )
 from tests.study.statistics.coverage import CASES
+from tests.study.statistics.searches import smallest
 
 STUDIES = 400
 
@@ -121,7 +121,7 @@ def false_meets(trials, chance, target, cap=320):
     wrong = 0
     for _ in range(trials):
         events = (rng.random((3, cap)) < chance).astype(float)
-        wrong += smallest_meeting(lambda v, r, z=events: z[v, r], range(3), target, cap=cap).smallest is not None
+        wrong += smallest(lambda v, r, z=events: z[v, r], range(3), target, cap=cap).smallest is not None
     return wrong
 
 
@@ -209,7 +209,7 @@ def test_the_smallest_fleet_is_right_in_95_per_cent_of_searches():
     right = 0
     for _ in range(200):
         noise = rng.normal(0.0, 15.0, (41, 320))
-        result = smallest_meeting(lambda v, r, z=noise: 10 * v + z[v, r], range(1, 41), "throughput_per_hour >= 215")
+        result = smallest(lambda v, r, z=noise: 10 * v + z[v, r], range(1, 41), "throughput_per_hour >= 215", cap=320)
         right += result.smallest == 22
     assert right / 200 >= 0.95
 

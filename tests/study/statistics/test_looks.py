@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from desim_warehouse.study.statistics import Target, TaskShare, looked_at, looks
+from desim_warehouse.study.statistics import Target, TaskShare, looked_at, looks, looks_by
 
 AT_LEAST = Target("on_time", ">=", 0.95)
 NORMAL = Target("throughput_per_hour", ">=", 200.0)
@@ -44,9 +44,11 @@ def ever(name, mean, streams):
 
 
 def test_looks_use_no_more_error_than_there_is_however_long_it_goes_on():
-    assert [n for n, _ in looks(100)] == [5, 10, 20, 30, 60, 90]
-    assert math.fsum(part for _, part in looks(1000)) <= 1.0
-    assert list(looks(2)) == []
+    assert [n for n, _ in looks_by(100)] == [5, 8, 12, 18, 27, 41, 62, 93]
+    assert math.fsum(part for _, part in looks_by(100_000)) <= 1.0
+    assert looks_by(2) == []
+    assert [n for n, _ in looks()] == [5, 8, 12, 18, 27, 40]
+    assert math.fsum(part for _, part in looks()) == pytest.approx(1.0)
 
 
 def test_a_verdict_that_fell_stands_whatever_comes():

@@ -20,30 +20,30 @@ def of(shares, tasks=60):
 
 
 def test_days_without_a_late_task_count_tasks_and_not_days():
-    """Ten days of 60 tasks: 600 over 1 + 59 x 0.05 = 3.95 are 151.9 tasks, of which none was late: 0.025^(1/151.9)."""
+    """Ten days of 60 tasks: 600 over 1 + 59 x 0.04 = 3.36 are 178.6 tasks, of which none was late: 0.025^(1/178.6)."""
     low, high = share_bounds(np.ones(10), np.full(10, 60.0), 0.975)
-    assert low == pytest.approx(0.025 ** (3.95 / 600))
+    assert low == pytest.approx(0.025 ** (3.36 / 600))
     assert high == 1.0
     assert low > 0.97  # the day as a coin: 1 - 0.31
 
 
 def test_many_days_show_themselves_how_much_tasks_depend_on_each_other():
-    """80 days of 60 tasks: 4,800 over 1 + 59 x 0.05 / 4 = 1.7375 are 2,762.6, not the 1,215 of four times twenty."""
+    """80 days of 60 tasks: 4,800 over 1 + 59 x 0.04 / 4 = 1.59 are 3,018.9, not the 1,429 of eight times ten."""
     low, _ = share_bounds(np.ones(80), np.full(80, 60.0), 0.975)
-    assert low == pytest.approx(0.025 ** (1.7375 / 4800))
+    assert low == pytest.approx(0.025 ** (1.59 / 4800))
     reach = [0.96 - share_bounds(np.array([0.95, 0.97] * half), np.full(2 * half, 800.0), 0.99)[0] for half in HALVES]
     assert [round(100 * one, 2) for one in reach] == [2.94, 1.33, 0.64, 0.32]  # halved by twice as many
 
 
 def test_days_that_vary_as_the_binomial_says_are_worth_what_tasks_are_at_most():
-    """Five days of 0.9 and five of 0.94, of 60 tasks: they vary less than tasks would, so 151.9 of them again."""
+    """Five days of 0.9 and five of 0.94, of 60 tasks: they vary less than tasks would, so 178.6 of them again."""
     shares = np.array([0.9, 0.94] * 5)
     _, high = share_bounds(shares, np.full(10, 60.0), 0.975)
-    assert high == pytest.approx(beta.ppf(0.975, 0.92 * 151.9 + 1, 0.08 * 151.9), abs=1e-4)
+    assert high == pytest.approx(beta.ppf(0.975, 0.92 * 178.6 + 1, 0.08 * 178.6), abs=1e-4)
 
 
 def test_days_that_vary_more_are_worth_fewer_tasks():
-    """Half at 0.7, half at 1: s² / 10 = 0.0025, times (2.262 / 1.960)²: 0.1275 / 0.00333 = 38.3 tasks, not 152."""
+    """Half at 0.7, half at 1: s² / 10 = 0.0025, times (2.262 / 1.960)²: 0.1275 / 0.00333 = 38.3 tasks, not 179."""
     low, _ = share_bounds(np.array([0.7, 1.0] * 5), np.full(10, 60.0), 0.975)
     assert low == pytest.approx(beta.ppf(0.025, 0.85 * 38.3, 0.15 * 38.3 + 1), abs=1e-3)
 
@@ -145,10 +145,12 @@ def test_a_design_that_just_misses_is_said_to_meet_in_at_most_5_per_cent_of_stud
 
 @pytest.mark.parametrize("tasks", [50, 1000])
 @pytest.mark.parametrize("alike", [0.01, 0.1])
-def test_a_design_beyond_the_zone_fails_in_at_most_5_per_cent_of_studies_and_a_bad_one_in_all(tasks, alike):
+def test_a_design_beyond_the_zone_fails_in_at_most_5_per_cent_of_studies_and_a_bad_one_never_meets(tasks, alike):
     rng = np.random.default_rng(tasks)
     assert [verdict(rng, 0.9775, 0.97, tasks, alike) for _ in range(100)].count("fails") <= 5
-    assert {verdict(rng, 0.9, 0.95, tasks, alike) for _ in range(40)} == {"fails"}
+    bad = [verdict(rng, 0.9, 0.95, tasks, alike) for _ in range(40)]
+    assert "meets" not in bad
+    assert bad.count("fails") >= 36
 
 
 @pytest.mark.parametrize("case", ON_TIME, ids=str)
