@@ -40,10 +40,10 @@ def command(
 
     found = validate(load_model(model, assignments), logs, orders=orders, runs=runs)
     if page is not None:
+        from desim_warehouse.cli.answers import typed
         from desim_warehouse.cli.options import write_files
-        from desim_warehouse.cli.study_options import as_typed
 
-        write_files({Path(page): validation_page.page(found, as_typed()).html()}, force=True)
+        write_files({Path(page): validation_page.page(found, typed()).html()}, force=True)
     if as_json:
         keys = ("real", "simulated", "off")
         measures = {row.name: {key: getattr(row, key) for key in keys} for row in found.rows()}
