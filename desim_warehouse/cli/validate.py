@@ -28,7 +28,7 @@ def command(
     assignments: tuple[str, ...],
     as_json: bool,
 ) -> None:
-    """Say whether real days refute MODEL: rank their figures among those of simulated days, all at once.
+    """Test MODEL against logs of real days: rank their figures among those of simulated days, all at once.
 
     A LOG is a file of VDA 5050 state messages (JSON lines), of trips (CSV), or the folder of a run.
     """

@@ -183,7 +183,7 @@ def openapi() -> dict[str, Any]:
                 "parameters": [*design, *asked],
             },
             "/api/design/{id}/floor": {"get": call("What a page plays of one run", None, js), "parameters": design},
-            "/api/share": {"post": call("The what-if page of these designs", None, "text/html", ShareAsk)},
+            "/api/share": {"post": call("These designs as a page without a server", None, "text/html", ShareAsk)},
             "/api/openapi.json": {"get": call("This document", None, js)},
         },
         "components": {

@@ -8,7 +8,7 @@ class LostTime {
     if (root.hidden) return;
     const table = element("table"), body = table.createTBody();
     found.forEach((one, number) => this.row(body, one, number));
-    const list = element("div", { class: "list", tabindex: 0, role: "region", "aria-label": "What robots waited for" }, table);
+    const list = element("div", { class: "list", tabindex: 0, role: "group", "aria-label": "Waits, most time first" }, table);
     root.append(element("h2", {}, "What robots waited for"));
     root.append(list);
   }
