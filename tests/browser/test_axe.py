@@ -75,7 +75,7 @@ ANSWERS = (an_answer_of_plan, an_answer_of_why, an_answer_of_a_study, an_answer_
 
 
 @pytest.mark.parametrize("make", [a_study, a_study_of_words, a_replay, two_replays, a_report, *ANSWERS])
-def test_axe_finds_nothing_serious(browser: Any, tmp_path: Path, make: Any) -> None:
+def test_axe_finds_nothing(browser: Any, tmp_path: Path, make: Any) -> None:
     page = Opened(browser, make(tmp_path))
     browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
     browser.execute_script(UNFOLD)
