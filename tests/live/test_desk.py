@@ -19,7 +19,8 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.report.text import words
-from desim_warehouse.report.text.judged import within
+from desim_warehouse.report.text.judged import within as told
+from desim_warehouse.report.write import report
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import looked_at
@@ -71,7 +72,7 @@ def test_numbers_are_those_that_what_if_prints_from_the_same_folder(tmp_path, pa
     for one in answer["measured"]:
         found = results.estimate(results.rows, one["name"])
         scale = words.scale_of(one["name"], results.base, [found])
-        assert within(one["name"], scale, (found.mean, *(found.interval or (None, None)))).text == one["text"]
+        assert told(one["name"], scale, (found.mean, *(found.interval or (None, None)))).text == one["text"]
 
 
 def test_a_pinned_design_grows_beside_and_differences_are_paired_run_by_run(page):
@@ -220,13 +221,15 @@ def test_the_shared_page_has_the_same_numbers(page):
     assert (data["pinned"], data["start"]) == (0, 1)
 
 
-def test_the_folder_can_be_reported_while_the_page_is_served(page):
+def test_the_folder_can_be_reported_while_the_page_is_served(page, tmp_path):
     page.until(page.design(robots=2)["id"])
     with page.live.desk.lock:
         page.live.desk._write()
     results = Results.load(page.live.folder)
     assert "2 robots" in str(list(results.designs))
     assert len(results.runs("Design=2 robots")) == 30
+    page_of = report(page.live.folder, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "2 robots" in page_of
 
 
 PRICES = {"hours": 4000, "robot": 9000}

@@ -258,6 +258,7 @@ SHORT = "--set run.length=900 --set run.warm_up=100 --quiet"
     [
         "run w.yaml --set run.length=900",
         f"what-if w.yaml --vary fleet.size=1,2 --replications 2 {SHORT}",
+        "study s.yaml --quiet",
         f"size w.yaml --range 1..2 --target 'on_time >= 50 %' --first 2 --cap 2 {SHORT}",
         f"size w.yaml --range 1..2 --first 2 --cap 2 {SHORT}",
         f"best w.yaml --vary fleet.size=1,2 --indicator throughput_per_hour --first 2 --cap 2 {SHORT}",
@@ -270,6 +271,8 @@ SHORT = "--set run.length=900 --set run.warm_up=100 --quiet"
 def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "w.yaml").write_text(json.dumps(example().content()), encoding="utf-8")
+    study = {"model": "w.yaml", "set": {"run.length": 900, "run.warm_up": 100}, "factors": {"fleet.size": [1, 2]}}
+    (tmp_path / "s.yaml").write_text(json.dumps(study), encoding="utf-8")
     status, _, err = pages.run_desim(f"desim {command} --out made")
     assert status in {0, 3}, err
     assert pages.run_desim("desim report made")[0] == 0
