@@ -148,7 +148,7 @@ def what_if(browser: Any, folder: Path) -> None:
     study.run().page(page)
     browser.get(page.as_uri())
     browser.execute_script(
-        "for (const [id, level] of [['a-0', 1], ['b-0', 1], ['b-1', 1]]) {"
+        "for (const [id, level] of [['knob-0', 2], ['knob-1', 1]]) {"
         "const field = document.getElementById(id); field.value = level; field.dispatchEvent(new Event('input')); }"
     )
     shoot(browser, "what-if.png", 1400, 900)

@@ -24,7 +24,7 @@ def give(answer: Answer, out: str | None, warnings: Sequence[Any] | None, *, as_
     """Keep an answer in the folder of `--out`, with the command as it was typed, print it, and return it with that."""
     from desim_warehouse.report.text.printed import WIDTH, printed
 
-    answer = answer.model_copy(update={"command": _typed()})
+    answer = answer.model_copy(update={"command": typed()})
     if out is not None and Path(out).is_dir():
         answer.save(out)
     if as_json:
@@ -35,7 +35,7 @@ def give(answer: Answer, out: str | None, warnings: Sequence[Any] | None, *, as_
     return answer
 
 
-def _typed() -> str:
+def typed() -> str:
     """The command as it was typed."""
     arguments: list[str] = click.get_current_context().find_root().meta["desim.typed"]
     return shlex.join(["desim", *arguments])

@@ -146,7 +146,7 @@ def _prefer(path: str, file: str, runs: int | None, seed: int, *, force: bool) -
     scale = words.scale(key, base, list(means.values()))
     click.echo(f"{words.in_sentence(key)} of {len(each)} runs each, and the difference to two-way by pairs:")
     for name, values in kpis.items():
-        gain = "" if name == "two-way" else f"  {scale.cell(paired(values, kpis['two-way']))}"
+        gain = "" if name == "two-way" else f"  {scale.estimate(paired(values, kpis['two-way']))}"
         click.echo(f"  {name:15}{scale.value(means[name]):>12}{gain}{'  best' if name == best else ''}")
     if best == "two-way":
         click.echo(f"two-way lanes as they are do best: {file} is not written")
@@ -192,4 +192,4 @@ def _compared(two_way: Model, one_way: Model, seeds: range) -> str:
     scale = words.scale(key, two_way, means)
     said = " against ".join(map(scale.value, means))
     name = words.in_sentence(key)
-    return f"{name} of {len(seeds)} runs each: one-way {said} two-way, {scale.cell(gain)} by pairs: {verdict}"
+    return f"{name} of {len(seeds)} runs each: one-way {said} two-way, {scale.estimate(gain)} by pairs: {verdict}"

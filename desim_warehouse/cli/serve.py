@@ -45,7 +45,7 @@ def command(
     embed: tuple[str, ...],
     opens: bool,
 ) -> None:
-    """Serve a page on this machine: move a slider of MODEL, see the answer now, and watch chance shrink.
+    """Open a live page on this machine: move sliders of MODEL and watch the answer firm up as runs come in.
 
     Example: desim serve w.yaml --vary fleet.size=4..16 --vary policies.allocation
     """

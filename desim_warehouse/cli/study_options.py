@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import shlex
 import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
@@ -13,8 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
-from click.core import ParameterSource
 
+from desim_warehouse.cli.answers import typed
 from desim_warehouse.cli.options import TimeIn, with_overrides, with_study_confidence, with_study_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
@@ -289,28 +288,10 @@ def interruptible(study: Study | None, kept: str | None) -> Iterator[None]:
         signal.signal(signal.SIGTERM, before)
 
 
-_NO_MATTER = {"workers", "cluster", "timeout", "out", "no_cache", "quiet"}
-"""Parameters that say how runs are carried out, not what comes out."""
-
-
-def as_typed() -> str:
-    """The command that runs now, as it was typed, without options that do not matter to its results."""
-    context = click.get_current_context()
-    line = ["desim", str(context.info_name)]
-    for parameter in context.command.params:
-        name = str(parameter.name)
-        if name in _NO_MATTER or context.get_parameter_source(name) is not ParameterSource.COMMANDLINE:
-            continue
-        value = context.params[name]
-        for one in value if parameter.multiple else (value,):
-            line += [str(one)] if isinstance(parameter, click.Argument) else [parameter.opts[0], str(one)]
-    return shlex.join(line)
-
-
 def refuse_page(page: str | None, plan: StudyPlan) -> None:
     """Refuse a page that cannot be, before anything is simulated, and make its folder; raises ReportError."""
     if page is not None:
-        from desim_warehouse.report.explore import check
+        from desim_warehouse.live.frozen import check
 
         check(plan)
         try:
@@ -322,5 +303,5 @@ def refuse_page(page: str | None, plan: StudyPlan) -> None:
 def write_page(page: str | None, results: Results) -> None:
     """Write the page of `--page`, if one is asked for, and say so."""
     if page is not None:
-        made = results.page(page, command=as_typed())
+        made = results.page(page, command=typed())
         click.echo(f"{page}: {len(made.html) / 1e3:,.0f} kB; open it in a browser")

@@ -28,7 +28,7 @@ def command(
     assignments: tuple[str, ...],
     as_json: bool,
 ) -> None:
-    """Say whether real days refute MODEL: rank their figures among those of simulated days, all at once.
+    """Test MODEL against logs of real days: rank their figures among those of simulated days, all at once.
 
     A LOG is a file of VDA 5050 state messages (JSON lines), of trips (CSV), or the folder of a run.
     """
@@ -40,10 +40,10 @@ def command(
 
     found = validate(load_model(model, assignments), logs, orders=orders, runs=runs)
     if page is not None:
+        from desim_warehouse.cli.answers import typed
         from desim_warehouse.cli.options import write_files
-        from desim_warehouse.cli.study_options import as_typed
 
-        write_files({Path(page): validation_page.page(found, as_typed()).html()}, force=True)
+        write_files({Path(page): validation_page.page(found, typed()).html()}, force=True)
     if as_json:
         keys = ("real", "simulated", "off")
         measures = {row.name: {key: getattr(row, key) for key in keys} for row in found.rows()}

@@ -240,10 +240,9 @@ def _promise() -> str:
     when = ", ".join(str(n) for n, _ in looks_by(30))
     error = f"{100 - 100 * CONFIDENCE:g} %"
     return (
-        f"A verdict may fall after {when} runs, then after half as many again, and stands. The error of {error} is "
-        "split over these looks, so looking on does not make it wrong more often. The band and the intervals in "
-        "brackets are the usual ones of 95 % for this number of runs. Run r has the same random numbers in every "
-        "design, and differences to the pinned design are paired run by run."
+        f"Verdicts are given only after {when} runs, then after half as many again, and never change. The {error} risk "
+        "of error is shared among these checks, so waiting longer does not raise it. Run r has the same random numbers "
+        "in every option, and differences to the pinned option are paired run by run."
     )
 
 

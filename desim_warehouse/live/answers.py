@@ -98,10 +98,10 @@ class RunsSoFar:
 
     @cached_property
     def indicators(self) -> list[str]:
-        """What such runs are judged by: first the main one, then what a year costs where the model has prices."""
+        """What such runs are judged by, first the main one."""
         names = dict.fromkeys(name for row in self.rows for name in row.indicators)
         found = judged_by(names, never_ends=self.model.tasks.never_end)
-        return [name for name in dict.fromkeys([self.main, "annual_cost", *found]) if name in names][:_SHOWN]
+        return [name for name in dict.fromkeys([self.main, *found]) if name in names][:_SHOWN]
 
     def estimate(self, indicator: str, n: int | None = None) -> Estimate | None:
         """Mean and usual interval, over the first n runs."""
@@ -183,17 +183,23 @@ class RunsSoFar:
             return Said(verdict, f"{design}: the runs have no {title}.", ("Nothing was delivered that counts.",))
         if self.lasting is not None:
             done = self.estimate("throughput_per_hour")
-            return Said(
-                verdict, f"{design}: {instead([self.lasting], None if done is None else done.mean, self.model)}."
-            )
+            said = instead([self.lasting], None if done is None else done.mean, self.model)
+            return Said(verdict, f"{sentences.capital(said)} with {design}.")
         if verdict == "first run":
             told = self.reached(self.scale(self.main).value(found.mean))
-            return Said(verdict, f"{design}: {told} in the first run.", ("One run says nothing about chance yet.",))
+            said = f"{sentences.capital(told)} with {design}, in the first run."
+            return Said(verdict, said, ("One run says nothing about chance yet.",))
         aim = () if target is None else (f"Target: {words.target(target)}.",)
-        return Said(verdict, f"{design}: {self.reached(self.told(target))}.", aim)
+        told = sentences.capital(self.reached(self.told(target)))
+        return Said(verdict, f"{told} with {design}{self._year()}.", aim)
 
-    def measured(self, target: Target | None, pinned: RunsSoFar | None, together: Results | None) -> list[Measured]:
-        """The indicators, beside those of the pinned design, with the differences run by run."""
+    def _year(self) -> str:
+        """What a year costs, where the model has prices."""
+        found = self.estimate("annual_cost") if self.main != "annual_cost" else None
+        return "" if found is None else f", {self.scale('annual_cost').value(found.mean)} a year"
+
+    def measured(self, target: Target | None) -> list[Measured]:
+        """The indicators, each with its one interval."""
         found = []
         for name in self.indicators:
             one = self.estimate(name)
@@ -205,10 +211,6 @@ class RunsSoFar:
             if name == self.main and self._can_meet(target):
                 look, text = self.look(target), self.told(target)
                 low, high = (None, None) if look is None else (look.low, look.high)
-            then, difference = None, None
-            if pinned is not None and (other := pinned.estimate(name)) is not None:
-                then = within(name, scale, (other.mean, *(other.interval or (None, None)))).text
-                difference = _difference(together, name, scale)
             unit = "%" if scale.is_share else scale.unit
             found.append(
                 Measured(
@@ -219,8 +221,6 @@ class RunsSoFar:
                     mean=scale.by * one.mean,
                     low=None if low is None else scale.by * low,
                     high=None if high is None else scale.by * high,
-                    pinned=then,
-                    difference=difference,
                 )
             )
         return found
@@ -253,18 +253,6 @@ def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], 
         for r, outcome in enumerate(outcomes)
     )
     return Results(plan, tuple(points), rows, versions())
-
-
-def _difference(together: Results | None, name: str, scale: Scale) -> str | None:
-    """`+4.2 points (3.7 to 4.8)`; None where nothing can be said."""
-    found = together.compare_finished(name) if together is not None else None
-    if found is None:
-        return None
-    mean, low, high, _, _ = scale.difference(found.differences[0])
-    unit = "points" if scale.is_share else scale.unit
-    sign = "" if mean.startswith("−") or mean == "0" else "+"
-    between = f" ({low} to {high})" if found.differences[0].estimate.interval else ""
-    return f"{sign}{mean} {unit}".rstrip() + between
 
 
 def _short(error: str) -> str:

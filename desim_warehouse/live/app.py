@@ -21,8 +21,8 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 
 from desim_warehouse.errors import CheckError, ModelError, StudyError, WarehouseError
-from desim_warehouse.live.desk import MOST_RUNS, Design, Desk, Listener
-from desim_warehouse.live.messages import Ask, Calculated, Message, ShareAsk, openapi
+from desim_warehouse.live.desk import MOST_RUNS, Design, Desk, Listener, asked
+from desim_warehouse.live.messages import Ask, Message, ShareAsk, openapi
 from desim_warehouse.model.json_text import JsonError, value_of
 from desim_warehouse.report.text.words import scale
 from desim_warehouse.report.web import joined
@@ -45,9 +45,8 @@ SHARED = (
     *(f"replay/js/{name}.js" for name in ("01-unpack", "02-tracks", "03-story", "04-counts", "05-colours", "06-view")),
     *(f"replay/js/{name}.js" for name in ("07-floor", "08-ground", "09-scene", "10-robots", "11-heat", "12-side")),
     *(f"replay/js/{name}.js" for name in ("15-player", "18-legend")),
-    *(f"explore/js/{name}.js" for name in ("01-parts", "04-axes")),
 )
-"""Scripts of the replay and the what-if page that the live page uses."""
+"""Scripts of the replay that the live page uses."""
 
 
 class Guard:
@@ -129,17 +128,7 @@ class Calls:
         """A design by hand."""
         ask = await _read(request, Ask)
         found = await run_in_threadpool(self.desk.design, ask.levels)
-        return _json(
-            Calculated(
-                id=found.id,
-                words=found.named.words,
-                levels=dict(found.levels),
-                runs=found.n,
-                sentence=found.hand.sentence,
-                more=found.hand.more,
-                needed=dict(found.hand.needed),
-            )
-        )
+        return _json(asked(found))
 
     async def events(self, request: Request) -> Response:
         """The answers on a design as they change."""
@@ -193,10 +182,10 @@ class Calls:
         return JSONResponse(dict(design.floor), headers=HEADERS)
 
     async def share(self, request: Request) -> Response:
-        """The what-if page of some designs."""
+        """The page of some designs, which needs no server."""
         ask = await _read(request, ShareAsk)
         designs = [self._known(name) for name in dict.fromkeys(ask.ids)]
-        made = await run_in_threadpool(self.desk.page, [one for one in designs if one.n])
+        made = await run_in_threadpool(self.desk.page, [one for one in designs if one.n], self.about)
         safe = {"Content-Disposition": "attachment", "Content-Security-Policy": "sandbox"}
         return HTMLResponse(made.html, headers={**HEADERS, **safe})
 
@@ -243,7 +232,7 @@ def page(name: str) -> str:
     """The page as one text; its policy comes with the answer."""
     import html
 
-    return joined("desim_warehouse.live", {"title": html.escape(name)}, SHARED, policy="")
+    return joined("desim_warehouse.live", {"title": html.escape(name), "frozen": ""}, SHARED, policy="")
 
 
 async def _read(request: Request, kind: type[M]) -> M:

@@ -37,7 +37,7 @@ def by_hand(model: Model, design: str) -> ByHand:
     calculation = estimate(model, model.floor)
     return ByHand(
         _sentence(calculation, model.units.hour, design),
-        "Worked out without traffic and chance; the simulation follows.",
+        "Quick estimate, ignoring traffic and randomness. The simulation follows.",
         _needed(calculation, model),
     )
 

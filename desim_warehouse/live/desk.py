@@ -18,11 +18,13 @@ from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import StudyError, WarehouseError
+from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.live.answers import FEWEST, Named, RunsSoFar, results_of
 from desim_warehouse.live.by_hand import ByHand, by_hand
-from desim_warehouse.live.messages import Tried, Watched
+from desim_warehouse.live.messages import Calculated, Tried, Watched
 from desim_warehouse.live.offers import levels_of, spoken_design
+from desim_warehouse.report.text.compare_words import difference
+from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.run.folder import STUDY
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.execution.pool import Pool
@@ -36,9 +38,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
     from pathlib import Path
 
+    from desim_warehouse.live.frozen import FrozenPage
+    from desim_warehouse.live.messages import About
     from desim_warehouse.live.offers import Offer
     from desim_warehouse.model import Model
-    from desim_warehouse.report.explore import WhatIfPage
     from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.work import Outcome
     from desim_warehouse.study.results import Results
@@ -72,7 +75,6 @@ class Design:
     handles: dict[int, Handle] = field(default_factory=dict)
     floor: Mapping[str, Any] | None = None
     known: RunsSoFar | None = None
-    band: list[Band | None] = field(default_factory=list)
     clear: dict[float | None, tuple[int, bool]] = field(default_factory=dict)
 
     @property
@@ -383,24 +385,22 @@ class Desk:
         sentence, more, verdict, label = said.sentence, list(said.more), said.verdict, said.label
         if known.n == 0:
             sentence, more = design.hand.sentence, [design.hand.more]
-        together, pinned_at = None, None
+        pinned_at = None
         if other is not None and pinned is not None and known.n:
-            pair = [(one.named, [one.outcomes[r] for r in range(one.n)]) for one in (pinned, design)]
-            together = results_of(self.model, pair, self.seed)
             found = other.estimate(self.main)
             if found is not None:
                 ends = found.interval or (None, None)
                 pinned_at = _times(scale.by, (found.mean, *ends))
-                more.append(f"Pinned, {pinned.named.words}: {other.reached(other.told(listener.target))}.")
+                told = capital(other.reached(other.told(listener.target)))
+                more.append(f"Pinned: {told} with {pinned.named.words}.")
+            apart = self._difference(pinned, design)
+            more += [] if apart is None else [f"Difference, run by run: {apart}."]
         done = ""
         if self.error is not None:
             done = "fails"
             more.append(f"Nothing more can be simulated: {self.error}")
         elif left <= 0:
             done = "exact" if known.exact else "fails" if known.failed else "verdict" if clear else "all"
-        measured = known.measured(listener.target, other, together) if known.n else []
-        if measured and measured[0].difference is not None:
-            more.append(f"Difference, run by run: {measured[0].difference}.")
         return Watched(
             id=design.id,
             n=known.n,
@@ -412,8 +412,7 @@ class Desk:
             sentence=sentence,
             more=more,
             values=known.values(scale.by),
-            band=self._band(design, known, scale.by),
-            measured=measured,
+            measured=known.measured(listener.target) if known.n else [],
             holds_up=known.holds_up() if known.n and not known.failed else [],
             pinned=None if pinned is None else pinned.id,
             pinned_at=pinned_at,
@@ -421,14 +420,6 @@ class Desk:
             tried=[self._tried(one, listener.target) for one in sorted(tried, key=lambda one: -one.asked)[:_LISTED]],
             notes=notes,
         )
-
-    def _band(self, design: Design, known: RunsSoFar, by: float) -> list[Band | None]:
-        """The mean and its usual interval after each run."""
-        while len(design.band) < known.n:
-            found = known.estimate(self.main, len(design.band) + 1)
-            low, high = found.interval if found is not None and found.interval else (None, None)
-            design.band.append(None if found is None else (found.mean, low, high))
-        return [None if one is None else _times(by, one) for one in design.band[: known.n]]
 
     def _tried(self, design: Design, target: Target | None) -> Tried:
         known = self.known(design)
@@ -449,13 +440,27 @@ class Desk:
             pairs = [(one.named, [one.outcomes[r] for r in range(one.n)]) for one in designs]
         return replace(results_of(self.model, pairs, self.seed, target), folder=self.folder, notes=tuple(self.notes))
 
-    def page(self, designs: Sequence[Design]) -> WhatIfPage:
-        """The what-if page of these designs.
+    def page(self, designs: Sequence[Design], about: About) -> FrozenPage:
+        """The page of these designs, which needs no server; the first is pinned, the second shown.
 
         Raises:
-            WarehouseError: where they cannot be compared.
+            ReportError: fewer than two that have runs, or too many.
         """
-        return self.results(designs, self.target.text if self.target else "").page()
+        from desim_warehouse.live import frozen
+
+        if not 1 < len(designs) <= frozen.MOST:
+            raise ReportError(f"a page compares 2 to {frozen.MOST} options that have runs (got {len(designs)})")
+        known = [(asked(one), self.answer(Listener(one, None, self.target, 0))) for one in designs]
+        table = [[self._difference(one, other) for other in designs] for one in designs]
+        return frozen.page(about.model_copy(update={"folder": ""}), known, table, start=1, pinned=0)
+
+    def _difference(self, base: Design, other: Design) -> str | None:
+        """The second minus the first, run by run; None where nothing can be said."""
+        if base is other:
+            return None
+        results = self.results([base, other])
+        found = results.compare_finished(self.main)
+        return None if found is None else difference(results, self.main, found.differences[0]).text
 
     def _write(self) -> None:
         """Say which study the folder has, for `desim report`; its runs are in the journal."""
@@ -469,6 +474,19 @@ class Desk:
             write_record(found.plan, found.points, keys, self.folder)
         except WarehouseError as error:
             self.notes.append(str(error))
+
+
+def asked(design: Design) -> Calculated:
+    """A design as the page has it at once: by hand."""
+    return Calculated(
+        id=design.id,
+        words=design.named.words,
+        levels=dict(design.levels),
+        runs=design.n,
+        sentence=design.hand.sentence,
+        more=design.hand.more,
+        needed=dict(design.hand.needed),
+    )
 
 
 def _times(by: float, band: Band) -> Band:

@@ -85,7 +85,7 @@ class Calculated(Message):
 
 
 class Measured(Message):
-    """An indicator over the runs of a design; `text` is as `desim what-if` prints it, numbers are in `unit`."""
+    """An indicator over the runs of a design; `text` is as `desim what-if` prints it, other numbers are in `unit`."""
 
     name: str
     label: str
@@ -94,8 +94,6 @@ class Measured(Message):
     mean: float
     low: float | None
     high: float | None
-    pinned: str | None = None
-    difference: str | None = None
 
 
 class Tried(Message):
@@ -112,8 +110,8 @@ class Tried(Message):
 class Watched(Message):
     """All that is known of a design: every event holds the whole of it, so one that is missed loses nothing.
 
-    `n`: the runs that count, 1 to n without a gap. `values`: of the indicator in each, `band`: its mean and the ends of
-    its usual interval after each; `pinned_at`: those of the pinned design. `done`: nothing more is simulated, and why.
+    `n`: the runs that count, 1 to n without a gap. `values`: of the indicator in each. `pinned_at`: mean and ends of
+    the interval of the pinned design. `done`: nothing more is simulated, and why.
     `holds_up`: the part of their time that robots, chargers and servers are busy, or robots wait in traffic.
     """
 
@@ -127,7 +125,6 @@ class Watched(Message):
     sentence: str
     more: list[str]
     values: list[float | None]
-    band: list[tuple[float, float | None, float | None] | None]
     measured: list[Measured]
     holds_up: list[tuple[str, float, str]]
     pinned: str | None
@@ -186,7 +183,7 @@ def openapi() -> dict[str, Any]:
                 "parameters": [*design, *asked],
             },
             "/api/design/{id}/floor": {"get": call("What a page plays of one run", None, js), "parameters": design},
-            "/api/share": {"post": call("The what-if page of these designs", None, "text/html", ShareAsk)},
+            "/api/share": {"post": call("These designs as a page without a server", None, "text/html", ShareAsk)},
             "/api/openapi.json": {"get": call("This document", None, js)},
         },
         "components": {

@@ -287,7 +287,7 @@ INDICATORS = {
             "counts once: when it is done or comes due, whichever is first. One that came due in the warm-up is left "
             "out, and so is one that comes due at the very end of the run or later and is not done. Over several runs "
             "the mean of their shares, in which each run counts alike: where busy days are late more often, the share "
-            "of all tasks of all runs is smaller, and is said beside it",
+            "of all tasks of all runs is smaller",
             "more",
             measures.on_time,
             measures.has_due_times,

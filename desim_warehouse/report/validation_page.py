@@ -30,7 +30,7 @@ def page(found: Validation, command: str = "") -> pages.ReportPage:
     outside = f"{len(found.outside)} of {len(found.names)}"
     tiles = [
         (verdict, "Verdict", f"p = {found.measures.p_value:.2g}"),
-        (outside, "Measures outside", "a right model has one on 1 of 20 days"),
+        (outside, "Measures outside", "even a correct model shows one on 1 day in 20"),
     ]
     answer = [capital(f"{line}.") for line in found.lines()]
     worst = farthest(found)

@@ -58,17 +58,24 @@ POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inli
 """What a page that is a file may do: run its own script."""
 
 
-def joined(package: str, parts: Mapping[str, str], shared: Sequence[str] = (), policy: str = POLICY) -> str:
+def joined(
+    package: str,
+    parts: Mapping[str, str],
+    shared: Sequence[str] = (),
+    policy: str = POLICY,
+    without: Sequence[str] = (),
+) -> str:
     """The page of a package: its page.html in the body, its page.css, and its scripts in the order of names.
 
     Before these come the `shared` scripts of other pages, such as `replay/js/07-floor.js`. `policy`: what it may do,
-    empty where that is sent with the page.
+    empty where that is sent with the page. `without`: scripts that it does without.
 
     Each `{{name}}` in page.html, and the `{{title}}` of all pages, stands for one of the parts, safe as it is.
     """
     common, home = files("desim_warehouse.report"), files(package)
     scripts = [common.joinpath(name) for name in ("web.js", *shared)]
-    scripts += sorted(home.joinpath("js").iterdir(), key=lambda item: item.name)
+    own = (item for item in home.joinpath("js").iterdir() if item.name not in without)
+    scripts += sorted(own, key=lambda item: item.name)
     whole = {
         "title": parts["title"],
         "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">' if policy else "",

@@ -30,10 +30,10 @@ if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
 
+    from desim_warehouse.live.frozen import FrozenPage
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.report.answer import Answer
-    from desim_warehouse.report.explore import WhatIfPage
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.factors import Label
     from desim_warehouse.study.plan import StudyPlan
@@ -350,11 +350,11 @@ class Results:
         """The page of the answer in a frame."""
         return self.answer._repr_html_()
 
-    def page(self, path: str | Path | None = None, *, command: str = "") -> WhatIfPage:
+    def page(self, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
         """A page in which sliders choose the design, for a study of all combinations. In Jupyter it shows itself."""
-        from desim_warehouse.report.explore import explore
+        from desim_warehouse.live.frozen import of_study
 
-        return explore(self, path, command=command)
+        return of_study(self, path, command=command)
 
     @cached_property
     def target(self) -> statistics.Target | None:

@@ -21,8 +21,8 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
+    from desim_warehouse.live.frozen import FrozenPage
     from desim_warehouse.model import Model
-    from desim_warehouse.report.explore import WhatIfPage
     from desim_warehouse.study.execution import Executor
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import (
@@ -364,7 +364,7 @@ class Study:
         """First-order and total Sobol indices; the design must be `{"saltelli": n}`."""
         return self.results.sobol(indicator)
 
-    def page(self, path: str | Path | None = None, *, command: str = "") -> WhatIfPage:
+    def page(self, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
         """A page in which sliders choose the design, for a study of all combinations. In Jupyter it shows itself."""
         return self.results.page(path, command=command)
 

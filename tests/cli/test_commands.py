@@ -42,7 +42,7 @@ def test_run_prints_a_table_for_people():
     first, busiest, title, *lines = said.stdout.splitlines()
     # the paper's step is 0.05 s, 6,377.5 steps are 318.9 s
     assert first == "10 tasks delivered in 6,378 steps (5.3 min), 113 an hour."
-    assert busiest.startswith("Busiest were the robots: at work ")
+    assert busiest.startswith("The robots were the busiest, at work ")
     assert title == "MultiBots: 1 robot, seed 0"
     shown = by_name(lines)
     assert shown["T"] == "Task time 6,378 steps (5.3 min)"

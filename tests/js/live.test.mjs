@@ -5,9 +5,10 @@ import { test } from "node:test";
 import { load } from "./load.mjs";
 
 const world = { AbortController, TextDecoderStream, clearTimeout, setTimeout };
-const files = ["01-feed", "02-knobs", "04-held-up"];
-const { Feed, RefusedError, heldUp, placeOf } = load("../live", files, ["Feed", "RefusedError", "heldUp", "placeOf"], {
+const files = ["00-parts", "01-feed", "01-frozen", "02-knobs", "04-held-up"];
+const { Feed, Frozen, RefusedError, heldUp, placeOf, rounds } = load("../live", files, ["Feed", "Frozen", "RefusedError", "heldUp", "placeOf", "rounds"], {
   ...world,
+  URL,
   fetch: (path, options) => world.fetch(path, options),
 });
 
@@ -44,4 +45,24 @@ test("the page names what is busiest, nothing where that has time left, and traf
   assert.equal(heldUp(["stations", 0.5, "50 % (49 to 51)"]), "Nothing: even the servers are free 50 % of the time.");
   const said = heldUp(["traffic", 0.509, "50.9 % (50.4 to 51.2)"]);
   assert.equal(said, "Traffic: robots wait in it 50.9 % of the time, longer than they are busy.");
+});
+
+test("axes have round numbers that span the values", () => {
+  assert.deepEqual(Array.from(rounds(0.93, 0.99)), [0.93, 0.94, 0.95, 0.96, 0.97, 0.98, 0.99].map((value) => rounds(0.93, 0.99).find((one) => Math.abs(one - value) < 1e-9)));
+  assert.deepEqual(Array.from(rounds(100, 100)), [50, 60, 70, 80, 90, 100]); // a share that all runs agree in
+  assert.ok(rounds(0, 0)[0] === 0 && rounds(0, 0).length > 1);
+});
+
+test("a page without a server answers for its options, beside the pinned one, and refuses others", async () => {
+  const answer = (mean) => ({ sentence: `${mean}.`, more: [], measured: [{ mean, low: mean - 1, high: mean + 1 }] });
+  const feed = new Frozen({
+    about: { knobs: [{ key: "robots" }] }, tried: [1, 2], differences: [[null, "+4 (3 to 5)"], ["−4 (−5 to −3)", null]],
+    designs: [[{ id: "a", words: "1 robot", levels: { robots: 1 } }, answer(5)], [{ id: "b", words: "2 robots", levels: { robots: 2 } }, answer(9)]],
+  });
+  assert.equal((await feed.ask("/api/design", { levels: { robots: 2 } })).id, "b");
+  await assert.rejects(feed.ask("/api/design", { levels: { robots: 3 } }), RefusedError);
+  let told = null;
+  await feed.listen("/api/design/b/events?pinned=a", null, (one) => (told = one));
+  assert.deepEqual(Array.from(told.more), ["Pinned: 5.", "Difference, run by run: +4 (3 to 5)."]);
+  assert.deepEqual(Array.from(told.pinned_at), [5, 4, 6]);
 });

@@ -15,7 +15,7 @@ from desim_warehouse.live.app import SHARED
 HERE = Path(__file__).parent
 PACKAGE = HERE.parents[1] / "desim_warehouse"
 REPORT = PACKAGE / "report"
-PAGES = {"replay": (REPORT / "replay", ()), "explore": (REPORT / "explore", ()), "live": (PACKAGE / "live", SHARED)}
+PAGES = {"replay": (REPORT / "replay", ()), "live": (PACKAGE / "live", SHARED)}
 
 
 @pytest.mark.parametrize("page", list(PAGES))

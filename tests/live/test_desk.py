@@ -19,7 +19,8 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.report.text import words
-from desim_warehouse.report.text.judged import within
+from desim_warehouse.report.text.judged import within as told
+from desim_warehouse.report.write import report
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import looked_at
@@ -71,16 +72,16 @@ def test_numbers_are_those_that_what_if_prints_from_the_same_folder(tmp_path, pa
     for one in answer["measured"]:
         found = results.estimate(results.rows, one["name"])
         scale = words.scale_of(one["name"], results.base, [found])
-        assert within(one["name"], scale, (found.mean, *(found.interval or (None, None)))).text == one["text"]
+        assert told(one["name"], scale, (found.mean, *(found.interval or (None, None)))).text == one["text"]
 
 
 def test_a_pinned_design_grows_beside_and_differences_are_paired_run_by_run(page):
     pinned, now = page.design(robots=3), page.design(robots=2)
-    answer = page.until(now["id"], lambda one: one["done"] and one["measured"][0]["difference"], pinned=pinned["id"])
+    answer = page.until(now["id"], lambda one: one["done"] and "Difference" in str(one["more"]), pinned=pinned["id"])
     before = page.until(pinned["id"])
     gaps = [a - b for a, b in zip(answer["values"], before["values"], strict=True)]
     mean = sum(gaps) / len(gaps)
-    assert answer["measured"][0]["difference"].startswith(f"+{mean:.3f} min (")
+    assert answer["more"][-1].startswith(f"Difference, run by run: {mean:.3f} min (")
     assert answer["pinned_at"][0] == pytest.approx(sum(before["values"]) / 30)
 
 
@@ -105,7 +106,7 @@ def test_a_verdict_ends_the_runs_and_stands(tmp_path):
         assert answers[-1]["n"] < 30
         # one interval: that of the look, in the sentence and beside it, and none before the first look
         first = answers[-1]["measured"][0]
-        assert answers[-1]["sentence"] == f"2 robots and 3 chargers: task time {first['text']}."
+        assert answers[-1]["sentence"] == f"Task time {first['text']} with 2 robots and 3 chargers."
         found = looked_at(
             [60 * value for value in answers[-1]["values"]], read_target("T <= 480"), 0.95, within=(0, math.inf)
         )
@@ -211,18 +212,24 @@ def test_the_shared_page_has_the_same_numbers(page):
     texts = [page.until(design)["measured"][0]["text"] for design in pair]
     made = page.http.post("/api/share", json={"ids": pair})
     assert made.status_code == 200
-    data = json.loads(made.text.split('id="study">')[1].split("</script>")[0])
-    assert [mean[3] for mean in data["means"]["T"]] == texts
-    assert [design["runs"] for design in data["designs"]] == [30, 30]
+    data = json.loads(made.text.split('id="frozen">')[1].split("</script>")[0])
+    assert [answer["measured"][0]["text"] for _, answer in data["designs"]] == texts
+    assert [asked["runs"] for asked, _ in data["designs"]] == [30, 30]
+    assert data["differences"][0][1].startswith("1.")
+    [knob] = data["about"]["knobs"]
+    assert knob["values"] == [2, 3]
+    assert (data["pinned"], data["start"]) == (0, 1)
 
 
-def test_the_folder_can_be_reported_while_the_page_is_served(page):
+def test_the_folder_can_be_reported_while_the_page_is_served(page, tmp_path):
     page.until(page.design(robots=2)["id"])
     with page.live.desk.lock:
         page.live.desk._write()
     results = Results.load(page.live.folder)
     assert "2 robots" in str(list(results.designs))
     assert len(results.runs("Design=2 robots")) == 30
+    page_of = report(page.live.folder, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "2 robots" in page_of
 
 
 PRICES = {"hours": 4000, "robot": 9000}
@@ -237,7 +244,7 @@ def test_a_new_server_on_an_old_folder_lists_what_was_tried_and_what_it_costs(tm
     assert again["n"] >= first["n"]
     assert again["values"][: first["n"]] == first["values"]
     assert {one["words"] for one in again["tried"]} == {"3 robots", "4 robots"}
-    assert [one["name"] for one in again["measured"]][1] == "annual_cost"
+    assert again["sentence"].endswith(" with 4 robots, 36,000 a year.")
 
 
 def test_the_floor_of_a_run_is_what_the_replay_page_plays(page):

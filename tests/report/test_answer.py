@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import ast
 import html
 import json
 import random
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import jsonschema
 import pytest
@@ -17,6 +19,7 @@ from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report import answer as answers
+from desim_warehouse.report import text as report_text
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.page import example
 from desim_warehouse.report.text.printed import printed
@@ -29,6 +32,7 @@ from desim_warehouse.study.statistics import DesignVerdict, Estimate, Gain, Gain
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.why import Why, why
 from tests.docs import pages
+from tests.live.test_frozen import held
 from tests.report.test_report import needs_nothing_from_outside
 
 BRACKETS = re.compile(r"\([^)]*\(")
@@ -185,7 +189,7 @@ def test_every_open_fleet_is_named_or_counted():
     sized = Sized("today", 1.0, 200.0, best, (close, *few), {}, False, (), {}, counts=counts)
     plan = FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", sized, None, (), None, "charging", 400)
     assert (
-        "9 fleets of 8 to 10 robots and 3 to 5 chargers may also be enough; more runs would tell."
+        "9 other fleets, of 8 to 10 robots and 3 to 5 chargers, may also be enough; more runs would tell."
         in plan.answer.answer[0]
     )
 
@@ -254,6 +258,7 @@ SHORT = "--set run.length=900 --set run.warm_up=100 --quiet"
     [
         "run w.yaml --set run.length=900",
         f"what-if w.yaml --vary fleet.size=1,2 --replications 2 {SHORT}",
+        "study s.yaml --quiet",
         f"size w.yaml --range 1..2 --target 'on_time >= 50 %' --first 2 --cap 2 {SHORT}",
         f"size w.yaml --range 1..2 --first 2 --cap 2 {SHORT}",
         f"best w.yaml --vary fleet.size=1,2 --indicator throughput_per_hour --first 2 --cap 2 {SHORT}",
@@ -266,6 +271,8 @@ SHORT = "--set run.length=900 --set run.warm_up=100 --quiet"
 def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     (tmp_path / "w.yaml").write_text(json.dumps(example().content()), encoding="utf-8")
+    study = {"model": "w.yaml", "set": {"run.length": 900, "run.warm_up": 100}, "factors": {"fleet.size": [1, 2]}}
+    (tmp_path / "s.yaml").write_text(json.dumps(study), encoding="utf-8")
     status, _, err = pages.run_desim(f"desim {command} --out made")
     assert status in {0, 3}, err
     assert pages.run_desim("desim report made")[0] == 0
@@ -293,3 +300,64 @@ def test_a_damaged_answer_is_one_message(tmp_path):
 def test_options_whose_runs_are_equal_are_one():
     found = answers.merged(["a", "b", "A", "c", "B"], str.lower)
     assert found == [("a", ["A"]), ("b", ["B"]), ("c", [])]
+
+
+def test_no_template_has_a_bracket_in_a_bracket():
+    """Whatever is put into a sentence: what stands in brackets in its template has no brackets of its own."""
+    nested = []
+    for path in sorted(Path(report_text.__file__).parent.glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.JoinedStr):
+                said = "".join(str(one.value) if isinstance(one, ast.Constant) else "x" for one in node.values)
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                said = node.value
+            else:
+                continue
+            if BRACKETS.search(said) and "\n" not in said:
+                nested.append((path.name, said))
+    assert nested == []
+
+
+@pytest.fixture(scope="module")
+def studies():
+    """Small studies by chance: with and without a target, prices, several fleets and ways of dispatching."""
+    found = []
+    for number in range(12):
+        chance = random.Random(number)
+        sizes = sorted(chance.sample([1, 2, 3, 4], chance.randint(1, 3)))
+        factors = {"fleet.size": sizes}
+        if chance.random() < 0.5:
+            factors["policies.allocation"] = ["nearest", "hungarian"]
+        target = chance.choice([None, "on_time >= 50 %", "on_time >= 70 %", "on_time >= 99 %"])
+        base = example().replace({"run.length": 1800, "run.warm_up": 300})
+        if chance.random() < 0.4:
+            base = base.replace({"prices": {"hours": 4000, "robot": 9000}})
+        study = dw.Study(base, factors, replications=chance.randint(2, 5), seed=number, target=target)
+        found.append(study.run().results)
+    return found
+
+
+def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_interval(studies):
+    """On answers of random small studies: terminal, page, JSON and the page of sliders say the same numbers."""
+    for results in studies:
+        answer = results.answer
+        assert is_everywhere(answer)
+        if answer.about is None:
+            assert answer.tiles == ()
+        else:
+            [option] = [one for one in answer.options if one.name == answer.about.name]
+            assert answer.about.model["fleet"]["size"] == option.set["fleet.size"]
+            texts = {one.of: one.text for one in option.numbers}
+            for tile in answer.tiles:
+                whole = f"{tile.value} ({tile.note})" if tile.note else tile.value
+                assert whole in texts.values() or tile.what == "a year"
+            said = " ".join(answer.answer)
+            assert option.name in said or len(answer.options) == 1
+        first = text_of(page(answer, None)).partition("Everything tried")[0]
+        known = {text for one in answer.options for text in [one.said, *(number.text for number in one.numbers)]}
+        for interval in re.findall(r"[\d.,−]+ (?:%|\S+) \(\S+ to \S+\)", first):
+            assert any(interval in text for text in known), interval
+        if len(results.designs) > 1:
+            watched = [one for _, one in held(results.page().html)["designs"]]
+            shown = {number["text"] for one in watched for number in one["measured"]}
+            assert shown == {number.text for one in answer.options for number in one.numbers}

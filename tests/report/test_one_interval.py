@@ -50,7 +50,8 @@ def test_neither_mean_nor_end_is_written_as_the_target_or_as_none_or_all_that_is
         ((0.976, 0.9496, 0.99), 0.95, "98 % (94.96 to 99)"),
         ((0.976, 0.95, 1.0), 0.95, "98 % (95 to 100)"),
         ((0.9503, 0.94, 0.96), 0.95, "95.03 % (94 to 96)"),
-        ((0.02, 1e-8, 0.07), 0.95, "2 % (<0.001 to 7)"),
+        ((0.98, 0.95, 1 - 1e-8), 0.94, "98 % (95 to 99.999)"),
+        ((0.02, 1e-8, 0.07), 0.95, "2 % (0.001 to 7)"),
     ],
 )
 def test_only_what_would_look_like_the_target_has_more_digits(found, target, said):

@@ -156,7 +156,7 @@ def test_where_no_design_is_enough_that_is_said(file):
     words = ["best", str(file), "--indicator", "annual_cost", "--target", "on_time >= 99.9 %", "--runs", "50"]
     done = CliRunner().invoke(desim, [*words, "--vary", "fleet.size=1,2", "--directions", "--quiet"])
     assert done.exit_code == 3, done.output
-    assert "No design was shown to give at least 99.9 % on time; best by the search is " in done.output
+    assert "No option was shown to give at least 99.9 % on time; best by the search is " in done.output
     assert "on fresh days: shown to" not in done.output
 
 
@@ -169,9 +169,9 @@ def test_the_command_says_the_value_on_fresh_days_and_writes_a_page(file, tmp_pa
     (said, *others) = done.stdout.splitlines()
     assert re.match(r"\d robots?, chargers at \w: annual cost [\d,]+ EUR \(.*\), [\d.]+ % \(.*\) on time, in", said)
     assert said.endswith("on fresh days: shown to give at least 80 % on time.")
-    assert any(re.match(r"\d+ of 35 designs were tried, in \d+ runs in all\.", line) for line in others)
+    assert any(re.match(r"\d+ of 35 options were tried, in \d+ runs in all\.", line) for line in others)
     html = page.read_text(encoding="utf-8")
-    assert "With which design is annual cost smallest with at least 80 % on time?" in html
+    assert "With which option is annual cost smallest with at least 80 % on time?" in html
     assert html.count("<tr>") > 5
     assert "desim best" in html
 

@@ -2,13 +2,6 @@
 
 const SILENT = 12000; // milliseconds without a word after which the server is gone
 
-class RefusedError extends Error {
-  constructor(status, problems) {
-    super(problems.join("\n"));
-    this.status = status;
-  }
-}
-
 class Feed {
   constructor(token) {
     this.token = token;

@@ -11,8 +11,6 @@ class Watch {
 
   async show({ header, columns }) {
     this.side = new Side(header, await columnsOf(header.columns, columns), this.colours, byId("side-1"), "A");
-    const [worst] = header.worst;
-    this.side.scene.queue = worst ? { what: worst.what, number: worst.number } : null;
     this.player = this.dark = null;
     byId("nofloor").hidden = true;
     this.resized();

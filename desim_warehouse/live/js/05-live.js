@@ -9,18 +9,31 @@ class Live {
     Object.assign(this, { feed, about, answer: null, asked: null, pinned: null, state: "stale", more: 0, stream: null });
     this.target = about.target?.value ?? null;
     this.knobs = new Knobs(byId("knobs"), about.knobs, () => this.move());
-    if (about.target) this.aim(about.target);
-    this.watch = new Watch(about.colours);
+    this.frozen = feed instanceof Frozen;
+    document.body.classList.toggle("frozen", this.frozen);
+    if (this.frozen) this.begin(feed);
+    else this.watch = new Watch(about.colours);
+    if (about.target && !this.frozen) this.aim(about.target);
     byId("name").textContent = document.title = about.name;
-    byId("funnel-head").textContent = `${about.label}${about.unit ? ` (${about.unit})` : ""}, as runs come in`;
+    byId("funnel-head").textContent = `${about.label}${about.unit ? ` (${about.unit})` : ""}, run by run`;
     byId("promise").textContent = about.promise;
-    byId("folder").textContent = about.folder;
+    byId(this.frozen ? "command" : "folder").textContent = about.folder;
+    byId("kept").hidden = this.frozen;
+    byId("again").hidden = !this.frozen || !about.folder;
     byId("pin").addEventListener("click", () => this.pin());
     byId("share").addEventListener("click", () => this.share());
     byId("stop").addEventListener("click", () => this.stopOrGoOn());
     document.addEventListener("keydown", (event) => this.key(event));
     new ResizeObserver(() => this.draw()).observe(byId("funnel"));
     this.move();
+  }
+
+  // The designs that a page without a server begins with, and the sentences above them.
+  begin({ designs, start, pinned, answers }) {
+    this.knobs.set(designs[start][0].levels);
+    if (pinned !== null) this.pinned = { id: designs[pinned][0].id, levels: designs[pinned][0].levels };
+    byId("answers").replaceChildren(...answers.map((line) => element("li", {}, line)));
+    byId("answers").hidden = !answers.length;
   }
 
   aim({ label: title, relation, least, most, step, unit }) {
@@ -49,7 +62,7 @@ class Live {
 
   later(act) {
     clearTimeout(this.clock);
-    this.clock = setTimeout(act, SETTLE);
+    this.clock = setTimeout(act, this.frozen ? 0 : SETTLE);
   }
 
   // A slider moved: what was known is old, the hand calculation comes at once, the runs once the slider rests.
@@ -96,7 +109,7 @@ class Live {
       this.refused = error;
       this.state = "refused";
       this.knobs.wrong(this.knobs.last);
-      this.note(`This design cannot run. ${error.message}\nThe answer below is of the last design that could.`);
+      this.note(`${this.frozen ? "" : "This option cannot run. "}${error.message}\nThe answer below is of the last option that is.`);
       return this.show();
     }
     const gone = error instanceof RefusedError && error.status === 401 ? "This link has expired: open the address that desim serve printed." : "The page resumes when the simulator is back.";
@@ -211,7 +224,7 @@ class Live {
     byId("said").textContent = hand ? (asked?.sentence ?? "") : answer.sentence;
     byId("more").textContent = hand ? (asked?.more ?? "") : answer.more.join(" ");
     const old = this.floorOf && this.floorOf !== (asked ?? answer)?.id;
-    byId("floor-head").textContent = !this.floorOf ? "The floor" : old ? "The floor of the previous design" : `The floor in one run, after the warm-up, ${this.watch.player?.speed ?? 1}× real time`;
+    byId("floor-head").textContent = !this.floorOf ? "The floor" : old ? "The floor of the previous option" : `The floor in one run, after the warm-up, ${this.watch.player?.speed ?? 1}× real time`;
     if (answer && !before) this.showAnswer(answer);
     this.draw();
   }
@@ -223,24 +236,21 @@ class Live {
     const count = answer ? `${answer.n} run${answer.n === 1 ? "" : "s"}` : "";
     live.dataset.state = state;
     live.lastElementChild.textContent = {
-      stale: "new design, starting the first run",
+      stale: this.frozen ? "" : "new option, starting the first run",
       running: answer?.n && !this.waits ? `${answer.n} of ${answer.wanted} runs${left}` : "the first run is simulated",
       done: `${count}, done${why ? `: ${why}` : ""}`, stopped: `${count}, stopped`, refused: "refused", offline: "no connection",
     }[state];
     byId("stop").textContent = state === "running" ? "Stop" : state === "stopped" ? "Go on" : `${this.about.runs} more runs`;
     byId("stop").disabled = state === "stale" || state === "offline" || state === "refused" || answer?.done === "exact";
     const isPinned = Boolean(answer) && this.pinned?.id === answer.id;
-    byId("pin").textContent = isPinned ? "Unpin" : "Pin this design";
+    byId("pin").textContent = isPinned ? "Unpin" : "Pin this option";
     byId("pin").setAttribute("aria-pressed", String(isPinned));
     byId("pin").disabled = !answer;
     byId("share").disabled = (answer?.tried.length ?? 0) < 2;
   }
 
   showAnswer(answer) {
-    byId("also").replaceChildren(...answer.measured.slice(1).flatMap((one) => {
-      const than = one.pinned === null ? [] : [element("dd", { class: "than" }, `pinned ${one.pinned}${one.difference ? `, difference ${one.difference}` : ""}`)];
-      return [element("dt", {}, one.label), element("dd", {}, one.text), ...than];
-    }));
+    byId("also").replaceChildren(...answer.measured.slice(1).flatMap((one) => [element("dt", {}, one.label), element("dd", {}, one.text)]));
     const [first] = answer.holds_up;
     byId("hold").hidden = !first;
     if (first) {
@@ -269,7 +279,7 @@ class Live {
 }
 
 async function begin() {
-  const feed = new Feed(location.hash.slice(1));
+  const data = byId("frozen"), feed = data ? new Frozen(JSON.parse(data.textContent)) : new Feed(location.hash.slice(1));
   return new Live(feed, await feed.ask("/api/model"));
 }
 

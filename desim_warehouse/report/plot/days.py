@@ -58,7 +58,7 @@ def day(
         number = farthest(found)
     ranks, parts = found.drops[number], found.parts[number] / found.model.units.hour
     low, high = ranks.band(0)
-    with look.drawing(ax, style, title, (_WIDTH, 3.3), f"Load units put down an hour: {found.days[number]}") as axes:
+    with look.drawing(ax, style, title, (_WIDTH, 3.3), f"Drops an hour: {found.days[number]}") as axes:
         runs = ranks.simulated.shape[1]
         label = f"band of {runs} simulated days"
         axes.stairs(high, parts, baseline=low, fill=True, color=palette.COLOURS[5], alpha=0.35, label=label)
@@ -77,7 +77,7 @@ def day(
         axes.set_xlim(parts[0], parts[-1])
         axes.set_ylim(bottom=0)
         axes.set_xlabel("Time of the log (h)")
-        axes.set_ylabel("Load units put down an hour")
+        axes.set_ylabel("Drops an hour")
         axes.legend(loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2)
     return axes
 

@@ -322,4 +322,4 @@ def _key(axes: Axes, floor: Layout, model: Model) -> None:
         Line2D([], [], linestyle="none", marker=mark, markerfacecolor=face, markeredgecolor=edge, label=label)
         for label, mark, face, edge in marks
     ]
-    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, -0.12), ncols=len(handles))
+    axes.legend(handles=handles, loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=4.5, ncols=len(handles))

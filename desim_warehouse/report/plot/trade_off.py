@@ -50,7 +50,7 @@ def trade_off(
             best = found.best.value.mean
             reached = found.best.reached.mean if found.best.reached is not None else 0.0
             x = by * reached if goal is not None else float(len(known))
-            y, what = scale.by * best, "best, on fresh days"
+            y, what = scale.by * best, "winner, checked on new days"
             axes.plot([x], [y], linestyle="none", marker="*", markersize=14, color=palette.COLOURS[1], label=what)
         axes.set_ylabel(look.text(words.with_unit(name, scale.unit)))
         look.legend(axes, 2)

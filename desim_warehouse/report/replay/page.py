@@ -8,10 +8,12 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import simulated_with
+from desim_warehouse.errors import number_of
 from desim_warehouse.model.facts.keys import about
 from desim_warehouse.report.palette import GROUND, HEAT, PAGE, PALETTES, WAITED_STEPS
 from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.payload import payload
+from desim_warehouse.report.replay.stops import better
 from desim_warehouse.report.web import joined, safe_json
 
 if TYPE_CHECKING:
@@ -37,9 +39,10 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
         work = (history.model.content()["tasks"], history.seed)
         headers.append({**header, "label": label, "work": work == first, "columns": index})
         texts.append(f'<script type="text/plain" class="columns">{text}</script>')
+    told = {"better": better(runs)} if len(runs) > 1 else {}
     parts = {
         "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
-        "header": safe_json({"palette": palette, "colours": colours(), "runs": headers}),
+        "header": safe_json({"palette": palette, "colours": colours(), "runs": headers, **told}),
         "columns": "\n".join(texts),
     }
     return joined("desim_warehouse.report.replay", parts)
@@ -57,7 +60,7 @@ def labels(runs: Sequence[History]) -> list[str]:
     found = []
     for history, content in zip(runs, contents, strict=True):
         said = [key for key in differ if content.get(key) is not None] or differ
-        parts = [f"{_name(key)} {_text(content.get(key))}" for key in said[:_KEYS]]
+        parts = [_setting(key, content.get(key)) for key in said[:_KEYS]]
         if len(said) > _KEYS:
             parts = [content["name"]] if apart else [*parts, "..."]
         if not differ or len({history.seed for history in runs}) > 1:
@@ -75,10 +78,12 @@ def _flat(content: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, A
             yield f"{before}{key}", value
 
 
-def _name(key: str) -> str:
-    """What people call a key."""
+def _setting(key: str, value: Any) -> str:
+    """A key with its value, as people say it: `3 robots`, `warm-up 600`."""
+    if key == "fleet.size" and isinstance(value, int):
+        return number_of(value, "robot")
     known = about(key)
-    return known.label if known else key
+    return f"{known.label if known else key} {_text(value)}"
 
 
 def _text(value: Any) -> str:

@@ -17,8 +17,8 @@ from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
 from desim_warehouse.report.replay.lost import lost_to
-from desim_warehouse.report.replay.queues import resource_columns, worst
 from desim_warehouse.report.replay.scale import scale_of
+from desim_warehouse.report.replay.stops import stops
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
 from desim_warehouse.report.text.numbers import plural
 from desim_warehouse.report.zones import cell_size, robot_radii
@@ -57,7 +57,7 @@ def payload(history: History, start: float, end: float) -> tuple[dict[str, Any],
         **_blocked_columns(history, scale),
         **_delivery_columns(history, scale),
         **tile_columns(shown, scale),
-        **resource_columns(places, scale),
+        **_resource_columns(places, scale),
         **_storage_columns(history, scale),
     }
     return _header(history, positions, shown, places, scale), columns
@@ -99,7 +99,7 @@ def _header(
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places), zone.room] for zone in positions.zones],
         "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
-        "worst": worst(history, edges, places, scale),
+        "stops": stops(history, places, scale),
         "lost": lost_to(history, scale),
         "fastest": model.fleet.fastest,
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
@@ -114,6 +114,18 @@ def _header(
             [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
         ],
     }
+
+
+def _resource_columns(found: list[Resource], scale: MapScale) -> dict[str, Any]:
+    """For each resource, how many are busy and how many robots queue, from the start of the run on."""
+    columns: dict[str, Any] = {}
+    for what, curves in (("busy", [one.busy for one in found]), ("queue", [one.queue for one in found])):
+        kept = [[(time, count) for time, count in zip(*curve, strict=True) if time <= scale.end] for curve in curves]
+        flat = [item for curve in kept for item in curve]
+        columns[f"{what}_count"] = [len(curve) for curve in kept]
+        columns[f"{what}_time"] = np.diff(scale.times([time for time, _ in flat]), prepend=0)
+        columns[f"{what}_now"] = np.diff(np.array([count for _, count in flat], dtype=np.int64), prepend=0)
+    return columns
 
 
 def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: MapScale) -> list[tuple[int, int]]:

@@ -37,14 +37,14 @@ def answer(found: BestOfMany) -> Answer:
         kind="best",
         name=found.model.name,
         description=found.model.description,
-        question=f"With which design is {words.in_sentence(found.indicator)} {sense}{aim}?",
+        question=f"With which option is {words.in_sentence(found.indicator)} {sense}{aim}?",
         answer=tuple(sentences(found)),
         measures={name: words.in_sentence(name) for name in _judged_by(found)},
         tiles=tuple(judged.tile(one.text, words.in_sentence(one.of)) for one in known),
         options=tuple(_option(found, one) for one in (best, *found.cheaper, *filter(None, [found.runner_up]))),
         figure=_figure(found),
         about=None if unproven else judged.about(design(best), found.model, found.seed),
-        tables=(Folded(title="All designs tried", note=_LUCK, head=tuple(head), rows=tuple(map(tuple, rows))),),
+        tables=(Folded(title="The search", note=_LUCK, head=tuple(head), rows=tuple(map(tuple, rows))),),
         promise=f"Values are of days that the search has not seen, with {100 * found.confidence:g} % confidence.",
         runs=found.runs,
         confidence=found.confidence,
@@ -94,7 +94,7 @@ def sentences(found: BestOfMany) -> list[str]:
     if found.runner_up is not None:
         lines.append(_runner_up(found, found.runner_up))
     many = f"{number(found.many)}" if found.many < _COUNTED else f"some 10^{math.floor(math.log10(found.many))}"
-    lines.append(f"{len(found.tried)} of {many} designs were tried, in {number_of(found.runs, 'run')} in all.")
+    lines.append(f"{len(found.tried)} of {many} options were tried, in {number_of(found.runs, 'run')} in all.")
     return lines
 
 
@@ -105,7 +105,7 @@ def _answer(found: BestOfMany) -> str:
     if found.shown:
         return sentence(f"{best}, {_days(found.best)}: shown to give {_aim(found)}")
     wrong = f"; but {found.best.vetoed}" if found.best.vetoed else ""
-    return sentence(f"No design was shown to give {_aim(found)}; best by the search is {best}{wrong}")
+    return sentence(f"No option was shown to give {_aim(found)}; best by the search is {best}{wrong}")
 
 
 def _runner_up(found: BestOfMany, other: JudgedDesign) -> str:

@@ -115,7 +115,7 @@ class _Planned:
             for (low, high), what in zip(spans, ("robot", "charger"), strict=True)
             if high
         ]
-        return f"{len(found)} fleets of {spoken(parts)}"
+        return f"{len(found)} other fleets, of {spoken(parts)},"
 
     def _ended(self, sized: Sized) -> str:
         """What is known where the runs allowed ended before an answer."""

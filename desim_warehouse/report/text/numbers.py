@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 NONE = "–"
 """Where there is no value."""
-VERDICTS = {True: "differs", False: "not shown to differ", None: "cannot be tested (one run)"}
-"""By `Difference.differs`."""
 _SMALLEST_P = 0.001
 _NEAR = 0.01
 """Shares nearer to none or all than this have more than one decimal."""
@@ -64,30 +62,6 @@ class Mean(Protocol):
     @property
     def deterministic(self) -> bool:
         """Whether chance plays no part."""
-
-    @property
-    def of_all(self) -> float | None:
-        """Of shares of tasks, the share of all tasks of all runs."""
-
-
-class Paired(Protocol):
-    """A difference between two designs, as `study.statistics.Difference` is one."""
-
-    @property
-    def estimate(self) -> Mean:
-        """The difference."""
-
-    @property
-    def p_adjusted(self) -> float | None:
-        """That it is zero."""
-
-    @property
-    def differs(self) -> bool | None:
-        """None: it cannot be tested."""
-
-    @property
-    def missing(self) -> int:
-        """Pairs without a value."""
 
 
 def number(value: float, digits: int | None = None) -> str:
@@ -176,64 +150,17 @@ class Scale:
         if found.interval is None:
             return f"{self.value(found.mean)} ({'exact' if found.deterministic else 'one run'})"
         few = f", {number_of(found.n, 'run')}" if not found.sd and found.n < _FEW else ""
-        return self.within(found.mean, *found.interval, target, found.of_all) + few
+        return self.within(found.mean, *found.interval, target) + few
 
-    def within(
-        self, mean: float, low: float, high: float, target: float | None = None, of_all: float | None = None
-    ) -> str:
+    def within(self, mean: float, low: float, high: float, target: float | None = None) -> str:
         """A mean with its unit and the ends of its interval, by the digits that this deserves: `97.4 % (97.1 to 97.7)`.
 
-        None of them is written as the target, or as 0 or 100 %, that is not exactly so. `of_all`: the share of all
-        tasks, said where it is written otherwise than the mean of the runs.
+        None of them is written as the target, or as 0 or 100 %, that is not exactly so.
         """
         unit = plural(self.unit, self.by * mean)
-        return self._with_ends(mean, low, high, target, of_all, f" {unit}" if unit else "")
-
-    def tile(self, found: Mean, what: str, target: float | None = None) -> tuple[str, str, str]:
-        """A mean as a large number: its value with the unit, what it is, and the ends of its interval."""
-        value, _, ends = self.estimate(found, target).partition(" (")
-        return value, what, ends.replace(")", "", 1)
-
-    def cell(self, found: Mean | None, target: float | None = None) -> str:
-        """A mean in a table whose head has the unit: `200 ± 14`; with its ends where one is nearer, or for a target."""
-        if found is None:
-            return NONE
-        if found.interval is None:
-            return self.single(found.mean)
-        half = found.half_width or 0.0
-        ends_at_0 = found.mean - half < 0 <= found.interval[0]
-        if self.is_share or not found.sd or ends_at_0 or target is not None:
-            unit = " %" if self.is_share else ""
-            return self._with_ends(found.mean, *found.interval, target, found.of_all, unit)
-        digits = self._digits(found.mean, *found.interval)
-        return f"{self._rounded(found.mean, digits)} ± {number(self.by * half, digits)}"
-
-    def difference(self, found: Paired) -> tuple[str, str, str, str, str]:
-        """A paired difference in a table: its mean, the ends of its interval, p-value and verdict."""
-        one = found.estimate
-        points = Scale("", 100.0 if self.is_share else self.by)
-        digits = points._digits(one.mean, *one.interval) if one.interval else None
-        if digits is not None and one.interval and one.interval[0] * one.interval[1] > 0:  # neither end looks like 0
-            digits = min(digits + _MORE, max(digits, *(decimals(points.by * end) - 1 for end in one.interval)))
-        ends = ("exact", "") if one.deterministic else (NONE, NONE)
-        return (
-            measured(points.by * one.mean) if digits is None else points._rounded(one.mean, digits),
-            *(
-                (points._rounded(one.interval[0], digits or 0), points._rounded(one.interval[1], digits or 0))
-                if one.interval
-                else ends
-            ),
-            p_value(found.p_adjusted),
-            VERDICTS[found.differs] + (f" ({number_of(found.missing, 'pair')} missing)" if found.missing else ""),
-        )
-
-    def _with_ends(
-        self, mean: float, low: float, high: float, target: float | None, of_all: float | None, unit: str
-    ) -> str:
         digits = self._digits(mean, low, high)
         shown, first, last = (self._apart(value, digits, target) for value in (mean, low, high))
-        whole = shown if of_all is None else self._rounded(of_all, digits)
-        return f"{shown}{unit} ({first} to {last}{'' if whole == shown else f'; of all tasks {whole} %'})"
+        return f"{shown}{f' {unit}' if unit else ''} ({first} to {last})"
 
     def _digits(self, mean: float, low: float, high: float) -> int:
         """The decimals that an interval deserves."""
@@ -247,8 +174,8 @@ class Scale:
         aims = [aim for aim in (target, *((0.0, 1.0) if self.is_share else ())) if aim is not None]
         others = [self.by * aim for aim in aims if not math.isclose(value, aim, rel_tol=_SAME, abs_tol=_SAME)]
         if self.is_share and _SAME < value < 1 - _SAME and round(100 * value, _MORE) in {0.0, 100.0}:
-            step = 10.0**-_MORE
-            return f"<{number(step, _MORE)}" if value < 0.5 else f">{number(100 - step, _MORE)}"  # noqa: PLR2004
+            step = 10.0**-_MORE  # beyond it nobody cares, but it is not all or none
+            return number(step if value < 0.5 else 100 - step, _MORE)  # noqa: PLR2004
         while digits < _FINEST and any(round(self.by * value, digits) == round(aim, digits) for aim in others):
             digits += 1
         return self._rounded(value, digits)

@@ -11,13 +11,17 @@ from desim_warehouse.outcome.resources import busy_share, servers_in_use, standi
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.root_words import root as in_words
-from desim_warehouse.report.text.sentences import sentence
+from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
-_USED = {"robots": "the robots: at work", "chargers": "the chargers: in use", "workers": "the workers: at work"}
+_USED = {
+    "robots": "the robots were the busiest, at work",
+    "chargers": "the chargers were the busiest, in use",
+    "workers": "the workers were the busiest, at work",
+}
 
 
 def sentences(run: Run) -> list[str]:
@@ -52,7 +56,7 @@ def waited(run: Run) -> list[str]:
         return []
     root, (time, _) = next(iter(found.items()))
     lasted, share = numbers.duration(time, run.model.units.time), numbers.PERCENT.value(time / whole)
-    return [f"Most of all robots waited {in_words(root, run.model)}: {lasted} in all, {share} of their time."]
+    return [f"Robots waited longest {in_words(root, run.model)}: {lasted} in all, {share} of their time."]
 
 
 def counted_time(run: Run) -> str:
@@ -98,10 +102,11 @@ def _busiest(run: Run) -> str:
     if not used:
         return "No time was counted."
     who = max(used, key=lambda name: used[name])
-    doing = _USED.get(who, f"the servers of {who}: at work")
+    doing = _USED.get(who, f"the servers of {who} were the busiest, at work")
     waited = numbers.PERCENT.value(run.kpis["share_waiting"])
     return (
-        f"Busiest were {doing} {numbers.PERCENT.value(used[who])} of the time. Robots waited in traffic {waited} of it."
+        f"{capital(doing)} {numbers.PERCENT.value(used[who])} of the time. "
+        f"Robots spent {waited} of theirs waiting in traffic."
     )
 
 

@@ -214,7 +214,7 @@ class _Studied:
         better = {name: known.better for name in study.moving if (known := look_up(name)) and known.better}
         if not better:
             same = spoken([words.in_sentence(name) for name in study.main])
-            return [f"Nothing that was varied changes {same}."] if same else [], self._first(study.baseline)
+            return [f"Nothing that was varied changes {same}."] if same else [], None
         indicator, sense = next((name, better[name]) for name in better)
         lasting = [design for design in self.tried if not self.options[design].said] or self.tried
         means = {one: found.mean for one in lasting if (found := study.shown(one, indicator)) is not None}
@@ -225,11 +225,9 @@ class _Studied:
         extreme = "largest" if sense == "more" else "smallest"
         name = words.in_sentence(indicator)
         if len(means) > 1 and len(alike) == len(means) - 1:
-            lines = [f"No option is shown to be better in {name} than another."]
-        else:
-            most = f"{capital(name)} is {extreme}, {self._found(best, indicator)}, with {self.options[best].name}."
-            lines = [most] + ([f"Not shown to be worse: {self._names(alike)}."] if alike else [])
-            lines += self._costs(best)
+            return [f"No option is shown to be better in {name} than another.", *self._wrong(lasting=True)], None
+        most = f"{capital(name)} is {extreme}, {self._found(best, indicator)}, with {self.options[best].name}."
+        lines = [most] + ([f"Not shown to be worse: {self._names(alike)}."] if alike else []) + self._costs(best)
         return [*lines, *knee_of_throughput(study), *self._wrong(lasting=True)], best
 
     def _alone(self, design: str) -> list[str]:

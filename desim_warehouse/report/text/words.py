@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.keys import about
 from desim_warehouse.outcome.indicators import look_up
-from desim_warehouse.report.text import standing
 from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, plural, times
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.table import plain
@@ -213,18 +212,6 @@ def replications(plan: StudyPlan) -> str:
         f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
         f"{number(100 * rule.half_width)} % of its mean"
     )
-
-
-def met(study: Results, design: str) -> str:
-    """Whether a design meets the target of a study; a dash where its runs do not say."""
-    found = study.judged.get(design)
-    return "–" if found is None else standing.WORDS[standing.standing(found, study.verdicts.get(design, ()))]
-
-
-def met_or_when(study: Results, design: str) -> str:
-    """The same, and how many runs would tell: `needs more runs, about 40`."""
-    more = study.runs_to_tell.get(design)
-    return met(study, design) + (f", about {number(more)}" if more else "")
 
 
 def in_unit(value: float, unit: str) -> str:

@@ -12,12 +12,14 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
+from desim_warehouse.outcome import chains
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Positions
 from desim_warehouse.report.replay import replay
 from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.page import labels
 from desim_warehouse.report.replay.payload import payload
+from desim_warehouse.report.replay.stops import better
 from desim_warehouse.report.replay.tiles import tiles
 from desim_warehouse.report.web import safe_json
 from tests.report.replay.floors import RUNS, busy, busy_run, due_run, paper_run, people_run
@@ -169,39 +171,47 @@ def test_servers_and_chargers_are_in_use_as_the_account_of_time_has_it(name: str
         assert total / run.history.chargers == pytest.approx(run.kpis["charger_utilisation"])
 
 
-def test_the_worst_queues_are_those_that_the_log_has() -> None:
+def test_the_worst_jam_is_of_all_robots_that_wait_for_one_root() -> None:
     run = busy_run()
-    found = read(run, 0.0, run.record.end)[0]["worst"]
-    assert [queue["robots"] for queue in found] == sorted((queue["robots"] for queue in found), reverse=True)
-    edges, longest = list(run.layout.graph.edges), dict.fromkeys(run.layout.graph.edges, 0)
-    for wait in run.history.waits:
-        if wait.on is not None:
-            there = sum(other.on == wait.on and other.start <= wait.start < other.end for other in run.history.waits)
-            longest[wait.on] = max(longest[wait.on], there)
+    jam = next(stop for stop in read(run, 0.0, run.record.end)[0]["stops"] if "jam" in stop["said"])
+    by_root: dict[Any, set[int]] = {}
+    for one in chains.lost(run.history):
+        if one.start <= jam["time"] < one.end:
+            by_root.setdefault(one.root, set()).add(one.robot)
+    assert set(jam["robots"]) in by_root.values()
+    assert f" {len(jam['robots'])} robots wait, in the end " in jam["said"]
+    for time in np.linspace(0, run.record.end, 200):
+        there: dict[Any, int] = {}
+        for one in chains.lost(run.history):
+            if one.start <= time < one.end:
+                there[one.root] = there.get(one.root, 0) + 1
+        assert max(there.values(), default=0) <= len(jam["robots"])
+
+
+def test_a_story_has_the_longest_wait_and_the_busiest_place() -> None:
+    run = busy_run()
+    busiest, longest, _, totals = read(run, 0.0, run.record.end)[0]["stops"]
     places = resources(run.history)
-    kinds = set()
-    for queue in found:
-        time = queue["time"]
-        if queue["what"] == "lane":
-            on = edges[queue["number"]]
-            there = sum(wait.on == on and wait.start <= time < wait.end for wait in run.history.waits)
-            assert queue["robots"] == there == longest[on]
-        else:
-            one = places[queue["number"]]
-            assert queue["what"] == one.kind
-            assert queue["robots"] == max(one.queue[1])
-            assert queue["robots"] == one.queue[1][np.searchsorted(one.queue[0], time, side="right") - 1]
-        kinds.add(queue["what"])
-    assert {"lane", "station"} <= kinds or {"lane", "chargers"} <= kinds
-    assert found[0]["robots"] >= max(longest.values())
+    begin, end = run.history.begin, run.history.end
+    assert busiest["place"] == max(range(len(places)), key=lambda one: places[one].utilisation(begin, end))
+    wait = max(run.history.waits, key=lambda one: one.end - one.start)
+    assert (longest["robots"], longest["time"]) == ([wait.robot], (wait.start + wait.end) / 2)
+    assert totals["said"].startswith(f"In all: {run.kpis['tasks']} tasks delivered")
+
+
+def test_of_two_runs_the_better_one_is_named() -> None:
+    few, many = (dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": size})).history for size in (3, 5))
+    assert better([few, many]).startswith("B does better in this run: done after ")
+    assert better([many, few]).startswith("A does better in this run: done after ")
+    assert better([few, few]) == "Both do the same."
 
 
 def test_two_runs_are_told_apart_by_what_differs_in_their_models() -> None:
     few, many = (dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": size})) for size in (3, 5))
     again = dw.simulate(few.model, seed=9)
-    assert labels([few.history, many.history]) == ["number of robots 3", "number of robots 5"]
+    assert labels([few.history, many.history]) == ["3 robots", "5 robots"]
     assert labels([few.history, again.history]) == ["seed 0", "seed 9"]
-    assert labels([many.history, again.history]) == ["number of robots 5, seed 0", "number of robots 3, seed 9"]
+    assert labels([many.history, again.history]) == ["5 robots, seed 0", "3 robots, seed 9"]
     assert labels([few.history]) == ["seed 0"]
     other = dw.simulate(dw.load("models/tutorial.yaml"))
     assert labels([few.history, other.history]) == ["MultiBots", "tutorial"]  # not the first of forty keys

@@ -71,6 +71,13 @@ class View {
     this.fitted = false;
   }
 
+  // So near that something of size `reach` (world) about a point fills half of the view.
+  close(wx, wy, reach) {
+    this.scale = Math.max(Math.min(this.width, this.height) / (4 * reach), this.least);
+    this.fitted = false;
+    this.centre(wx, wy);
+  }
+
   // Whether something of size `reach` (world) about a point can be seen.
   shows(wx, wy, reach) {
     const sx = wx * this.scale + this.x, sy = wy * this.scale + this.y, r = reach * this.scale;

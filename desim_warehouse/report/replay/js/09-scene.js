@@ -26,7 +26,7 @@ class Scene {
     this.following = false;
     this.pointed = -1; // the robot under the pointer
     this.trail = 0; // ticks of their way that robots are drawn as, where they are too fast to be followed
-    this.queue = null; // one that was jumped to
+    this.queue = null; // what was jumped to
     this.stale = true;
     this.groups = Object.fromEntries(this.header.states.map(({ role }) => [role, []])); // robots by what they are drawn as
     this.mood = new Uint8Array(this.tracks.count);
@@ -76,7 +76,7 @@ class Scene {
     ctx.setTransform(1, 0, 0, 1, 0, 0);
     ctx.drawImage(this.floor.sheet, 0, 0);
     ctx.setTransform(this.ratio, 0, 0, this.ratio, 0, 0);
-    if (this.showHeat) this.heatMap(time, colours);
+    if (this.showHeat) this.heatMap(colours);
     ctx.globalAlpha = this.showHeat ? 0.3 : 1;
     this.goods(time, colours);
     ctx.globalAlpha = 1;
@@ -155,7 +155,7 @@ class Scene {
     }
   }
 
-  heatMap(time, colours) {
+  heatMap(colours) {
     const { ctx, view, edges } = this, s = view.scale;
     const wide = this.floor.cell ? this.floor.cell * s * 0.55 : this.floor.radius * s * 1.8;
     ctx.globalAlpha = 0.7;
@@ -164,7 +164,7 @@ class Scene {
     ctx.globalAlpha = 1;
     ctx.lineCap = "round";
     ctx.lineWidth = Math.max(wide, 4);
-    this.heat.shaded(time).forEach((lanes, shade) => {
+    this.heat.shaded.forEach((lanes, shade) => {
       ctx.strokeStyle = colours.heat[shade];
       ctx.beginPath();
       for (const i of lanes) {
@@ -287,22 +287,20 @@ class Scene {
     ctx.fill();
   }
 
-  // Where the queue is that was jumped to: x, y and radius of its zone, or of the robots that wait on its lane.
-  around({ what, number }) {
-    const { tracks, edges, floor } = this;
-    let points = this.waiting
-      .filter((robot) => tracks.on[robot] < edges.real && edges.lane(tracks.on[robot]) === number)
-      .map((robot) => [tracks.x[robot], tracks.y[robot]]);
-    if (what !== "lane") {
+  // Where what was jumped to is: x, y and radius of its zone, or of its robots.
+  around({ number, robots }) {
+    const { tracks, floor } = this;
+    let points = robots?.map((robot) => [tracks.x[robot], tracks.y[robot]]);
+    if (!points) {
       const { left, top, right, bottom } = floor.zones.find((one) => one.resource === number);
       points = [[left, top], [right, bottom]];
-    } else if (!points.length) points = [[edges.x[number] + edges.dx[number] / 2, edges.y[number] + edges.dy[number] / 2]];
+    }
     const xs = points.map(([x]) => x), ys = points.map(([, y]) => y);
     const [left, right, top, bottom] = [Math.min(...xs), Math.max(...xs), Math.min(...ys), Math.max(...ys)];
     return [(left + right) / 2, (top + bottom) / 2, Math.hypot(right - left, bottom - top) / 2 + 2.5 * floor.radius];
   }
 
-  // A ring round that queue.
+  // A ring round it.
   spot(colours) {
     if (this.queue === null) return;
     const { ctx, view } = this, [x, y, reach] = this.around(this.queue);

@@ -11,10 +11,10 @@ class Side {
     this.story = new Story(header, columns);
     this.tracks = new Tracks(header, columns, edges);
     this.resources = resourcesOf(header, columns);
-    this.heat = new Heat(this.story, edges, colours.steps);
+    this.span = Math.round((header.end - header.start) / header.tick);
+    this.heat = new Heat(this.story, edges, colours.steps, this.span);
     const floor = new Floor(header, columns, edges);
     this.view = new View(floor.bounds);
-    this.span = Math.round((header.end - header.start) / header.tick);
     this.curves = Object.fromEntries(header.tiles.map(([key, , form]) => [key, this.curve(key, form, columns)]));
     this.scene = new Scene({ header, edges, floor, tracks: this.tracks, story: this.story, heat: this.heat,
       resources: this.resources, view: this.view, colours }, root.querySelector("canvas"));
@@ -122,7 +122,7 @@ class Side {
   // Words for a length of time in ticks.
   lasts(ticks) {
     const { tick, units } = this.header, long = ticks * tick;
-    if (units.seconds === 1 && long >= 120) return `${shortNumber(long / 60)} min`;
+    if (units.seconds === 1 && long >= 120) return `${Math.floor(long / 60)} min ${Math.floor(long % 60)} s`;
     const text = shortNumber(long);
     return `${text} ${text === "1" ? units.time : units.times}`;
   }

@@ -111,36 +111,10 @@ class Player {
     this.seek(time);
   }
 
-  // The next (or previous) wait of any run, by when it began, a moment into it: its run and number; null if none.
-  wait(direction) {
-    const found = this.sides.map((side) => this.waitOf(side, direction)).filter((item) => item !== null);
-    if (!found.length) return null;
-    const first = found.reduce((a, b) => ((a.time - b.time) * direction <= 0 ? a : b));
-    this.stop(first.time);
-    return first;
-  }
-
-  waitOf(side, direction) {
-    const { beginnings, byBegin, waitBegin, waitLength } = side.story, now = this.in(side), unit = 1 / side.header.tick;
-    const inside = (wait) => Math.min(waitBegin[wait] + waitLength[wait] / 2, waitBegin[wait] + unit / 2);
-    for (let at = lastBefore(beginnings, now) + (direction > 0 ? 1 : 0); at >= 0 && at < byBegin.length; at += direction) {
-      const wait = byBegin[at], moment = inside(wait);
-      const beyond = direction > 0 ? moment > now + 1e-6 : moment < now - 1e-6;
-      if (beyond && moment >= 0 && moment <= side.span && waitLength[wait] > 0)
-        return { side, wait, time: this.from(side, moment) };
-    }
-    return null;
-  }
-
-  // The next rotation of any run: its run and itself; null if there is none.
-  rotation() {
-    const found = this.sides.flatMap((side) => {
-      const ring = side.story.rings.find((one) => one.time > this.in(side) + 0.5);
-      return ring ? [{ side, ring, time: this.from(side, ring.time) }] : [];
-    });
-    if (!found.length) return null;
-    const first = found.reduce((a, b) => (a.time <= b.time ? a : b));
-    this.stop(first.time);
-    return first;
+  // The end, with the figures of the whole run.
+  rest() {
+    this.stop(this.end);
+    this.whole = true;
+    this.changed();
   }
 }

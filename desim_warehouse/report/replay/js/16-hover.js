@@ -124,10 +124,10 @@ class Hover {
       const along = ((wx - edges.x[i]) * edges.dx[i] + (wy - edges.y[i]) * edges.dy[i]) / long;
       const off = Math.abs((wx - edges.x[i]) * edges.dy[i] - (wy - edges.y[i]) * edges.dx[i]) / long;
       if (along < 0 || along > long || off > floor.radius * 0.8) continue;
-      const { units } = header, waited = percent(heat.share(i, this.time));
+      const { units } = header, waited = percent(heat.shares[i]);
       const [word, sign] = edges.twin[i] < 0 ? ["Edge ", " → "] : ["Two-way lane ", " ↔ "];
       return [[word, this.name(edges.source[i]), sign, this.name(edges.target[i])],
-        ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`somebody waited here ${waited} of the time so far`]];
+        ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`a robot waits here ${waited} of the time`]];
     }
     return null;
   }

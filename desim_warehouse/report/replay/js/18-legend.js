@@ -3,15 +3,15 @@
 // The signs that a page needs, by what its runs have.
 function signsOf(sides) {
   const some = (test) => sides.some(({ header, scene }) => test(header, scene.floor));
-  const signs = [["empty", "empty, to a good"], ["loaded", "carrying"]];
+  const signs = [["empty", "driving to a pick"], ["loaded", "carrying"]];
   if (some((header) => header.capacity !== null)) signs.push(["charging", "charging"], ["battery", "battery"]);
-  signs.push(["idle", "idle, or to a bay"], ["wait", "waits"]);
+  signs.push(["idle", "idle or returning to a bay"], ["wait", "waits"]);
   const told = new Set(["empty", "loaded", "charging", "idle", "wait"]);
   for (const { role, doing } of sides.flatMap(({ header }) => header.states)) {
     if (!told.has(role)) signs.push([role, doing]);
     told.add(role);
   }
-  signs.push(["good", "good to be fetched"]);
+  signs.push(["good", "item to pick"]);
   signs.push(["none", some((_, floor) => floor.cell) ? "storage" : "storage place"]);
   if (some((_, floor) => floor.cell)) signs.push(["wall", "no lane: shelf or wall"]);
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay"))) signs.push(["bay", "bay"]);
@@ -140,5 +140,5 @@ function drawScale(box, colours, steps, shown) {
   const ends = steps.map((step) => `${100 * step}`), last = ends.length;
   const words = colours.heat.map((_, i) => (i === 0 ? `under ${ends[0]} %` : i === last ? `over ${ends[last - 1]} %` : `${ends[i - 1]} to ${ends[i]} %`));
   const parts = words.map((text, i) => element("span", {}, element("i", { style: `background: ${colours.heat[i]}` }), text));
-  box.replaceChildren(element("span", {}, "Somebody waits here, part of the time:"), ...parts);
+  box.replaceChildren(element("span", {}, "Share of time a robot waits here:"), ...parts);
 }

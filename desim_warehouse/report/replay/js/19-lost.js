@@ -1,7 +1,5 @@
 // What robots waited for, most time first: sums over the run by the root of each wait; a click goes to the longest wait.
 
-const FILTERED = 8; // roots from which on a field narrows the list
-
 class LostTime {
   constructor(root, sides, controls) {
     this.controls = controls;
@@ -9,10 +7,9 @@ class LostTime {
     root.hidden = found.length === 0;
     if (root.hidden) return;
     const table = element("table"), body = table.createTBody();
-    this.rows = found.map((one, number) => this.row(body, one, number));
-    const list = element("div", { class: "list", tabindex: 0, role: "region", "aria-label": "What robots waited for" }, table);
+    found.forEach((one, number) => this.row(body, one, number));
+    const list = element("div", { class: "list", tabindex: 0, role: "group", "aria-label": "Waits, most time first" }, table);
     root.append(element("h2", {}, "What robots waited for"));
-    if (found.length >= FILTERED) root.append(this.filter());
     root.append(list);
   }
 
@@ -23,15 +20,5 @@ class LostTime {
     let next = 0;
     words.disabled = one.longest.length === 0;
     words.addEventListener("click", () => this.controls.waitFor(one, next++ % one.longest.length));
-    return { row, text: one.words.toLowerCase() };
-  }
-
-  filter() {
-    const field = element("input", { id: "lost-words", type: "search", placeholder: "only those with ...", "aria-label": "Only waits with these words" });
-    field.addEventListener("input", () => {
-      const wanted = field.value.trim().toLowerCase();
-      for (const { row, text } of this.rows) row.hidden = !text.includes(wanted);
-    });
-    return field;
   }
 }

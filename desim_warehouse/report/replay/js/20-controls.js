@@ -3,22 +3,16 @@
 class Controls {
   constructor(app) {
     this.app = app;
-    const { player, sides } = app, none = (id, when) => (byId(id).disabled = when);
+    const { player, sides } = app;
     for (const { speed, words } of player.speeds) byId("speed").add(new Option(words, speed));
     this.reserve(byId("time"), sides[0].clock(sides[0].span));
     byId("scrub").min = player.start;
     byId("scrub").max = player.end;
     byId("follow").max = Math.max(...sides.map((side) => side.tracks.count)) - 1;
-    this.queues = this.worst();
-    this.queue = -1;
-    none("next", sides.every((side) => side.story.byBegin.length === 0));
-    none("previous", byId("next").disabled);
-    none("queue", this.queues.length === 0);
-    byId("ring").hidden = sides.every((side) => side.story.rings.length === 0);
+    this.stops = sides.flatMap((side) => side.header.stops.map((stop) => ({ side, ...stop })));
+    this.at = -1;
     this.actions = {
-      play: () => player.toggle(), back: () => player.step(-1), on: () => player.step(1),
-      next: () => this.wait(1), previous: () => this.wait(-1), ring: () => this.rotation(), queue: () => this.nextQueue(),
-      heat: () => this.heat(), palette: () => this.palette(), theme: () => this.theme(), help: () => this.help(),
+      play: () => player.toggle(), story: () => this.nextStop(), heat: () => this.heat(), theme: () => this.theme(), help: () => this.help(),
       picture: () => app.picture.save(), "zoom-in": () => this.zoom(1.4), "zoom-out": () => this.zoom(1 / 1.4),
       "zoom-fit": () => this.fit(),
     };
@@ -48,8 +42,7 @@ class Controls {
     const { player } = this.app, { actions } = this;
     const pan = (dx, dy) => this.pan(this.side, dx, dy);
     return {
-      " ": actions.play, n: actions.next, p: actions.previous, r: actions.ring, q: actions.queue, h: actions.heat,
-      s: actions.picture, c: actions.palette, d: actions.theme, "?": actions.help, "+": actions["zoom-in"],
+      " ": actions.play, n: actions.story, h: actions.heat, s: actions.picture, d: actions.theme, "?": actions.help, "+": actions["zoom-in"],
       "=": actions["zoom-in"], "-": actions["zoom-out"], 0: actions["zoom-fit"],
       f: () => this.followNext(1), F: () => this.followNext(-1), Escape: () => this.escape(),
       ArrowRight: (e) => player.step(e.ctrlKey ? 10 : 1), ArrowLeft: (e) => player.step(e.ctrlKey ? -10 : -1),
@@ -81,28 +74,6 @@ class Controls {
     return this.app.sides.length > 1 ? `${side.letter}: ` : "";
   }
 
-  wait(direction) {
-    const found = this.app.player.wait(direction);
-    if (found === null) return this.say(direction > 0 ? "No further wait" : "No earlier wait");
-    const { side, wait } = found, { story } = side, other = story.waitOther[wait], robot = story.waitRobot[wait];
-    this.look(side, robot);
-    this.say(`${this.of(side)}Robot ${robot} waits${other >= 0 ? ` for robot ${other}` : ""}, ${side.lasts(story.waitLength[wait])} in all`);
-  }
-
-  rotation() {
-    const found = this.app.player.rotation();
-    if (found === null) return this.say("No further rotation");
-    const { side, ring } = found;
-    this.look(side, ring.robots[0]);
-    this.say(`${this.of(side)}A ring of ${ring.robots.length} robots turns: ${ring.robots.join(", ")}`);
-  }
-
-  // The longest queues of all places and runs, the longest first.
-  worst() {
-    const all = this.app.sides.flatMap((side) => side.header.worst.map((queue) => ({ side, ...queue })));
-    return all.sort((a, b) => b.robots - a.robots);
-  }
-
   // To one of the longest waits for a root.
   waitFor({ side, words, longest }, rank) {
     const [robot, time, length] = longest[rank], { player } = this.app;
@@ -114,27 +85,31 @@ class Controls {
 
   // To a station, or to a bay with chargers.
   place(side, number) {
-    for (const one of this.app.sides) one.scene.queue = one === side ? { what: "place", number } : null;
+    for (const one of this.app.sides) one.scene.queue = one === side ? { number } : null;
     const [x, y] = side.scene.around(side.scene.queue);
     this.see(side, x, y);
     this.say(`${this.of(side)}${side.resources[number].name}, ${side.name(side.resources[number].node)}`);
   }
 
-  // To the worst queue; pressed again, to the next worst.
-  nextQueue() {
-    if (!this.queues.length) return;
-    this.queue = (this.queue + 1) % this.queues.length;
-    const { side, what, number, robots, time } = this.queues[this.queue], { scene, header } = side, { edges } = scene;
-    this.app.player.stop((time * header.units.seconds) / this.app.player.seconds);
-    for (const one of this.app.sides) one.scene.queue = one === side ? { what, number } : null;
-    scene.draw(this.app.player.in(side));
-    const [x, y] = scene.around(scene.queue), lane = what === "lane";
-    this.see(side, x, y);
-    const where = lane ? ` between ${isolated(side.name(edges.source[number]))} and ${isolated(side.name(edges.target[number]))}`
-      : ` for a ${what === "station" ? "server" : "charger"} at ${isolated(header.resources[number][1])} (${isolated(side.name(header.resources[number][2]))})`;
-    const rank = this.queue === 0 ? "Worst queue" : `Queue ${this.queue + 1} of ${this.queues.length}`;
-    this.say(`${this.of(side)}${rank}: ${robots} robot${robots > 1 ? "s" : ""} wait${robots > 1 ? "" : "s"}${where}`);
-    this.app.wake();
+  // To the next of the stops that tell what happened; after the last to the first.
+  nextStop() {
+    this.at = (this.at + 1) % this.stops.length;
+    const { side, said, time, robots, place } = this.stops[this.at], { scene, header, view } = side, { player } = this.app;
+    this.choose(side, robots?.length === 1 ? robots[0] : -1);
+    if (time === null) player.rest();
+    else player.stop((time * header.units.seconds) / player.seconds);
+    const spot = robots ? { robots } : place === undefined ? null : { number: place };
+    for (const one of this.app.sides) one.scene.queue = one === side ? spot : null;
+    scene.tracks.place(player.in(side));
+    if (spot) {
+      const [x, y, reach] = scene.around(spot);
+      view.close(x, y, Math.max(reach, 8 * scene.floor.radius));
+    } else view.fit();
+    scene.following = false;
+    this.together(side);
+    const why = robots?.length === 1 ? side.why(robots[0], player.in(side)) : "";
+    this.say(`${this.of(side)}${said}${why ? ` It ${why}.` : ""}`);
+    byId("story").textContent = `Story ${this.at + 1} of ${this.stops.length}`;
   }
 
   // See that a point is in view.
@@ -209,12 +184,6 @@ class Controls {
     this.app.resized();
   }
 
-  palette() {
-    const { colours } = this.app;
-    colours.palette = colours.palette === "safe" ? "paper" : "safe";
-    this.recolour();
-  }
-
   theme() {
     const { colours } = this.app;
     colours.theme = colours.dark ? "light" : "dark";
@@ -224,7 +193,6 @@ class Controls {
 
   recolour() {
     const { sides, colours } = this.app;
-    byId("palette").setAttribute("aria-pressed", String(colours.palette === "paper"));
     byId("theme").setAttribute("aria-pressed", String(colours.dark));
     for (const side of sides) side.scene.stale = true;
     this.app.redress();

@@ -22,7 +22,7 @@ class App {
     document.body.classList.toggle("two", this.sides.length > 1);
     byId("name").textContent = [...new Set(page.runs.map((header) => header.name))].join(" and ");
     const same = page.runs.every(({ work }) => work);
-    byId("label").textContent = this.sides.length === 1 ? page.runs[0].label : same ? "" : "not the same work: differences may come from that";
+    byId("label").textContent = this.sides.length === 1 ? page.runs[0].label : `${page.better}${same ? "" : " Not the same work: differences may come from that."}`;
     const watch = new ResizeObserver(() => {
       this.resized();
       this.show(); // at once: a canvas of a new size is black
@@ -55,7 +55,7 @@ class App {
   // What the figures beside the floor count.
   counted() {
     const { player, sides } = this, { header } = sides[0], after = header.begin > header.start ? " after the warm-up" : "";
-    if (player.whole) return `The whole run${after}. Play it to see how it came about.`;
+    if (player.whole) return `Totals for the whole run${after ? ", warm-up excluded" : ""}. Press Play to watch it unfold.`;
     return player.in(sides[0]) < sides[0].story.from ? "Warm-up: nothing is counted yet." : `Counted so far${after}.`;
   }
 

@@ -38,8 +38,8 @@ function about(app, side, seek) {
     resources: () => side.resources.map((one) => ({ kind: one.kind, node: side.name(one.node), queue: one.queue.at(now()), utilisation: one.utilisation(now()) })),
     deliveredAt: () => Object.fromEntries(Array.from(story.deliveries.keys(), (node) => [side.name(node), story.deliveredAt(node, now())])),
     directions: () => scene.directions().map((edge) => [scene.edges.source[edge], scene.edges.target[edge]].map((node) => side.name(node))),
-    // The part of the time so far in which robots waited at the end of each edge.
-    heat: () => Array.from(heat.lost.keys(), (edge) => heat.share(edge, now())),
+    // The part of the time in which robots waited at the end of each edge.
+    heat: () => Array.from(heat.shares),
   };
 }
 

@@ -1,0 +1,254 @@
+"""The page of `desim what-if --page` and of Share: the live page with answers that are all in it, and no server."""
+
+from __future__ import annotations
+
+import html
+import math
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse._version import __version__
+from desim_warehouse.errors import ReportError
+from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched
+from desim_warehouse.report.text import numbers, words
+from desim_warehouse.report.text.compare_words import difference
+from desim_warehouse.report.text.sentences import capital
+from desim_warehouse.report.text.standing import WORDS
+from desim_warehouse.report.web import WebPage, joined, safe_json
+from desim_warehouse.study.factors import readable
+from desim_warehouse.study.fleet.utilisation import busy_shares
+from desim_warehouse.study.table import is_numeric, plain
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from desim_warehouse.report.answer import Option, SaidNumber
+    from desim_warehouse.study.plan import StudyPlan
+    from desim_warehouse.study.results import Results
+    from desim_warehouse.study.statistics import Target
+
+MOST = 120
+"""Designs of a page: it holds the differences of every two of them."""
+_ONLINE = ("01-feed.js", "03-watch.js")
+_DIGITS = 6
+
+
+class FrozenPage(WebPage):
+    """A what-if page: write it with `save`; in Jupyter it shows itself."""
+
+
+def check(plan: StudyPlan) -> None:
+    """Refuse a study that a page cannot show, before it is simulated.
+
+    Raises:
+        ReportError: designs that are not all combinations of the factors' values, or too few or too many of them.
+    """
+    count = len({str(point) for point in plan.points()})
+    levels = [len({str(level.label) for level in factor.levels}) for factor in plan.factors]
+    if plan.rule.sampled or count != math.prod(levels):
+        raise ReportError(
+            f"a page has a slider for each factor, so every combination must be a design (got {plan.rule.name}), "
+            "expected design: grid"
+        )
+    if not 1 < count <= MOST:
+        cure = "vary something, such as --vary fleet.size=1..6" if count == 1 else "vary less"
+        raise ReportError(f"a page compares 2 to {MOST} designs (got {count}), {cure}")
+
+
+def page(
+    about: About,
+    designs: Sequence[tuple[Calculated, Watched]],
+    differences: Sequence[Sequence[str | None]],
+    *,
+    start: int = 0,
+    pinned: int | None = None,
+    answers: Sequence[str] = (),
+) -> FrozenPage:
+    """The page of some designs, with their differences to each other in the first indicator.
+
+    `start`, `pinned`: the designs shown first. `answers`: sentences above them.
+    """
+    levels = {one.key: {asked.levels[one.key] for asked, _ in designs} for one in about.knobs}
+    knobs = [_kept(one, levels[one.key]) for one in about.knobs if len(levels[one.key]) > 1]
+    tried = [one for one in designs[0][1].tried if one.id in {asked.id for asked, _ in designs}]
+    data = {
+        "about": about.model_copy(update={"knobs": knobs, "colours": {}}).model_dump(),
+        "tried": [one.model_dump() for one in tried],
+        "designs": [
+            [asked.model_dump(), answer.model_copy(update={"tried": [], "floor": False}).model_dump()]
+            for asked, answer in designs
+        ],
+        "differences": differences,
+        "start": start,
+        "pinned": pinned,
+        "answers": list(answers),
+    }
+    parts = {
+        "title": html.escape(about.name),
+        "frozen": f'<script type="application/json" id="frozen">{safe_json(data)}</script>',
+    }
+    return FrozenPage(about.name, joined("desim_warehouse.live", parts, without=_ONLINE))
+
+
+def _kept(knob: Knob, values: set[Any]) -> Knob:
+    """A knob with these values only."""
+    kept = [place for place, value in enumerate(knob.values) if value in values]
+    today = kept.index(knob.today) if knob.today in kept else 0
+    found = {"values": [knob.values[place] for place in kept], "texts": [knob.texts[place] for place in kept]}
+    return knob.model_copy(update={**found, "today": today})
+
+
+def of_study(study: Results, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
+    """The page of a study, with the sentences and numbers of its answer.
+
+    Args:
+        study: the finished runs of a study whose designs are all combinations of its factors' values.
+        path: where to write the page; None: nowhere yet.
+        command: as it was typed, for readers.
+
+    Raises:
+        ReportError: a design that has no page (`check`), no finished run, or a path that cannot be written.
+    """
+    check(study.plan)
+    if all(row.outcome.error is not None for row in study.rows):
+        raise ReportError(f"{study.plan.name}: no run has finished, so a page has nothing to show")
+    made = _Frozen(study, command).page()
+    if path is not None:
+        made.save(path)
+    return made
+
+
+class _Frozen:
+    """The designs of a study as messages of the live page."""
+
+    def __init__(self, study: Results, command: str) -> None:
+        self.study, self.command, self.answer = study, command, study.answer
+        self.main = next(iter(self.answer.measures))
+        self.scale = words.scale_of(self.main, study.base, study.estimates(self.main).values())
+        self.designs = [design for design in study.designs if study.runs(design)]
+        self.keys = study.varied
+
+    def page(self) -> FrozenPage:
+        study, about = self.study, self._about()
+        watched = [self._watched(rank, design) for rank, design in enumerate(self.designs)]
+        base = self.designs.index(study.baseline) if study.baseline in self.designs else 0
+        name = None if self.answer.about is None else self.answer.about.name
+        start = next((rank for rank, one in enumerate(watched) if one[0].words == name), len(watched) - 1)
+        pinned = base if base != start else None
+        table = [self._differences(design) for design in self.designs]
+        return page(about, watched, table, start=start, pinned=pinned, answers=self.answer.answer)
+
+    def _about(self) -> About:
+        goal, study = self.study.target, self.study
+        runs = max(len(study.runs(design)) for design in self.designs)
+        unit = "%" if self.scale.is_share else self.scale.unit
+        return About(
+            name=self.answer.name,
+            hash=study.base.digest(),
+            knobs=[self._knob(key) for key in self.keys],
+            target=None if goal is None else self._aim(goal, unit),
+            indicator=self.main,
+            label=words.indicator_name(self.main),
+            unit=unit,
+            runs=runs,
+            promise=f"{self.answer.promise} {numbers.number(self.answer.runs)} runs, desim-warehouse {__version__}.",
+            colours={},
+            folder=self.command,
+        )
+
+    def _aim(self, goal: Target, unit: str) -> Aim:
+        value = round(self.scale.by * goal.value, 9)
+        label = words.indicator_name(goal.indicator)
+        return Aim(
+            indicator=goal.indicator, label=label, relation=goal.sense, value=value, least=value, most=value, step=1.0,
+            unit=unit,
+        )  # fmt: skip
+
+    def _level(self, key: str, value: Any) -> int | float | str:
+        value = plain(value)
+        return value if is_numeric(self.study.levels(key)) else readable(value)
+
+    def _knob(self, key: str) -> Knob:
+        levels = self.study.levels(key)
+        base = self.study.designs[self.study.baseline][self.study.factors.index(key)]
+        return Knob(
+            key=key,
+            label=words.factor_head(key, self.study.base.units),
+            kind="number" if is_numeric(levels) else "choice",
+            values=[self._level(key, value) for value in levels],
+            texts=[words.level(value) for value in levels],
+            today=levels.index(base),
+        )
+
+    def _watched(self, rank: int, design: str) -> tuple[Calculated, Watched]:
+        study, option = self.study, self._option(design)
+        name = words.design_spoken({key: self._of(design, key) for key in self.keys})
+        levels = {key: self._level(key, self._of(design, key)) for key in self.keys}
+        runs = study.runs(design)
+        told = option.said or words.reached(self.main, option.text)
+        year = "" if option.cost is None else f", {words.scale('annual_cost', study.base).value(option.cost)} a year"
+        values = [value if math.isfinite(value) else None for value in study.values(design, self.main).tolist()]
+        failed = all(row.outcome.error is not None for row in runs)
+        asked = Calculated(id=str(rank), words=name, levels=levels, runs=len(runs), sentence="", more="", needed={})
+        same = f"The runs are equal to those of {option.name}." if design in study.same else ""
+        return asked, Watched(
+            id=str(rank),
+            n=len(runs),
+            wanted=len(runs),
+            done="all",
+            seconds_left=None,
+            verdict=option.standing,
+            label=capital(WORDS[option.standing]) or "Simulated",
+            sentence=capital(f"{told} with {name}{year}."),
+            more=[same] if same else [],
+            values=[None if one is None else float(f"{self.scale.by * one:.{_DIGITS}g}") for one in values],
+            measured=[self._measured(one) for one in option.numbers],
+            holds_up=[]
+            if failed
+            else [
+                (part, one.mean, numbers.PERCENT.estimate(one))
+                for part, one in busy_shares(runs, study.models[design], study.plan.confidence).items()
+            ],
+            pinned=None,
+            pinned_at=None,
+            floor=False,
+            tried=[] if rank else [self._tried(place, one) for place, one in enumerate(self.designs)],
+            notes=list(self.answer.notes),
+        )
+
+    def _of(self, design: str, key: str) -> Any:
+        return self.study.designs[design][self.study.factors.index(key)]
+
+    def _option(self, design: str) -> Option:
+        first = self.study.same.get(design, design)
+        kept = [one for one in self.study.designs if self.study.runs(one) and one not in self.study.same]
+        return self.answer.options[kept.index(first)]
+
+    def _measured(self, one: SaidNumber) -> Measured:
+        scale = words.scale_of(one.of, self.study.base, self.study.estimates(one.of).values())
+        low, high = (None if end is None else scale.by * end for end in (one.low, one.high))
+        unit = "%" if scale.is_share else scale.unit
+        label = words.indicator_name(one.of)
+        return Measured(
+            name=one.of, label=label, unit=unit, text=one.text, mean=scale.by * one.mean, low=low, high=high
+        )
+
+    def _tried(self, rank: int, design: str) -> Tried:
+        option = self._option(design)
+        found = self.study.estimate(self.study.runs(design), self.main)
+        return Tried(
+            id=str(rank),
+            words=words.design_spoken({key: self._of(design, key) for key in self.keys}),
+            levels={key: self._level(key, self._of(design, key)) for key in self.keys},
+            runs=len(self.study.runs(design)),
+            text=numbers.NONE if found is None else self.scale.value(found.mean),
+            verdict=option.standing,
+        )
+
+    def _differences(self, base: str) -> list[str | None]:
+        """All designs minus this one."""
+        found = self.study.compare_finished(self.main, base)
+        rows = {} if found is None else {str(one.design): one for one in found.differences}
+        return [
+            difference(self.study, self.main, rows[design]).text if design in rows else None for design in self.designs
+        ]
