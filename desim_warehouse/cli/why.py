@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from desim_warehouse.cli.answers import give
-from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_source, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,

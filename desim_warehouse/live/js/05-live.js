@@ -206,8 +206,8 @@ class Live {
     for (const field of byId("knobs").querySelectorAll("input, select")) field.disabled = state === "offline";
     this.showState();
     const verdict = byId("verdict"), hand = before || !answer;
-    verdict.dataset.verdict = hand ? "by hand" : answer.verdict;
-    verdict.textContent = hand ? "By hand" : answer.label;
+    verdict.dataset.verdict = hand ? "estimate" : answer.verdict;
+    verdict.textContent = hand ? "Quick estimate" : answer.label;
     byId("said").textContent = hand ? (asked?.sentence ?? "") : answer.sentence;
     byId("more").textContent = hand ? (asked?.more ?? "") : answer.more.join(" ");
     const old = this.floorOf && this.floorOf !== (asked ?? answer)?.id;
