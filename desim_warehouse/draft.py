@@ -1,6 +1,6 @@
 """A first model file from a few words: floor, aisles, stations, robots, orders, chargers.
 
-Whatever is not given is worked out by the hand calculation of `desim check`, so that the fleet can do the work, and by
+Whatever is not given is worked out by the quick estimate of `desim check`, so that the fleet can do the work, and by
 a night without orders, so that its batteries last until the morning.
 """
 
@@ -31,7 +31,7 @@ UNLOAD_TIME, LOAD_TIME = 20, 10
 ON_BREAK = 30 / 480
 """Part of a shift of 8 h that people are on their break, and relieved."""
 BUSY = 0.75
-"""Share of their time that stations and robots may be busy by the hand calculation, where their number is not given."""
+"""Share of their time that stations and robots may be busy by the quick estimate, where their number is not given."""
 MOST_ROBOTS = 1000
 NARROWEST = 1.0
 """Metres that an aisle must have: a robot is 0.8 m wide."""

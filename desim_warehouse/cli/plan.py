@@ -21,7 +21,7 @@ from desim_warehouse.cli.study_options import (
     with_vary,
 )
 from desim_warehouse.cli.tables import NONE_MEETS
-from desim_warehouse.cli.warned import warn
+from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.study.limits import CAP, FIRST, MOST_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:

@@ -16,6 +16,7 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
+from desim_warehouse.cli.warned import warn
 from desim_warehouse.study.limits import FIRST
 
 

@@ -126,7 +126,7 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
 
 
 def by_line(found: Estimate, pile: PileOn) -> Estimate:
-    """A hand calculation of visits as one of lines, so many at each."""
+    """An estimate of visits as one of lines, so many at each."""
     most = pile.most
     cycle = replace(found.cycle, **{part: value / most for part, value in vars(found.cycle).items()})
     stations = tuple(

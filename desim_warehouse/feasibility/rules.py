@@ -1,4 +1,4 @@
-"""What cannot work, or is probably a mistake, by the hand calculation: dimensions, times and demand."""
+"""What cannot work, or is probably a mistake, by the quick estimate: dimensions, times and demand."""
 
 from __future__ import annotations
 

@@ -73,7 +73,7 @@ class About(Message):
 
 
 class Calculated(Message):
-    """A design that was asked for: the hand calculation; `needed` has by key what would be enough."""
+    """A design that was asked for: the quick estimate; `needed` has by key what would be enough."""
 
     id: str
     words: str

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.battery import Consumption
     from desim_warehouse.outcome.log import Log
 
 TASKS = 1000
@@ -81,17 +82,20 @@ def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
         SimulationError: the robot does no task by itself.
     """
     count = TASKS if len(model.floor.points) < SMALL else TASKS // 4
-    in_turn = model.fleet.size > 1
+    in_turn, battery = model.fleet.size > 1, kinds.by_kind(model)[kind].battery
+    if battery is not None and not chargers_at(model, model.floor):
+        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, battery.draws)
     try:
         return _probe(_alone(model, kind), kind, waiting, count, in_turn)
     except SimulationError:  # its battery may be too small for the work, which is an error of its own
-        if model.battery is None:
+        if battery is None:
             raise
-        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn)
+        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, battery.draws)
 
 
 @lru_cache(maxsize=64)
-def _probe(one: Model, kind: str, waiting: int, count: int, in_turn: bool) -> Probe:
+def _probe(one: Model, kind: str, waiting: int, count: int, in_turn: bool, draws: Consumption | None = None) -> Probe:
+    """The probe of a model with one robot; `draws`: of one whose battery is never empty."""
     for total in (count, 3 * count):
         log = _run(one, kind, waiting, total, in_turn)
         done = [row.time for row in log.of("delivered")]
@@ -101,11 +105,11 @@ def _probe(one: Model, kind: str, waiting: int, count: int, in_turn: bool) -> Pr
         if one.battery is None or not rounds or len(rounds) > 1:
             break
     if len(rounds) > 1:
-        return _measured(log, rounds[0], rounds[-1])
+        return _measured(log, rounds[0], rounds[-1], draws)
     begun = sorted({row.time for row in log.of("assigned") if row.time <= done[-waiting]})
     if not begun[1:]:
         raise SimulationError("a robot by itself does no second task")
-    return _measured(log, begun[len(begun) // 20], begun[-1])
+    return _measured(log, begun[len(begun) // 20], begun[-1], draws)
 
 
 def _run(one: Model, kind: str, waiting: int, count: int, in_turn: bool) -> Log:
@@ -160,11 +164,8 @@ def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
         "prices": None,
         "accept": (),
     }
-    if own.battery is not None and (endless or not chargers_at(own, own.floor)):
-        changed["battery"] = own.battery.model_copy(
-            update={"capacity": FOREVER * max(value for _, value in own.battery.draws)}
-        )
-        changed["fleet"] = changed["fleet"].model_copy(update={"start_energy": 1.0})
+    if endless:
+        changed["battery"] = None
     if isinstance(own.tasks.goods, PoissonGoods | SaturatedGoods):  # the same for every rate
         changed["tasks"] = own.tasks.model_copy(update={"goods": SaturatedGoods(saturated=1), "demand": 1.0})
     return own.model_copy(update=changed)
@@ -176,11 +177,12 @@ def _built_in(model: Model) -> dict[str, PolicySpec]:
     return {kind: PolicySpec(name=next(iter(catalogue.OURS[kind]))) for kind in own}
 
 
-def _measured(log: Log, begin: float, end: float) -> Probe:
+def _measured(log: Log, begin: float, end: float, draws: Consumption | None) -> Probe:
     """What a log says of a task between two times."""
     done = [row for row in log.of("delivered") if begin < row.time <= end]
     tasks = len(done)
     phases: dict[Phase, float] = {}
+    drawn = 0.0 if draws is not None else _drawn(log, begin, end)
     handled: dict[str, list[float]] = {}
     put_down: dict[str, float] = {}
     stored = {row.task for row in log.of("released") if row.value is not None and row.value >= 0}
@@ -192,6 +194,7 @@ def _measured(log: Log, begin: float, end: float) -> Probe:
         state = STATES[row.kind]
         assert state.phase is not None
         phases[state.phase] = phases.get(state.phase, 0.0) + spent / tasks
+        drawn += spent * getattr(draws, state.draws or "", 0.0)
         away = stored if state.phase is Phase.LOADING else shelved
         if state.occupies == "station" and row.node is not None and row.task not in away:
             handled.setdefault(row.node, []).append(spent)
@@ -204,7 +207,7 @@ def _measured(log: Log, begin: float, end: float) -> Probe:
         time=math.fsum(phases.values()),
         charging=charging,
         phases=FrozenMap(phases),
-        energy=_drawn(log, begin, end) / tasks,
+        energy=drawn / tasks,
         visits=FrozenMap({node: (len(t) / tasks, math.fsum(t) / len(t)) for node, t in handled.items()}),
         put_down=FrozenMap(put_down),
         passages=FrozenMap({row["node"]: row["passages"] / every for row in log.nodes}),

@@ -52,7 +52,7 @@ class Live {
     this.clock = setTimeout(act, SETTLE);
   }
 
-  // A slider moved: what was known is old, the hand calculation comes at once, the runs once the slider rests.
+  // A slider moved: what was known is old, the quick estimate comes at once, the runs once the slider rests.
   move() {
     this.stream?.abort();
     this.state = "stale";
