@@ -9,7 +9,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.model.facts.demand import demand, flow_rates, listed
+from desim_warehouse.model.facts.demand import demand, listed
 from desim_warehouse.model.facts.destinations import own_destinations
 from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
@@ -17,7 +17,7 @@ from desim_warehouse.policies import Task
 from desim_warehouse.world.orders.flows import Flows
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
+    from collections.abc import Callable, Iterator, Mapping, Sequence
 
     from simpy import Environment
 
@@ -33,7 +33,7 @@ BY_OTHERS = {"least-loaded", "each"}
 class Backlog:
     """About `count` tasks for a robot of a `kind`, `waiting` of which are known at any time.
 
-    `in_turn`: stations that are chosen by other robots are gone to in turn.
+    `in_turn`: stations that are chosen by other robots are gone to in turn. `rates`: of the flows, in any unit.
     """
 
     def __init__(
@@ -47,9 +47,10 @@ class Backlog:
         count: int,
         waiting: int,
         in_turn: bool,
+        rates: Mapping[str, float],
     ) -> None:
         self._env, self._model, self._layout = env, model, layout
-        self._random = streams.stream("probe")
+        self._random, self._rates = streams.stream("probe"), rates
         self._in_turn = in_turn and model.tasks.station_choice in BY_OTHERS
         made = list(self._of_flows(streams, kind, count) if model.tasks.flows else self._of_goods(count))
         self.total: int | None = len(made)
@@ -95,7 +96,7 @@ class Backlog:
 
     def _of_flows(self, streams: Streams, kind: str, count: int) -> Iterator[Task]:
         """Tasks of the flows that robots of a kind do, by their rates; orders of several lines come whole."""
-        model, rates = self._model, flow_rates(self._model)
+        model, rates = self._model, self._rates
         made = Flows(self._env, model, self._layout, streams).flows
         names = list(flows_of(model, kind))
         drawn = self._sample([rates[name] / model.tasks.flows[name].mean_lines for name in names], count)

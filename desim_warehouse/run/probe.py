@@ -17,6 +17,7 @@ from simpy.events import Timeout
 from desim_warehouse.errors import PolicyError, SimulationError
 from desim_warehouse.model.facts import kinds
 from desim_warehouse.model.facts.charging import chargers_at, cycle_levels
+from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.policy import PolicySpec
 from desim_warehouse.policies import catalogue
@@ -83,21 +84,30 @@ def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
     """
     count = TASKS if len(model.floor.points) < SMALL else TASKS // 4
     in_turn, battery = model.fleet.size > 1, kinds.by_kind(model)[kind].battery
+    rates = FrozenMap({name: rate / model.tasks.demand for name, rate in flow_rates(model).items()})
     if battery is not None and not chargers_at(model, model.floor):
-        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, battery.draws)
+        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, rates, battery.draws)
     try:
-        return _probe(_alone(model, kind), kind, waiting, count, in_turn)
+        return _probe(_alone(model, kind), kind, waiting, count, in_turn, rates)
     except SimulationError:  # its battery may be too small for the work, which is an error of its own
         if battery is None:
             raise
-        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, battery.draws)
+        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, rates, battery.draws)
 
 
 @lru_cache(maxsize=64)
-def _probe(one: Model, kind: str, waiting: int, count: int, in_turn: bool, draws: Consumption | None = None) -> Probe:
+def _probe(
+    one: Model,
+    kind: str,
+    waiting: int,
+    count: int,
+    in_turn: bool,
+    rates: FrozenMap[str, float],
+    draws: Consumption | None = None,
+) -> Probe:
     """The probe of a model with one robot; `draws`: of one whose battery is never empty."""
     for total in (count, 3 * count):
-        log = _run(one, kind, waiting, total, in_turn)
+        log = _run(one, kind, waiting, total, in_turn, rates)
         done = [row.time for row in log.of("delivered")]
         if len(done) < 2 * waiting:
             raise SimulationError("a robot by itself does no task, or none after some")
@@ -112,9 +122,9 @@ def _probe(one: Model, kind: str, waiting: int, count: int, in_turn: bool, draws
     return _measured(log, begun[len(begun) // 20], begun[-1], draws)
 
 
-def _run(one: Model, kind: str, waiting: int, count: int, in_turn: bool) -> Log:
+def _run(one: Model, kind: str, waiting: int, count: int, in_turn: bool, rates: FrozenMap[str, float]) -> Log:
     """The log of a robot that does some tasks, as far as it comes."""
-    demand = partial(Backlog, kind=kind, count=count, waiting=waiting, in_turn=in_turn)
+    demand = partial(Backlog, kind=kind, count=count, waiting=waiting, in_turn=in_turn, rates=rates)
     world = World(one, SEED, demand=demand)
     patience, done = PATIENCE * one.units.hour, 0
     if one.battery is not None and one.battery.charge_rate:
@@ -166,8 +176,10 @@ def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
     }
     if endless:
         changed["battery"] = None
-    if isinstance(own.tasks.goods, PoissonGoods | SaturatedGoods):  # the same for every rate
-        changed["tasks"] = own.tasks.model_copy(update={"goods": SaturatedGoods(saturated=1), "demand": 1.0})
+    tasks: dict[str, Any] = {"demand": 1.0}  # the same for every rate
+    if isinstance(own.tasks.goods, PoissonGoods | SaturatedGoods):
+        tasks["goods"] = SaturatedGoods(saturated=1)
+    changed["tasks"] = own.tasks.model_copy(update=tasks)
     return own.model_copy(update=changed)
 
 

@@ -125,3 +125,14 @@ def test_the_estimate_is_what_an_unhurried_robot_does(ends, traffic):
     model = dw.load(RING, changes)
     by_hand = check(model).calculation.fleet_capacity * 3600
     assert dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.03)
+
+
+def test_a_schedule_has_its_part_among_flows_at_random_whatever_the_demand():
+    flows = {
+        "over": {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}, "load_time": 8},
+        "back": {"from": "pack", "to": "dock", "arrivals": {"schedule": [{"at": 0, "tasks": 30}]}},
+    }
+    # 90 and 30 in three hours
+    cycle = checked(flows).calculation.cycle
+    assert cycle.load == pytest.approx(0.75 * 8 + 0.25 * 4, rel=0.01)
+    assert checked(flows, tasks__demand=2).calculation.cycle == cycle
