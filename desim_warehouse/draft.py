@@ -1,6 +1,6 @@
 """A first model file from a few words: floor, aisles, stations, robots, orders, chargers.
 
-Whatever is not given is worked out by the hand calculation of `desim check`, so that the fleet can do the work, and by
+Whatever is not given is worked out by the quick estimate of `desim check`, so that the fleet can do the work, and by
 a night without orders, so that its batteries last until the morning.
 """
 
@@ -17,7 +17,7 @@ from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.working_day import AROUND_THE_CLOCK, DAY, WorkingDay, clock
 
 if TYPE_CHECKING:
-    from desim_warehouse.feasibility import HandCalculation
+    from desim_warehouse.feasibility.estimate import Estimate
     from desim_warehouse.model import Model
 
 PLACE = 1.2
@@ -31,7 +31,7 @@ UNLOAD_TIME, LOAD_TIME = 20, 10
 ON_BREAK = 30 / 480
 """Part of a shift of 8 h that people are on their break, and relieved."""
 BUSY = 0.75
-"""Share of their time that stations and robots may be busy by the hand calculation, where their number is not given."""
+"""Share of their time that stations and robots may be busy by the quick estimate, where their number is not given."""
 MOST_ROBOTS = 1000
 NARROWEST = 1.0
 """Metres that an aisle must have: a robot is 0.8 m wide."""
@@ -189,13 +189,13 @@ def _worked_out(words: Draft) -> Draft:
 
     given, given_robots = words.chargers, words.robots
     if words.robots is None or words.chargers is None:
-        # As many robots and chargers as there could be, so that the hand calculation says how many are needed.
-        found = _by_hand(replace(words, robots=words.robots or 50, chargers=words.chargers or 50))
+        # As many robots and chargers as there could be, so that the estimate says how many are needed.
+        found = _estimated(replace(words, robots=words.robots or 50, chargers=words.chargers or 50))
         if words.robots is None:
             words = replace(words, robots=max(math.ceil((found.robots_busy or 1.0) / BUSY), 1))
         if words.chargers is None:
             most = replace(words, chargers=words.robots)
-            found = _by_hand(most)
+            found = _estimated(most)
             needed = found.power.needed if found.power is not None else None
             words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(most))))
     _fits(words, given_robots)
@@ -271,14 +271,11 @@ def _model(words: Draft) -> Model:
     return Model.model_validate(read_yaml(_text(words), "draft").data)
 
 
-def _by_hand(words: Draft) -> HandCalculation:
-    """The hand calculation of a draft."""
-    from desim_warehouse.feasibility import examine
+def _estimated(words: Draft) -> Estimate:
+    """The quick estimate of a draft."""
+    from desim_warehouse.run.quick import estimate
 
-    model = _model(words)
-    _, found = examine(model, model.floor)
-    assert found is not None, "a drafted layout has no errors"
-    return found
+    return estimate(_model(words))
 
 
 def _spread(names: tuple[str, ...], count: int) -> list[str]:
@@ -302,7 +299,7 @@ def _text(words: Draft) -> str:
     return f"""\
 # {said_in_full(words)}
 # A first draft by `desim new`: correct what is different in your warehouse, above all what is marked with (!). Then
-#   desim check FILE                              errors, and what can be worked out by hand
+#   desim check FILE                              errors, and a quick estimate
 #   desim draw FILE -o floor.svg                  the floor
 #   desim run FILE                                {"a day" if words.day != AROUND_THE_CLOCK else "six hours"} of it
 #   desim plan FILE --target "on_time >= 95 %"    how many robots and chargers

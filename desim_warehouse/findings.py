@@ -93,6 +93,7 @@ CODES: dict[str, Code] = {
     "SPREAD_WITH_TURNS": Code("warning", "equally short routes are not shared where turns take time"),
     "FAST_CHARGE": Code("warning", "an empty battery is full within a minute"),
     "NIGHT_FLAT": Code("warning", "a robot runs flat in a night without orders"),
+    "NO_ESTIMATE": Code("note", "a robot by itself does none of the work, so nothing is estimated"),
     "REST_FLAT": Code("note", "a robot would run flat in a day without orders, which this run does not have"),
     "BATTERY_RATES": Code("warning", "what batteries hold does not fit what they draw, or what chargers give"),
     "START_LOW": Code("warning", "every robot has to charge before its first task"),

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.answers import give
-from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_model, with_json, write_files
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -23,6 +22,7 @@ from desim_warehouse.cli.study_options import (
     with_vary,
 )
 from desim_warehouse.cli.tables import NONE_MEETS
+from desim_warehouse.cli.warned import warn
 from desim_warehouse.study.limits import MOST_RUNS
 
 if TYPE_CHECKING:

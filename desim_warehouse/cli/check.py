@@ -13,16 +13,16 @@ import click
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 
 if TYPE_CHECKING:
-    from desim_warehouse.feasibility import HandCalculation
+    from desim_warehouse.feasibility.estimate import Estimate
     from desim_warehouse.run import Check
 
 
 @click.command("check")
 @click.argument("model")
 @with_overrides
-@with_json("verdict, findings, hand calculation")
+@with_json("verdict, findings, quick estimate")
 def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
-    """Check MODEL: the file, its layout, and what a hand calculation shows before a run.
+    """Check MODEL: the file, its layout, and what a quick estimate shows before a run.
 
     Errors would be refused by `desim run`: exit status 2.
     """
@@ -44,7 +44,7 @@ def _show(report: Check) -> None:
     for line in report.facts:
         click.echo(line)
     if report.lines:
-        click.echo("by hand, without traffic:")
+        click.echo("quick estimate, without traffic:")
     for line in report.lines:
         click.echo(f"  {line}")
 
@@ -73,7 +73,7 @@ def _content(report: Check) -> dict[str, Any]:
     }
 
 
-def _calculated(found: HandCalculation) -> dict[str, Any]:
+def _calculated(found: Estimate) -> dict[str, Any]:
     knee, limit = found.knee
     more = {"capacity": found.capacity, "robots_needed": found.robots_needed, "knee": knee, "limit": limit}
     return {**dataclasses.asdict(found), **more}

@@ -14,7 +14,7 @@ from desim_warehouse.shipped import gallery
 if TYPE_CHECKING:
     from desim_warehouse.draft import Draft
 
-_WORKED_OUT = "worked out by hand"
+_WORKED_OUT = "by a quick estimate"
 _OTHERS = ("file", "like", "force")
 """Parameters of the command that are no words for a draft."""
 

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.answers import give
-from desim_warehouse.cli.by_hand import warn, warn_of_target
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -22,6 +21,7 @@ from desim_warehouse.cli.study_options import (
     with_vary,
 )
 from desim_warehouse.cli.tables import NONE_MEETS
+from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.study.limits import CAP, FIRST, MOST_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
@@ -41,8 +41,10 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 @click.option("--target", required=True, help="What is to be met, such as 'on_time >= 95 %'.")
 @click.option("--growth", metavar="AMOUNT", help="Also with more demand: 30% more, or 1.3 times as much.")
 @with_vary
-@click.option("--robots", metavar="VALUES", help="Fleets that could be bought, such as 1..20.  [default: by hand]")
-@click.option("--chargers", metavar="VALUES", help="Chargers that could be bought, such as 1..8.  [default: by hand]")
+@click.option("--robots", metavar="VALUES", help="Fleets that could be bought, such as 1..20.  [default: by estimate]")
+@click.option(
+    "--chargers", metavar="VALUES", help="Chargers that could be bought, such as 1..8.  [default: by estimate]"
+)
 @click.option(
     "--price-robot",
     type=click.FloatRange(0),

@@ -10,9 +10,9 @@ from typing import TYPE_CHECKING
 
 import click
 
-from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import TimeIn, load_model, with_indicator, with_json, with_overrides, with_seed
 from desim_warehouse.cli.tables import sheet, show
+from desim_warehouse.cli.warned import warn
 from desim_warehouse.errors import number_of
 
 if TYPE_CHECKING:

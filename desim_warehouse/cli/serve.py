@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_model, with_overrides
 from desim_warehouse.cli.study_options import read_vary
+from desim_warehouse.cli.warned import warn
 
 if TYPE_CHECKING:
     from desim_warehouse.live import Live

@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.answers import give
-from desim_warehouse.cli.by_hand import warn, warn_of_target
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -21,6 +20,7 @@ from desim_warehouse.cli.study_options import (
     with_question,
 )
 from desim_warehouse.cli.tables import NONE_MEETS
+from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.report.text import race_words, size_words, words
 from desim_warehouse.study.limits import CAP, FIRST
 
@@ -38,7 +38,10 @@ ALIKE = 0.01
 @click.argument("model")
 @click.option("--key", default="fleet.size", show_default=True, help="The key whose smallest value is sought.")
 @click.option(
-    "--range", "values", metavar="VALUES", help="Its values, ascending, such as 1..60.  [default: of fleets, by hand]"
+    "--range",
+    "values",
+    metavar="VALUES",
+    help="Its values, ascending, such as 1..60.  [default: of fleets, by estimate]",
 )
 @click.option(
     "--target",
@@ -74,7 +77,7 @@ def command(
     """
     from desim_warehouse.study.procedures import most, size
 
-    values = values or _by_hand(model, key, question.assignments)
+    values = values or _estimated(model, key, question.assignments)
     varied = f"--range {values} --key"
     sought = {"indicators": ["throughput_per_hour"]} if target is None else {"target": target}
     study = question.study(model, {key: _read_range(values)}, "size", execution, varied, **sought)
@@ -127,14 +130,14 @@ def _cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) 
     return f"{cap_words.capped(found, model)}; desim size --key {KEY} finds the best cap."
 
 
-def _by_hand(model: str, key: str, assignments: tuple[str, ...]) -> str:
-    """The fleets that `desim plan` would search, too: around what the hand calculation needs."""
+def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:
+    """The fleets that `desim plan` would search, too: around what the quick estimate needs."""
     from desim_warehouse.study.fleet.designs import Designs
 
     if key != FLEET:
-        raise click.UsageError(f"--key {key}: needs --range VALUES, as only fleets are worked out by hand")
+        raise click.UsageError(f"--key {key}: needs --range VALUES, as only fleets are estimated")
     robots, _ = Designs(load_model(model, assignments)).counts(1.0)
-    click.echo(f"fleets from {robots[0]} to {robots[-1]}, by the hand calculation (--range looks at others)", err=True)
+    click.echo(f"fleets from {robots[0]} to {robots[-1]}, by a quick estimate (--range looks at others)", err=True)
     return f"{robots[0]}..{robots[-1]}"
 
 

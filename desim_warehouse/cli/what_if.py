@@ -7,7 +7,6 @@ from typing import Any
 import click
 
 from desim_warehouse.cli.answers import give
-from desim_warehouse.cli.by_hand import warn, warn_of_target
 from desim_warehouse.cli.options import with_indicator, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -22,6 +21,7 @@ from desim_warehouse.cli.study_options import (
     write_page,
 )
 from desim_warehouse.cli.tables import show_failures
+from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 

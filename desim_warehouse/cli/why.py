@@ -7,7 +7,6 @@ from pathlib import Path
 import click
 
 from desim_warehouse.cli.answers import give
-from desim_warehouse.cli.by_hand import warn
 from desim_warehouse.cli.options import load_source, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -17,6 +16,7 @@ from desim_warehouse.cli.study_options import (
     with_first_and_cap,
     with_question,
 )
+from desim_warehouse.cli.warned import warn
 from desim_warehouse.study.limits import FIRST
 
 

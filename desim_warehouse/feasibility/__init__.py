@@ -1,6 +1,7 @@
-"""Whether a model can work, before it runs: the hand calculation, and what it shows to be wrong.
+"""Whether a model can work, before it runs.
 
-`examine` has all findings, for `desim check`; `refuse` raises the errors among them, before a run.
+`examine` has all findings, for `desim check`, with those that the quick estimate shows; `refuse` raises the errors
+among them, before a run.
 """
 
 from __future__ import annotations
@@ -8,25 +9,32 @@ from __future__ import annotations
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import CheckError, LayoutError
+from desim_warehouse.errors import CheckError, LayoutError, SimulationError
 from desim_warehouse.feasibility import closures, rules
-from desim_warehouse.feasibility.estimate import HandCalculation, estimate
 from desim_warehouse.feasibility.pods import driven
+from desim_warehouse.findings import Finding
 from desim_warehouse.layout import checks
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.orders import files_of, nodes_named
 
 if TYPE_CHECKING:
-    from desim_warehouse.findings import Finding
+    from collections.abc import Callable
+
+    from desim_warehouse.feasibility.estimate import Estimate
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
-__all__ = ["HandCalculation", "errors", "estimate", "examine", "refuse"]
+__all__ = ["errors", "examine", "refuse"]
 
 
-def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculation | None]:
-    """All findings, the worst first, and the hand calculation; None where the layout has errors or hours never come."""
+def examine(
+    model: Model, layout: Layout, estimate: Callable[[Model], Estimate]
+) -> tuple[list[Finding], Estimate | None]:
+    """All findings, the worst first, and the estimate; None where the layout has errors or hours never come.
+
+    So it is where a robot by itself does none of the work.
+    """
     use = _use(model, layout)
     found = checks.examine(layout, use)
     if any(item.level == "error" for item in found):
@@ -37,7 +45,11 @@ def examine(model: Model, layout: Layout) -> tuple[list[Finding], HandCalculatio
     found += rules.errors(on_floor, layout)
     if any(item.code == "NEVER_OPEN" for item in found):
         return checks.worst_first(found), None
-    calculation = estimate(model, layout)
+    try:
+        calculation = estimate(model)
+    except SimulationError as error:
+        found.append(Finding("NO_ESTIMATE", "tasks", str(error), "see a run with one robot (fleet.size), `desim run`"))
+        return checks.worst_first(found), None
     found += rules.warnings(on_floor, layout, calculation)
     return checks.worst_first(found), calculation
 

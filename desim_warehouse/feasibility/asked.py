@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.estimate import most_loads
+from desim_warehouse.feasibility.ahead import most_loads
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.sections.flows import SaturatedArrivals

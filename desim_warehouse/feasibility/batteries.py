@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.feasibility.estimate import estimate, most_loads
+from desim_warehouse.feasibility import ahead
 from desim_warehouse.feasibility.flow_mix import FlowMix
 from desim_warehouse.feasibility.free_flow import free_flow, least_task
 from desim_warehouse.feasibility.needs import Needs, least_needs
@@ -93,10 +93,12 @@ def cause(model: Model, layout: Layout, started: float | None = None, *, resting
         return f"no bay has a charger: give {_some_bay(layout)}"
     if resting and sum(chargers.values()) < needed_at_rest(model):
         return f"{at_rest(model, layout)} (layout.bays), or faster ones (battery.charge_rate)"
-    balance = estimate(model, layout).power
+    balance = ahead.balance(model, layout)
     found = [*errors(model, layout), *warnings(model, layout, balance)]
-    ahead = (known_levels := levels(model)) is not None and known_levels.margin is not None
-    drains = DRAINS if ahead else {*DRAINS, "BATTERY_TOO_SMALL"}  # who looks ahead is not sent out with such a battery
+    foresees = (known_levels := levels(model)) is not None and known_levels.margin is not None
+    drains = (
+        DRAINS if foresees else {*DRAINS, "BATTERY_TOO_SMALL"}
+    )  # who looks ahead is not sent out with such a battery
     known = [item for item in found if item.code in drains]
     if known:
         return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in known[:2])
@@ -409,7 +411,7 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
 
 def _more_loads(model: Model, layout: Layout, flow: FreeFlow | FlowMix) -> float:
     """The most that the further loads of a tour draw: each is handled, and may lie farthest off, and go farthest."""
-    loads = most_loads(model) - 1
+    loads = ahead.most_loads(model) - 1
     if not loads:
         return 0.0
     edges, draws = list(dict.fromkeys(place.edge for place in layout.storage)), _battery(model).draws

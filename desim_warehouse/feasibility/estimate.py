@@ -1,48 +1,62 @@
-"""The hand calculation of a model: what a planner works out on half a page before any simulation.
+"""The quick estimate of a model: what a fleet can do, and what that takes, in numbers and in words.
 
-All of it is free flow: no robot waits for another, goods are fetched in order of release, and every robot always has a
-next task. An allocation that prefers near goods does better than `in-order`. What robots, chargers and stations can do
-each are upper bounds from that, by Little's law and the asymptotic bounds of closed queueing networks (Denning and
+What a task costs is measured, one robot of each kind by itself (`run/quick.py`). What robots, chargers and stations can
+do each are upper bounds from that, by Little's law and the asymptotic bounds of closed queueing networks (Denning and
 Buzen, Computing Surveys 10 (1978) 225-261). What they can do together is less, as robots queue: see `capacity`.
 """
 
 from __future__ import annotations
 
 import math
-from collections import Counter
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.capacity import Network, Place
-from desim_warehouse.feasibility.cycle import Cycle
-from desim_warehouse.feasibility.flow_mix import FlowMix
-from desim_warehouse.feasibility.free_flow import free_flow, mean_task
-from desim_warehouse.feasibility.hours import on_duty
-from desim_warehouse.feasibility.peak import peak_rate
-from desim_warehouse.feasibility.pods import PileOn, by_line, driven, pile_on
-from desim_warehouse.feasibility.power import Power, power
 from desim_warehouse.findings import amount
-from desim_warehouse.layout import checks
-from desim_warehouse.layout.zones import closed, zones_on
-from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.destinations import destinations
-from desim_warehouse.model.facts.stations import open_share, own_times, specs, worked_capacity
 
 if TYPE_CHECKING:
-    from desim_warehouse.feasibility.free_flow import FreeFlow
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
+    from collections.abc import Mapping
+
+    from desim_warehouse.feasibility.pods import PileOn
+    from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model.schema import Units
 
-_ROUTES = 5000
-"""Routes that are examined for the busiest intersection; on larger floors it is left out."""
 MORE = 1.1
 """What twice the robots do more than those at the knee."""
 APART = 0.95
 """Of the bounds that a fleet reaches with its queues: with less both are said."""
+
+
+@dataclass(frozen=True)
+class MeanTask:
+    """One task as a robot does it when there is always a next one: the mean time of each part, in time units.
+
+    `empty` is the drive to the good, `loaded` that to the station, `other` all else: drives to chargers and back,
+    waiting there, for people and for the next decision. `charging` is not in its `time`. `energy`: what it draws.
+    """
+
+    empty: float
+    load: float
+    loaded: float
+    unload: float
+    other: float
+    energy: float
+    charging: float
+
+    @property
+    def time(self) -> float:
+        """The mean time of the whole task."""
+        return self.empty + self.load + self.loaded + self.unload + self.other
+
+
+def mixed(tasks: Mapping[str, MeanTask], count: Mapping[str, int]) -> MeanTask:
+    """The mean task of so many robots of each kind: they do the more tasks the less time they need for one."""
+    done = {kind: count[kind] / task.time if task.time else 1.0 for kind, task in tasks.items()}
+    every = math.fsum(done.values())
+    parts = MeanTask.__dataclass_fields__
+    return MeanTask(*(math.fsum(done[k] * getattr(tasks[k], part) for k in tasks) / every for part in parts))
 
 
 @dataclass(frozen=True)
@@ -93,8 +107,8 @@ class StationLoad:
 
 
 @dataclass(frozen=True)
-class HandCalculation:
-    """A model in free flow, in its own units; see the module for what is assumed.
+class Estimate:
+    """A model in its own units; see the module for what is assumed.
 
     Attributes:
         width: of the floor, from the westernmost to the easternmost node; `height` from north to south.
@@ -102,7 +116,8 @@ class HandCalculation:
         lanes_hold: robots that can stand in the lanes at once.
         robots: size of the fleet; `at_work` of them can be on a task, as station slots allow.
         most_out: robots that may be under way at once; None: all.
-        cycle: the mean task, over robots of different speeds.
+        cycle: the mean task, over robots of different kinds.
+        sample: tasks that were looked at.
         rate: tasks per time unit demanded; None where the demand is a list, or saturated.
         charging: time that a robot charges for each task, None without battery or where it never has to.
         fleet_capacity: tasks per time unit that the robots could do if all else were plenty.
@@ -111,8 +126,6 @@ class HandCalculation:
         crossing_capacity: tasks per time unit that it lets through.
         power: the energy balance; None without battery.
         peak: tasks per time unit in the busiest hour, where arrivals change with the time of day.
-        loads: most loads of a tour. With more than one `cycle` is a task by itself, and all that follows from its
-            length is the best that tours can do: all full, each with the drives of a single task.
         on_duty: the part of the run in which robots are in their hours and a station is open; capacities are means over
             the run.
         pile_on: with pods, where `cycle` is a line's part of a visit, and capacities are those of most lines a visit.
@@ -124,7 +137,8 @@ class HandCalculation:
     lanes_hold: int
     robots: int
     at_work: int
-    cycle: Cycle
+    cycle: MeanTask
+    sample: int
     rate: float | None
     charging: float | None
     fleet_capacity: float
@@ -134,7 +148,6 @@ class HandCalculation:
     power: Power | None
     most_out: int | None = None
     peak: float | None = None
-    loads: int = 1
     on_duty: float = 1.0
     pile_on: PileOn | None = None
 
@@ -146,7 +159,7 @@ class HandCalculation:
     @property
     def round(self) -> float:
         """The time that a task takes a robot, with what it charges for it."""
-        return self.cycle.shared(self.loads).time + (self.charging or 0.0)
+        return self.cycle.time + (self.charging or 0.0)
 
     @cached_property
     def network(self) -> Network:
@@ -167,7 +180,7 @@ class HandCalculation:
         if math.isfinite(charged := self._charged(1)):
             limits["the chargers"] = charged
         if self.most_out is not None and self.cycle.time:
-            limits["traffic.most_out"] = self.most_out * self.on_duty / self.cycle.shared(self.loads).time
+            limits["traffic.most_out"] = self.most_out * self.on_duty / self.cycle.time
         return limits
 
     @property
@@ -184,7 +197,7 @@ class HandCalculation:
         if power is None or not power.chargers or not self.charging:
             return math.inf
         spare = power.gives - power.standing * max(robots - power.chargers, 0)
-        more = power.task - power.standing * self.cycle.shared(self.loads).time
+        more = power.task - power.standing * self.cycle.time
         return min(power.chargers / self.charging, max(spare, 0.0) / more if more > 0 else math.inf)
 
     @property
@@ -253,20 +266,24 @@ class HandCalculation:
         return min((item.capacity / item.share for item in self.stations if item.share), default=math.inf)
 
     def lines(self, units: Units) -> list[str]:
-        """The hand calculation in words."""
+        """The estimate in words."""
         time, hour = units.time, units.hour
         cycle, metre = self.cycle, self.metre
         floor = f"floor: {amount(self.width)} x {amount(self.height)} {units.length}"
         if metre not in {None, 1.0}:
             floor += f" ({amount(self.width * metre)} x {amount(self.height * metre)} m)"
+        parts = {
+            "empty": cycle.empty,
+            "loading": cycle.load,
+            "loaded": cycle.loaded,
+            "unloading": cycle.unload,
+            "other": cycle.other,
+        }
+        said = " + ".join(f"{amount(time)} {name}" for name, time in parts.items() if name != "other" or time)
         lines = [
             floor,
-            (
-                f"one task, without traffic: {amount(cycle.time)} {time} = {amount(cycle.empty)} empty "
-                f"+ {amount(cycle.load)} loading + {amount(cycle.loaded)} loaded + {amount(cycle.unload)} unloading"
-                + (f" + {amount(cycle.clear)} clearing" if cycle.clear else "")
-            ),
-            *self._tours(time),
+            f"one task, measured: {amount(cycle.time)} {time} = {said}",
+            f"measured on {self.sample:,} tasks of one robot of each kind, without other robots",
             *([] if self.pile_on is None else [self.pile_on.lines(units)]),
             self._robots(time, hour),
             self._stations(hour),
@@ -276,13 +293,6 @@ class HandCalculation:
         robots, limit = self.knee
         lines.append(f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}")
         return lines
-
-    def _tours(self, time: str) -> list[str]:
-        if self.loads == 1:
-            return []
-        best = amount(self.cycle.shared(self.loads).time)
-        said = f"tours: up to {self.loads} loads, so a task takes a robot {best} {time} at best"
-        return [f"{said}: all tours full, and driven as for one load; what follows is for that"]
 
     def _robots(self, time: str, hour: float) -> str:
         robots = number_of(self.robots, "robot")
@@ -327,155 +337,3 @@ class HandCalculation:
             text += f"; asked for, {worst.node} ({worst.staff}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
             text += f" in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else ""
         return text
-
-
-def estimate(model: Model, layout: Layout) -> HandCalculation:
-    """The hand calculation of a model whose layout has no errors; with pods a task is a line."""
-    if model.pods is not None:
-        pile = pile_on(model)
-        return by_line(estimate(driven(model, pile.most), layout), pile)
-    fleet = model.fleet
-    speeds = Counter((robot.speed, robot.loaded_speed) for robot in fleet.robots())
-    cycles = {pair: mean_task(model, layout, *pair) for pair in speeds}
-    alone = _mean_cycle(speeds, cycles)
-    loads = most_loads(model)
-    cycle = alone.shared(loads)
-    rate, peak = arrival_rate(model), peak_rate(model)
-    at_work = _at_work(model, layout)
-    pairs = zip(fleet.kinds_of_robots(), fleet.robots(), strict=True)
-    of_kinds = {kind: cycles[robot.speed, robot.loaded_speed].shared(loads) for kind, robot in pairs}
-    balance = power(model, layout, cycle, of_kinds, rate, at_work)
-    charging = None
-    if balance is not None and balance.charging_rate is not None and model.tasks.never_end:
-        charging = balance.task / balance.charging_rate
-    at_duty = on_duty(model)
-    total = cycle.time + (charging or 0.0)
-    if at_duty:
-        total /= at_duty
-    flow = free_flow(model, layout, max(speed for speed, _ in speeds))
-    stations = _stations(model, layout, flow, rate)
-    crossing, through = _busiest_crossing(model, flow)
-    return HandCalculation(
-        *_extent(layout),
-        model.units.metre,
-        checks.room(layout, fleet.contact, closed(zones_on(layout, model.traffic.zones))),
-        fleet.size,
-        at_work,
-        alone,
-        rate,
-        charging,
-        _fleet_capacity(at_work, total, model.traffic.most_out, cycle.time / at_duty if at_duty else math.inf),
-        stations,
-        crossing,
-        through,
-        balance,
-        model.traffic.most_out,
-        None if peak is None else peak / model.units.hour,
-        loads,
-        at_duty,
-    )
-
-
-def most_loads(model: Model) -> int:
-    """The most loads of a tour; with a batching policy of the user's as many as a robot carries."""
-    if model.policies.batching.name == "single":
-        return 1
-    most, size = model.fleet.largest_capacity, model.policies.batching.params.get("size")
-    return most if size is None else min(most, int(size))
-
-
-def _fleet_capacity(at_work: int, total: float, most_out: int | None, cycle: float) -> float:
-    """Tasks per time unit: robots do one after another, charging in between; a cap holds while they drive."""
-    capacity = at_work / total if total else math.inf
-    if most_out is None or not cycle:
-        return capacity
-    return min(capacity, most_out / cycle)
-
-
-def _extent(layout: Layout) -> tuple[float, float]:
-    at = list(layout.points.values())
-    x, y = [point.real for point in at], [point.imag for point in at]
-    return max(x) - min(x), max(y) - min(y)
-
-
-def _mean_cycle(speeds: Counter[tuple[float, float]], cycles: dict[tuple[float, float], Cycle]) -> Cycle:
-    """The mean task: robots do the more tasks the less time they need for one."""
-    tasks = {speed: count / cycles[speed].time if cycles[speed].time else 1.0 for speed, count in speeds.items()}
-    every = sum(tasks.values())
-    empty, loaded = (
-        sum(tasks[speed] * getattr(cycles[speed], part) for speed in speeds) / every for part in ("empty", "loaded")
-    )
-    one = next(iter(cycles.values()))
-    return Cycle(empty, one.load, loaded, one.unload, one.clear)
-
-
-def _at_work(model: Model, layout: Layout) -> int:
-    """Robots that can be on a task at once: each needs a slot at its station from the beginning."""
-    used = destinations(model, layout)
-    if model.tasks.flows or not all(node in layout.stations for node in used):
-        return model.fleet.size
-    return min(model.fleet.size, sum(layout.stations[node].places for node in used))
-
-
-def _stations(model: Model, layout: Layout, flow: FreeFlow | FlowMix, rate: float | None) -> tuple[StationLoad, ...]:
-    """The stations; a node without one serves one robot at a time, which clears it before the next comes."""
-    tasks, found = model.tasks, []
-    times = flow.station_times() if isinstance(flow, FlowMix) else {}
-    put_down = flow.put_down() if isinstance(flow, FlowMix) else {}
-    of, own = specs(model, layout), own_times(model, layout)
-    for node, share in zip(flow.stations, flow.station_demand().tolist(), strict=True):
-        station = layout.stations.get(node)
-        servers = 1 if station is None else station.servers
-        usual = own.get(node, (None, None))[1]
-        time = times.get(node, tasks.mean_unload if usual is None else usual)
-        time += tasks.clear_time if station is None else 0.0
-        capacity = servers / time if time else math.inf
-        asked = None if rate is None else rate * share
-        if station is None:
-            found.append(StationLoad(node, share, servers, capacity, None if asked is None else asked / capacity))
-            continue
-        spec, part = of[node], put_down[node] / share if put_down and share else 1.0
-        open_part = open_share(model, spec)
-        serve = capacity * open_part
-        work = open_part * worked_capacity(spec) / part if part else math.inf
-        found.append(
-            StationLoad(
-                node,
-                share,
-                servers,
-                serve,
-                None if asked is None else asked / serve,
-                0 if spec.work_time is None else spec.workers,
-                work,
-                None if asked is None else asked / work,
-                open_part,
-            )
-        )
-    return tuple(found)
-
-
-def _busiest_crossing(model: Model, flow: FreeFlow | FlowMix) -> tuple[str | None, float | None]:
-    """The intersection that a task keeps busy longest, and the tasks per time unit that it lets through.
-
-    Robots that follow each other over a node do so at least D / speed + node time apart.
-    """
-    if isinstance(flow, FlowMix) or 2 * len(flow.edges) * len(flow.stations) > _ROUTES:
-        return None, None
-    share, chosen = flow.share, flow.station_shares()
-    begins = share @ chosen
-    passages: Counter[str] = Counter()
-    for i, edge in enumerate(flow.edges):
-        for j, station in enumerate(flow.stations):
-            if begins[j]:
-                for _, node in pairwise(flow.travel.way(station, edge[0])):
-                    passages[node] += begins[j] * share[i]
-            if chosen[i, j]:
-                for node in flow.travel.way(edge[1], station):
-                    passages[node] += share[i] * chosen[i, j]
-    for free in model.traffic.free_nodes:
-        del passages[free]
-    if not passages:
-        return None, None
-    headway = model.fleet.contact / flow.travel.speed
-    node = max(passages, key=lambda name: passages[name] * (headway + flow.travel.time_at(name)))
-    return node, 1 / (float(passages[node]) * (headway + flow.travel.time_at(node)))

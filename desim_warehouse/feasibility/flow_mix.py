@@ -62,13 +62,6 @@ class Leg:
     of: Any
     stops: Mapping[str, float]
 
-    def at_stations(self) -> Iterator[tuple[int, str, float]]:
-        """What is done at stations where its tasks begin or end: loading or unloading, the node, the part of tasks."""
-        for which, points, parts in ((LOAD, self.picks, self.picks.weights), (UNLOAD, self.drops, self.of.sum(axis=0))):
-            for place, part in zip(points.places, parts, strict=True):
-                if isinstance(place, str):
-                    yield which, place, float(part)
-
 
 class FlowMix:
     """What the flows of a model come to in free flow, at one speed."""
@@ -104,41 +97,6 @@ class FlowMix:
     def to_edges(self, nodes: Sequence[str]) -> Any:
         """Times from nodes (rows) to all places where tasks are picked (columns)."""
         return self.travel.between(nodes, list(dict.fromkeys(at for leg in self.legs for at in leg.picks.places)))
-
-    def station_demand(self) -> Any:
-        """For each of `stations` the handlings in it, as a part of all tasks."""
-        import numpy as np
-
-        found = dict.fromkeys(self.stations, 0.0)
-        for leg in self.legs:
-            for _, node, part in leg.at_stations():
-                found[node] += leg.share * part
-            for node, part in leg.stops.items():
-                found[node] += leg.share * part
-        return np.array(list(found.values()))
-
-    def put_down(self) -> dict[str, float]:
-        """For each of `stations` the load units that are put down there, as a part of all tasks."""
-        found = dict.fromkeys(self.stations, 0.0)
-        for leg in self.legs:
-            for which, node, part in leg.at_stations():
-                if which == UNLOAD:
-                    found[node] += leg.share * part
-        return found
-
-    def station_times(self) -> dict[str, float]:
-        """For each of `stations` the mean time of a handling in it."""
-        total = dict.fromkeys(self.stations, 0.0)
-        for leg in self.legs:
-            usual = self.handling(leg.flow)
-            for which, node, part in leg.at_stations():
-                total[node] += leg.share * part * self._at(node, which, usual[which])
-            for node, part in leg.stops.items():
-                total[node] += leg.share * part * mean_of(self.model.tasks.flows[leg.flow].stop_time)
-        return {
-            node: total[node] / part if part else 0.0
-            for node, part in zip(self.stations, self.station_demand().tolist(), strict=True)
-        }
 
     def _handled(self, leg: Leg) -> tuple[float, float, float]:
         """As `handling`, with the times of stations that have their own."""

@@ -1,26 +1,31 @@
-"""What the hand calculation leaves out, and how much of it a model has, as `desim check` says beside it."""
+"""What keeps robots from work at times, how much of it a model has, and what the quick estimate leaves out of it."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.facts.disturbances import disturbances
+from desim_warehouse.model.facts.disturbances import closures, disturbances
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
+BY_TIME = {"in-order", "earliest-due"}
+"""Allocations that go by no distance."""
+UNKNOWN = "; estimates do not know of it"
+
 
 def left_out(model: Model, layout: Layout) -> list[str]:
-    """A line for each thing that keeps robots or chargers from work at times, for what never does, for two-way lanes.
-
-    Estimates of tasks do not choose the end of a lane at which a robot begins: which is nearer depends on where it is.
-    """
-    found = [f"{text}; estimates do not know of it" for text in disturbances(model, layout)]
-    two_way = sum(len(layout.approaches(place.edge, place.offset)) > 1 for place in layout.storage)
-    if two_way:
-        found.append(
-            f"{two_way} of {len(layout.storage)} storage places are on two-way lanes; robots come to them from the "
-            "nearer end, estimates assume the end named first, so tasks may take less time"
-        )
+    """A line for each thing that keeps robots or chargers from work at times, and for what estimates leave out."""
+    found = [*disturbances(model, layout), *(f"{text}{UNKNOWN}" for text in closures(model))]
+    if model.fleet.breaks_down:
+        found.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
+    if model.fleet.has_hours or model.layout.has_hours:
+        found.append(f"robots finish their tasks and charge when their hours, or those of stations, are over{UNKNOWN}")
+    allocation = model.policies.allocation
+    if allocation.name not in BY_TIME and not allocation.own:
+        found.append(f"where many tasks wait, {allocation.name} drives less than for tasks in order{UNKNOWN}")
+    found += [
+        f"{name} is a policy of your own: the first of its kind is tried{UNKNOWN}" for name in model.policies.own()
+    ]
     return found

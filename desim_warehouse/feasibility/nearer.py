@@ -4,15 +4,16 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.feasibility.free_flow import mean_task
 from desim_warehouse.findings import amount
 from desim_warehouse.model.sections.popularity import Popularity
 
 if TYPE_CHECKING:
-    from desim_warehouse.layout import Layout
+    from collections.abc import Callable
+
+    from desim_warehouse.feasibility.estimate import Estimate
     from desim_warehouse.model import Model
 
-_LEAST = 0.005
+_LEAST = 0.01
 """Part of a task's time that is worth a line."""
 
 
@@ -26,17 +27,18 @@ def nearer(model: Model) -> dict[str, Any]:
     }
 
 
-def lines(model: Model, layout: Layout) -> list[str]:
+def lines(model: Model, estimate: Callable[[Model], Estimate]) -> list[str]:
     """What a task takes less with fast movers nearer, in a line; none where nothing is to be gained."""
     from desim_warehouse.errors import ModelError
 
     changes = nearer(model)
     try:
-        moved = model.replace(changes) if changes else model
+        moved = model.replace(changes) if changes else None
     except ModelError:  # no station is near
         return []
-    speeds = model.fleet.fastest_empty, model.fleet.fastest
-    now, then = (mean_task(one, layout, *speeds).time for one in (model, moved))
+    if moved is None:
+        return []
+    now, then = (estimate(one).cycle.time for one in (model, moved))
     if now - then < _LEAST * now:
         return []
     saved = f"{amount(now - then)} of {amount(now)} {model.units.time} a task"

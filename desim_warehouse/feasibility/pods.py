@@ -24,7 +24,7 @@ from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
-    from desim_warehouse.feasibility.estimate import HandCalculation
+    from desim_warehouse.feasibility.estimate import Estimate
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
     from desim_warehouse.model.sections.flows import FlowSpec
@@ -125,10 +125,10 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
     return {"schedule": [{"at": found.last, "tasks": max(round(found.tasks * share), 1)}]}
 
 
-def by_line(found: HandCalculation, pile: PileOn) -> HandCalculation:
-    """A hand calculation of visits as one of lines, so many at each."""
+def by_line(found: Estimate, pile: PileOn) -> Estimate:
+    """An estimate of visits as one of lines, so many at each."""
     most = pile.most
-    cycle = replace(found.cycle, **{part: time / most for part, time in vars(found.cycle).items()})
+    cycle = replace(found.cycle, **{part: value / most for part, value in vars(found.cycle).items()})
     stations = tuple(
         replace(item, serve_capacity=item.serve_capacity * most, work_capacity=item.work_capacity * most)
         for item in found.stations

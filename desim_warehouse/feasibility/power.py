@@ -15,7 +15,7 @@ from desim_warehouse.model.facts.charging import chargers_at, charging_rate
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from desim_warehouse.feasibility.cycle import Cycle
+    from desim_warehouse.feasibility.estimate import MeanTask
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
@@ -80,7 +80,7 @@ class Power:
 
 
 def power(
-    model: Model, layout: Layout, cycle: Cycle, cycles: Mapping[str, Cycle], rate: float | None, at_work: int
+    model: Model, layout: Layout, cycle: MeanTask, cycles: Mapping[str, MeanTask], rate: float | None, at_work: int
 ) -> Power | None:
     """The energy balance of a fleet with a mean `cycle`, which differs by kind; None without battery."""
     if model.battery is None:
@@ -89,7 +89,7 @@ def power(
         return _alike(model, layout, cycle, rate, at_work)[0]
     part = kinds.shares(model)
     of_kinds = kinds.by_kind(model).items()
-    both = {kind: _alike(one, one.floor, cycles[kind], rate, at_work, part[kind]) for kind, one in of_kinds}
+    both = {kind: _alike(one, one.floor, cycles.get(kind, cycle), rate, at_work, part[kind]) for kind, one in of_kinds}
     found, needed = {kind: one for kind, (one, _) in both.items()}, math.fsum(used for _, used in both.values())
     task = math.fsum(part[kind] * one.task for kind, one in found.items())
     charging = math.fsum(part[kind] * one.task / one.charging_rate for kind, one in found.items() if one.charging_rate)
@@ -111,16 +111,16 @@ def power(
 
 
 def _alike(
-    model: Model, layout: Layout, cycle: Cycle, rate: float | None, at_work: int, part: float = 1.0
+    model: Model, layout: Layout, cycle: MeanTask, rate: float | None, at_work: int, part: float = 1.0
 ) -> tuple[Power, float]:
     """The balance of a `part` of a fleet whose robots charge alike; how many must charge at a time, in fractions."""
     battery = model.battery
     assert battery is not None
     draws, robots = battery.draws, model.fleet.size
-    task = cycle.energy(draws)
+    task = cycle.energy
     at_task = task / cycle.time if cycle.time else draws.standing
     chargers = sum(chargers_at(model, layout).values())
-    each = charging_rate(model)
+    each = task / cycle.charging if task and cycle.charging else charging_rate(model)
     busiest = max(draws.standing, draws.empty, draws.loaded, draws.handling)
     away = idle_away(model, layout)
 

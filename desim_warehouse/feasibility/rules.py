@@ -1,4 +1,4 @@
-"""What cannot work, or is probably a mistake, by the hand calculation: dimensions, times and demand."""
+"""What cannot work, or is probably a mistake, by the quick estimate: dimensions, times and demand."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from desim_warehouse.values.distributions import mean_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.feasibility.estimate import HandCalculation
+    from desim_warehouse.feasibility.estimate import Estimate
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
@@ -44,7 +44,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         yield from _spares(model, layout)
 
 
-def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[Finding]:
+def warnings(model: Model, layout: Layout, found: Estimate) -> Iterator[Finding]:
     """What a planner should know."""
     yield from _nothing_to_drive(found)
     yield from _units(model, found)
@@ -64,7 +64,7 @@ def warnings(model: Model, layout: Layout, found: HandCalculation) -> Iterator[F
     yield from clashes.notes(model, layout)
 
 
-def _nothing_to_drive(found: HandCalculation) -> Iterator[Finding]:
+def _nothing_to_drive(found: Estimate) -> Iterator[Finding]:
     """Tasks that end where they begin, which any number of robots can do."""
     if found.cycle.loaded <= 0:
         text = "loads are picked and put down at the same node, so no robot carries them anywhere"
@@ -112,7 +112,7 @@ def _width(model: Model) -> Iterator[Finding]:
         )
 
 
-def _units(model: Model, found: HandCalculation) -> Iterator[Finding]:
+def _units(model: Model, found: Estimate) -> Iterator[Finding]:
     metre, length = found.metre, model.units.length
     if metre is None:
         return
@@ -135,7 +135,7 @@ def _units(model: Model, found: HandCalculation) -> Iterator[Finding]:
             yield Finding("SLOW", "fleet.robot.speed", text, cure)
 
 
-def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
+def _length(model: Model, found: Estimate) -> Iterator[Finding]:
     tasks, units = model.tasks, model.units
     for key in ("load_time", "unload_time"):
         time = mean_of(getattr(tasks, key)) * units.seconds
@@ -165,7 +165,7 @@ def _length(model: Model, found: HandCalculation) -> Iterator[Finding]:
 # Demand
 
 
-def _demand(model: Model, found: HandCalculation) -> Iterator[Finding]:
+def _demand(model: Model, found: Estimate) -> Iterator[Finding]:
     tasks, hour = model.tasks, model.units.hour
     if found.rate is None or found.robots_busy is None:
         return

@@ -38,7 +38,7 @@ FEWEST = 5
 _SHOWN = 6
 """Indicators on the page."""
 _APART: dict[Verdict, str] = {
-    "by hand": "By hand",
+    "estimate": "Quick estimate",
     "first run": "First run",
     "early": WORDS["open"],
     "met": "Target met",
@@ -137,7 +137,7 @@ class RunsSoFar:
 
     def _verdict(self, target: Target | None) -> Verdict:
         if self.n == 0:
-            return "by hand"
+            return "estimate"
         if self.failed:
             return "fails"
         if self.lasting is not None:

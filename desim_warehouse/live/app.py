@@ -125,7 +125,7 @@ class Calls:
         return JSONResponse(openapi(), headers=HEADERS)
 
     async def design(self, request: Request) -> Response:
-        """A design by hand."""
+        """A design by estimate."""
         ask = await _read(request, Ask)
         found = await run_in_threadpool(self.desk.design, ask.levels)
         return _json(asked(found))

@@ -1,4 +1,4 @@
-"""What can be said of a design before any run: the hand calculation, or why it cannot be simulated."""
+"""What can be said of a design before any run: the quick estimate, or why it cannot be simulated."""
 
 from __future__ import annotations
 
@@ -6,19 +6,20 @@ import math
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.errors import CheckError
-from desim_warehouse.feasibility import errors, estimate
+from desim_warehouse.feasibility import errors
 from desim_warehouse.live.offers import ROBOTS
 from desim_warehouse.report.text.numbers import number, percent
+from desim_warehouse.run.quick import estimate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from desim_warehouse.feasibility import HandCalculation
+    from desim_warehouse.feasibility.estimate import Estimate
     from desim_warehouse.model import Model
 
 
 class ByHand(NamedTuple):
-    """The hand calculation of a design: a sentence, one more, and by key what would be enough."""
+    """The quick estimate of a design: a sentence, one more, and by key what would be enough."""
 
     sentence: str
     more: str
@@ -26,7 +27,7 @@ class ByHand(NamedTuple):
 
 
 def by_hand(model: Model, design: str) -> ByHand:
-    """Work a design out by hand.
+    """Estimate what a design does.
 
     Raises:
         CheckError: where it cannot work, with cures; what the model accepts is no reason.
@@ -34,7 +35,7 @@ def by_hand(model: Model, design: str) -> ByHand:
     found = [item.problem for item in errors(model) if item.code not in model.accept]
     if found:
         raise CheckError(found)
-    calculation = estimate(model, model.floor)
+    calculation = estimate(model)
     return ByHand(
         _sentence(calculation, model.units.hour, design),
         "Quick estimate, ignoring traffic and randomness. The simulation follows.",
@@ -42,7 +43,7 @@ def by_hand(model: Model, design: str) -> ByHand:
     )
 
 
-def _sentence(found: HandCalculation, hour: float, design: str) -> str:
+def _sentence(found: Estimate, hour: float, design: str) -> str:
     capacity = f"about {number(found.capacity * hour, 0)}" if math.isfinite(found.capacity) else ""
     if found.rate is None:
         end = f"limited by {found.bottleneck}"
@@ -57,7 +58,7 @@ def _sentence(found: HandCalculation, hour: float, design: str) -> str:
     return f"{design}: the robots would be busy {percent(found.rate / found.fleet_capacity, 0)} % of the time."
 
 
-def _needed(found: HandCalculation, model: Model) -> dict[str, float]:
+def _needed(found: Estimate, model: Model) -> dict[str, float]:
     needed: dict[str, float] = {}
     if found.robots_needed is not None and math.isfinite(found.robots_needed):
         needed[ROBOTS] = math.ceil(found.robots_needed - 1e-9)

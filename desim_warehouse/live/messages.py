@@ -10,7 +10,7 @@ from pydantic.json_schema import models_json_schema
 from desim_warehouse._version import __version__
 from desim_warehouse.report.text.standing import Standing
 
-Verdict = Standing | Literal["by hand", "first run", "early"]
+Verdict = Standing | Literal["estimate", "first run", "early"]
 
 
 class Message(BaseModel):
@@ -73,7 +73,7 @@ class About(Message):
 
 
 class Calculated(Message):
-    """A design that was asked for: the hand calculation; `needed` has by key what would be enough."""
+    """A design that was asked for: the quick estimate; `needed` has by key what would be enough."""
 
     id: str
     words: str
@@ -177,7 +177,7 @@ def openapi() -> dict[str, Any]:
         "security": [{"token": []}],
         "paths": {
             "/api/model": {"get": call("The model, and what may be changed", About, js)},
-            "/api/design": {"post": call("Work a design out by hand", Calculated, js, Ask)},
+            "/api/design": {"post": call("Estimate what a design does", Calculated, js, Ask)},
             "/api/design/{id}/events": {
                 "get": call("Simulate a design while somebody listens", Watched, "text/event-stream"),
                 "parameters": [*design, *asked],

@@ -58,7 +58,7 @@ def fall(values: Sequence[float], model: Model) -> float | None:
 
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:
-    """What is to be expected of chargers and robots once batteries have settled, by hand, in words."""
+    """What is to be expected of chargers and robots once batteries have settled, by estimate, in words."""
     time = kpis.get("T", math.nan)
     counted = time - model.run.warm_up if time > model.run.warm_up else time
     away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
@@ -71,8 +71,8 @@ def expected(kpis: Mapping[str, float], model: Model) -> str:
         return f"to give what they draw {amount_of(charging)} robots would have to charge, at {at}"
     used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
     return (
-        f"settled, by hand, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are at "
-        f"work, with chargers used {used} % of the time (here {now} %)"
+        f"settled, by estimate, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are "
+        f"at work, with chargers used {used} % of the time (here {now} %)"
     )
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from desim_warehouse.feasibility import HandCalculation
+    from desim_warehouse.feasibility.estimate import Estimate
     from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model, Source
@@ -261,14 +261,15 @@ class Check:
     Attributes:
         facts: about the layout, in words.
         findings: worst first, accepted errors too.
-        calculation: the hand calculation; None where the layout has errors, or hours never come.
+        calculation: the quick estimate; None where the layout has errors, hours never come, or a robot by itself does
+            none of the work.
         accepted: codes of the errors that the model accepts.
-        lines: the hand calculation in words.
+        lines: the quick estimate in words.
     """
 
     facts: list[str]
     findings: list[Finding]
-    calculation: HandCalculation | None
+    calculation: Estimate | None
     accepted: tuple[str, ...]
     lines: list[str]
 
@@ -289,12 +290,13 @@ class Check:
 
 
 def check(model: Source) -> Check:
-    """Check a model or its file before it runs: what would be refused or holds robots up, and the hand calculation."""
+    """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate."""
     from desim_warehouse.feasibility import examine, nearer
     from desim_warehouse.feasibility.asked import orders_asked_for
     from desim_warehouse.feasibility.left_out import left_out
     from desim_warehouse.layout import checks
     from desim_warehouse.run import night
+    from desim_warehouse.run.quick import estimate
 
     model = as_model(model)
     layout = model.floor
@@ -318,10 +320,10 @@ def check(model: Source) -> Check:
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
         facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
-    findings, calculation = examine(model, layout)
+    findings, calculation = examine(model, layout, estimate)
     if not any(item.level == "error" and item.code not in model.accept for item in findings):
         findings = checks.worst_first([*findings, *night.findings(model, layout)])
-        facts += nearer.lines(model, layout)
+        facts += [] if calculation is None else nearer.lines(model, estimate)
     lines = [] if calculation is None else calculation.lines(model.units)
     return Check(facts, findings, calculation, model.accept, lines)
 

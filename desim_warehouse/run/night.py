@@ -16,6 +16,7 @@ from desim_warehouse.findings import Finding
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.hours import has_nights, longest_rest
 from desim_warehouse.world import World
+from desim_warehouse.world.orders.demand import NoOrders
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -50,7 +51,7 @@ def night(model: Model) -> Flat | None:
     hour = model.units.hour
     tried = max(DAY, longest_rest(model) / hour)
     run = model.run.model_copy(update={"length": tried * hour, "warm_up": 0.0})
-    world = World(model.model_copy(update={"run": run, "log": "tasks"}), orders=False)
+    world = World(model.model_copy(update={"run": run, "log": "tasks"}), demand=NoOrders)
     _watch(world, hour)
     try:
         world.run()

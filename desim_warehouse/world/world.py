@@ -23,7 +23,7 @@ from desim_warehouse.policies import create
 from desim_warehouse.states import AT_START, OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.batches import Batcher
-from desim_warehouse.world.orders.demand import Demand, NoOrders
+from desim_warehouse.world.orders.demand import Demand
 from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.orders.flows import Flows
 from desim_warehouse.world.orders.pods import PodPolicies, Pods
@@ -62,6 +62,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.policy import PolicySpec
     from desim_warehouse.policies import Task
+    from desim_warehouse.world.orders.demand import Orders
     from desim_warehouse.world.robots.settled import Fleet
     from desim_warehouse.world.robots.tallies import Rows
     from desim_warehouse.world.traffic.deadlock.gridlock import Rule
@@ -84,7 +85,8 @@ class World:
     `dispatcher.decide(pairs)` in between.
 
     `heed` is given the clock of every run that this takes, before it begins. `settles`: this is the run that nobody
-    counts, in which batteries settle. Without `orders` no task comes, for the length of the run: a night.
+    counts, in which batteries settle. `demand`: where tasks come from instead of the orders of the model, which has
+    been checked then.
 
     Each part is given what it needs, and none knows the world.
     """
@@ -95,16 +97,17 @@ class World:
         seed: int = 0,
         *,
         ask: bool = False,
-        orders: bool = True,
+        demand: Callable[..., Orders] | None = None,
         heed: Callable[[Clock], object] | None = None,
         settles: bool = False,
     ) -> None:
         self.model = model
         self.layout = model.floor
         self.settles = settles
-        refuse(model, self.layout)
+        if demand is None:
+            refuse(model, self.layout)
         self.streams = Streams(seed)
-        start = _settled(model, self.streams, heed) if orders and not settles else None
+        start = _settled(model, self.streams, heed) if demand is None and not settles else None
         self.env = Clock()
         if heed is not None:
             heed(self.env)
@@ -124,7 +127,7 @@ class World:
         self._look_ahead(open_tasks)
         # So is the list of robots: the dispatcher has it before there are any, as robots are given the dispatcher.
         self.robots: list[Robot] = []
-        self._take_orders(open_tasks, ask=ask, orders=orders)
+        self._take_orders(open_tasks, ask=ask, demand=demand or (Flows if model.tasks.flows else Demand))
         self._put_into_bays(homes, start)
         # Last, when every robot has a slot in its bay, which one that starts on the lanes may leave to another.
         self._stand_on_lanes()
@@ -201,12 +204,10 @@ class World:
         self.bay_choice = BayChoice(env, _policy("parking", policies.parking), self.travel, self.reaches)
         self.departures = Departures(model.traffic.most_out, duty_of(env, model))
 
-    def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool, orders: bool) -> None:
+    def _take_orders(self, open_tasks: OrderedDict[int, Task], *, ask: bool, demand: Callable[..., Orders]) -> None:
         """Where tasks come from, and who gives them out; the dispatcher tells the former what is in hand."""
         env, model, policies = self.env, self.model, self.model.policies
-        self.demand: Demand | Flows | NoOrders = NoOrders()
-        if orders:
-            self.demand = (Flows if model.tasks.flows else Demand)(env, model, self.layout, self.streams)
+        self.demand = demand(env, model, self.layout, self.streams)
         self.finished = Event(env)
         allocation = _policy("allocation", policies.allocation)  # also where it is not asked: it may be refused
         self.dispatcher = Dispatcher(

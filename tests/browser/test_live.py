@@ -110,7 +110,7 @@ def test_a_slider_that_moves_makes_numbers_old_until_the_hand_calculation_and_ru
     page.slide(0, 0)
     page.done("with 1 robot.")
     seen = page.browser.execute_script("return seen")
-    assert ["stale", "By hand", "1 robot can do about 87 tasks an hour, limited by the robots."] in seen
+    assert ["stale", "Quick estimate", "1 robot can do about 87 tasks an hour, limited by the robots."] in seen
     assert page.text("verdict") == "Not met"
 
 

@@ -6,9 +6,9 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
-from desim_warehouse.feasibility import estimate
 from desim_warehouse.feasibility.capacity import Network, Place
 from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.run.quick import estimate
 
 
 def test_two_robots_at_one_server():
@@ -52,6 +52,6 @@ def test_a_saturated_fleet_does_what_is_said(robots, chargers):
         "log": "tasks",
     }
     model = dw.Model.model_validate(read_yaml(draft(words), "draft").data).replace(changes)
-    found = estimate(model, model.floor)
+    found = estimate(model)
     done = dw.simulate(model, 3).kpis["throughput_per_hour"]
     assert found.capacity * 3600 == pytest.approx(done, rel=0.15)

@@ -1,4 +1,4 @@
-"""The hand calculation of flows, worked out on a ring of 20 to a side, and what `desim check` finds in them."""
+"""The quick estimate of flows, worked out on a ring of 20 to a side, and what `desim check` finds in them."""
 
 import pytest
 
@@ -23,8 +23,8 @@ def test_between_stations():
     report = checked({"from": "dock", "to": "pack", "arrivals": {"poisson": 20}})
     # pack at D to dock at B: 40; B to D: 40; 4 and 6 to load and unload
     cycle = report.calculation.cycle
-    assert (cycle.empty, cycle.load, cycle.loaded, cycle.unload) == (40, 4, 40, 6)
-    assert report.calculation.robots_needed == pytest.approx(20 * 90 / 3600)
+    assert (cycle.empty, cycle.load, cycle.loaded, cycle.unload) == pytest.approx((40, 4, 40, 6))
+    assert report.calculation.robots_busy == pytest.approx(20 * 90 / 3600)
     assert report.calculation.fleet_capacity * 3600 == pytest.approx(40)
     # each is one of two handlings of every task; unloading at pack takes 6 of 180 s
     busy = {item.node: item.busy for item in report.calculation.stations}
@@ -45,9 +45,9 @@ def test_several_flows_are_mixed_by_their_rates():
     }
     cycle = checked(flows).calculation.cycle
     # loads 40 either way; empty: from D to B 40 or from B to D 40, 3/4 x 3/4 and 1/4 x 1/4 of the tasks, else nothing
-    assert cycle.loaded == 40
-    assert cycle.empty == pytest.approx(40 * (9 / 16 + 1 / 16))
-    assert cycle.load == pytest.approx(0.75 * 8 + 0.25 * 4)
+    assert cycle.loaded == pytest.approx(40)
+    assert cycle.empty == pytest.approx(40 * (9 / 16 + 1 / 16), rel=0.03)
+    assert cycle.load == pytest.approx(0.75 * 8 + 0.25 * 4, rel=0.01)
 
 
 def test_the_busiest_hour_is_worked_out_apart():
@@ -105,11 +105,11 @@ def test_no_task_goes_from_a_place_to_itself():
     report = checked({"from": "storage", "to": "storage", "arrivals": {"poisson": 20}})
     # with the load from one of the two places to the other: 65 or 15; empty also round to the same: 80
     cycle = report.calculation.cycle
-    assert (cycle.empty, cycle.loaded) == pytest.approx(((80 + 80 + 65 + 15) / 4, 40))
+    assert (cycle.empty, cycle.loaded) == pytest.approx(((80 + 80 + 65 + 15) / 4, 40), rel=0.03)
     flow = {"from": ["dock", "pack"], "to": ["dock", "pack"], "arrivals": {"poisson": 20}}
     for choice in ("random", "nearest"):
         cycle = checked(flow, tasks__station_choice=choice).calculation.cycle
-        assert (cycle.empty, cycle.loaded) == pytest.approx((20, 40))
+        assert (cycle.empty, cycle.loaded) == pytest.approx((20, 40), rel=0.05)
 
 
 @pytest.mark.parametrize(
@@ -118,10 +118,21 @@ def test_no_task_goes_from_a_place_to_itself():
     ids=["unload", "relocate", "back and forth"],
 )
 @pytest.mark.parametrize("traffic", [{}, {"turn_time": 3}, {"nodes": {"C": {"time": 7}}}])
-def test_the_hand_calculation_is_what_an_unhurried_robot_does(ends, traffic):
-    """A lone robot that always has a task: its throughput is that of the calculation."""
+def test_the_estimate_is_what_an_unhurried_robot_does(ends, traffic):
+    """A lone robot that always has a task: its throughput is that of the estimate."""
     flows = {"all": {"from": ends[0], "to": ends[1], "arrivals": {"saturated": 1}}}
     changes = {"tasks.flows": flows, "traffic": traffic, "run.length": 40 * 3600, "log": "tasks"}
     model = dw.load(RING, changes)
     by_hand = check(model).calculation.fleet_capacity * 3600
     assert dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.03)
+
+
+def test_a_schedule_has_its_part_among_flows_at_random_whatever_the_demand():
+    flows = {
+        "over": {"from": "dock", "to": "pack", "arrivals": {"poisson": 30}, "load_time": 8},
+        "back": {"from": "pack", "to": "dock", "arrivals": {"schedule": [{"at": 0, "tasks": 30}]}},
+    }
+    # 90 and 30 in three hours
+    cycle = checked(flows).calculation.cycle
+    assert cycle.load == pytest.approx(0.75 * 8 + 0.25 * 4, rel=0.01)
+    assert checked(flows, tasks__demand=2).calculation.cycle == cycle

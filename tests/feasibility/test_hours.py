@@ -5,12 +5,11 @@ import math
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.feasibility import estimate
 from desim_warehouse.feasibility.hours import on_duty
-from desim_warehouse.layout import build
 from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.run import check
+from desim_warehouse.run.quick import estimate
 from tests.world.test_hours import SQUARE
 
 HALF = {"calendars": {"half": {"every": 1000, "lasts": 500}, "eighth": {"every": 800, "lasts": 100}}}
@@ -25,7 +24,7 @@ LIFELONG = {
 
 def by_hand(over):
     model = dw.load(LIFELONG, over)
-    return estimate(model, build(model.layout))
+    return estimate(model)
 
 
 def test_a_station_open_half_of_the_day_has_half_the_capacity():
@@ -55,12 +54,12 @@ def test_robots_can_work_only_while_a_station_is_open():
     }
     model = dw.load(LIFELONG, over)
     assert on_duty(model) == pytest.approx(0.5)
-    by_hand = estimate(model, model.floor).fleet_capacity * 3600
+    by_hand = estimate(model).fleet_capacity * 3600
     assert dw.simulate(model).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.01)
     assert "1 robot, able to work 50 % of the time, can do 24 tasks an hour" in " ".join(check(model).lines)
     both = dw.load(LIFELONG, {**over, "fleet.hours": "after"})
     assert on_duty(both) == pytest.approx(0.25)
-    by_hand = estimate(both, both.floor).fleet_capacity * 3600
+    by_hand = estimate(both).fleet_capacity * 3600
     assert dw.simulate(both).kpis["throughput_per_hour"] == pytest.approx(by_hand, rel=0.01)
 
 
@@ -81,7 +80,7 @@ def test_a_flow_asks_for_its_rate_in_its_hours_only():
         },
     }
     model = dw.load({**LIFELONG, "tasks": {"flows": flows, "load_time": 5, "unload_time": 30}})
-    assert estimate(model, build(model.layout)).rate * 3600 == pytest.approx(60)  # both 60 in half of the time
+    assert estimate(model).rate * 3600 == pytest.approx(60)  # both 60 in half of the time
 
 
 def test_hours_that_end_where_work_ends_by_itself_count_until_they_end():
@@ -139,14 +138,14 @@ def test_check_says_that_opening_hours_are_too_short():
 
 
 def test_handling_times_of_a_station_are_in_the_cycle():
-    assert by_hand({"layout.stations.desk.unload_time": 10}).cycle.unload == 10
+    assert by_hand({"layout.stations.desk.unload_time": 10}).cycle.unload == pytest.approx(10)
     flow = {"from": "desk", "to": "storage", "arrivals": {"poisson": 6}}
     model = dw.load(
         {**LIFELONG, "tasks": {"flows": {"in": flow}, "load_time": 5, "unload_time": 30}},
         {"layout.stations.desk.load_time": 12},
     )
-    cycle = estimate(model, build(model.layout)).cycle
-    assert (cycle.load, cycle.unload) == (12, 30)
+    cycle = estimate(model).cycle
+    assert (cycle.load, cycle.unload) == pytest.approx((12, 30))
 
 
 def test_the_longest_time_outside_the_hours():

@@ -43,10 +43,3 @@ def test_a_due_time_that_can_be_kept_from_the_nearer_end_is_not_too_soon():
         assert "DUE_TOO_SOON" not in {item.code for item in check(model).findings}
     late = model.replace({"tasks.flows.out.due_within": 4})
     assert "DUE_TOO_SOON" in {item.code for item in check(late).findings}
-
-
-def test_estimates_say_that_they_do_not_choose_the_end():
-    line = "1 of 1 storage places are on two-way lanes; robots come to them from the nearer end, estimates assume the "
-    assert f"{line}end named first, so tasks may take less time" in check(dw.load(LANE, {"tasks": GOODS})).facts
-    edges = [{"from": a, "to": b, "side_by_side": True} for a, b in ("AB", "BA")]
-    assert "two-way" not in " ".join(check(dw.load(LANE, {"layout.edges": edges, "tasks": GOODS})).facts)

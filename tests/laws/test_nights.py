@@ -14,6 +14,7 @@ import yaml
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.world import World
+from desim_warehouse.world.orders.demand import NoOrders
 
 MORE = 1.25
 TURN = 0.1
@@ -69,5 +70,5 @@ def fleet_at_rest(seed, policy, shared):
 @pytest.mark.parametrize("shared", [False, True])
 def test_nobody_at_rest_runs_flat_in_two_days(policy, seed, shared):
     model = fleet_at_rest(seed, policy, shared)
-    world = World(model, seed, orders=False).run()
+    world = World(model, seed, demand=NoOrders).run()
     assert min(robot.charge_left() for robot in world.robots) > 0

@@ -12,6 +12,7 @@ from desim_warehouse.model.facts.hours import has_nights, longest_rest
 from desim_warehouse.run import check
 from desim_warehouse.run.night import night
 from desim_warehouse.world import World
+from desim_warehouse.world.orders.demand import NoOrders
 from tests.world.ring import RING
 
 HOUR = 3600
@@ -66,7 +67,7 @@ def test_a_night_has_no_task_and_lasts_a_day_or_as_long_as_is_closed():
     model = ring({"fleet.start_energy": 0.9})
     assert longest_rest(model) == 0
     assert night(model) is None
-    world = World(model, orders=False).run()
+    world = World(model, demand=NoOrders).run()
     assert world.dispatcher.done == 0
     assert world.env.now == 1000
     assert [row.kind for row in world.log.rows if row.kind == "released"] == []
@@ -96,7 +97,7 @@ def test_robots_of_one_bay_take_turns_at_its_charger():
     battery = {"capacity": 100, "threshold": 30, "consumption": draws, "charge_rate": 0.04}
     low = {"fleet.size": 4, "fleet.start": ["A"], "fleet.start_energy": 0.12, "policies.charging": "reach-aware"}
     model = ring({"layout.bays": bays, "battery": battery, "run": {"length": 50_000}, **low})
-    world = World(model, 0, orders=False).run()
+    world = World(model, 0, demand=NoOrders).run()
     assert min(robot.charge_left() for robot in world.robots) > 0.04
 
 

@@ -7,7 +7,7 @@ import yaml
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
-from desim_warehouse.feasibility import estimate
+from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.fleet import plan_fleet
 
 TARGET, ZONE = 0.9, 0.01
@@ -37,7 +37,7 @@ def falls_short(seed):
     if plan.today.best is None or not plan.feasible:
         return None
     chosen = model.replace(plan.today.best.overrides)
-    lasts = estimate(chosen, chosen.floor).power.lasts
+    lasts = estimate(chosen).power.lasts
     later = chosen.replace({"run": {"warm_up": 3 * lasts, "length": 3 * lasts + 4 * 3600}})
     shares = []
     for day in range(FRESH_DAYS):

@@ -1,4 +1,4 @@
-// Sliders for numbers, lists for words, with marks: by hand, today, pinned.
+// Sliders for numbers, lists for words, with marks: by estimate, today, pinned.
 
 const KNOWN = { met: "met", "not met": "not-met", overloaded: "not-met", drained: "not-met", fails: "not-met" };
 
@@ -48,7 +48,7 @@ class Knobs {
       field.setAttribute("aria-valuetext", `${texts[at]}${differs ? `, pinned ${texts[then]}` : ""}`);
       const hand = needed?.[key];
       const marks = [...this.worn(key, values, tried), { at: today, text: "today" }];
-      if (hand !== undefined) marks.push({ at: placeOf(values, hand), text: `by hand ${hand}`, kind: "hand" });
+      if (hand !== undefined) marks.push({ at: placeOf(values, hand), text: `by estimate ${hand}`, kind: "hand" });
       if (differs) marks.push({ at: then, text: "", kind: "pinned" });
       rail.replaceChildren(...marks.map((mark) => this.mark(mark, values.length - 1)));
     }

@@ -65,7 +65,7 @@ class Live {
     this.clock = setTimeout(act, this.frozen ? 0 : SETTLE);
   }
 
-  // A slider moved: what was known is old, the hand calculation comes at once, the runs once the slider rests.
+  // A slider moved: what was known is old, the quick estimate comes at once, the runs once the slider rests.
   move() {
     this.stream?.abort();
     this.state = "stale";
@@ -219,8 +219,8 @@ class Live {
     for (const field of byId("knobs").querySelectorAll("input, select")) field.disabled = state === "offline";
     this.showState();
     const verdict = byId("verdict"), hand = before || !answer;
-    verdict.dataset.verdict = hand ? "by hand" : answer.verdict;
-    verdict.textContent = hand ? "By hand" : answer.label;
+    verdict.dataset.verdict = hand ? "estimate" : answer.verdict;
+    verdict.textContent = hand ? "Quick estimate" : answer.label;
     byId("said").textContent = hand ? (asked?.sentence ?? "") : answer.sentence;
     byId("more").textContent = hand ? (asked?.more ?? "") : answer.more.join(" ");
     const old = this.floorOf && this.floorOf !== (asked ?? answer)?.id;

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 def disturbances(model: Model, layout: Layout) -> list[str]:
     """A line for each thing that keeps robots or chargers from work at times."""
-    return [*_failures(model), *_delays(model), *_people(model, layout), *_closures(model)]
+    return [*_failures(model), *_delays(model), *_people(model, layout)]
 
 
 def _failures(model: Model) -> Iterator[str]:
@@ -74,7 +74,7 @@ def _people(model: Model, layout: Layout) -> Iterator[str]:
             yield f"people.{name}: visits at {len(people.times)} times"
 
 
-def _closures(model: Model) -> Iterator[str]:
+def closures(model: Model) -> Iterator[str]:
     """What is closed or slow at times, if it ever is."""
     end = model.run.end
     for place, (what, calendar) in at_times(model).items():

@@ -83,10 +83,8 @@ class _Sized:
         return [f"{capital(spoken(close, 'or'))} may also be enough; more runs would tell."] if close else []
 
     def _falls(self) -> list[str]:
-        if not self.found.falls:
-            return []
-        pairs = spoken(f"with {words.level(more)} than with {words.level(one)}" for one, more in self.found.falls)
-        return [f"It does worse {pairs}, so each smaller value was judged by itself."]
+        pairs = [f"with {words.level(more)} than with {words.level(one)}" for one, more in self.found.falls]
+        return [f"It does worse {spoken(pairs)}, so each smaller value was judged by itself."] if pairs else []
 
     # Numbers
 

@@ -6,9 +6,10 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
-from desim_warehouse.feasibility import errors, estimate
+from desim_warehouse.feasibility import errors
 from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
 from desim_warehouse.outcome.money import equipment
+from desim_warehouse.run.quick import estimate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
@@ -17,7 +18,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.statistics.cheapest import Counts
 
 ROOM = 2.5
-"""How far robots are searched by default, as a multiple of what the hand calculation needs."""
+"""How far robots are searched by default, as a multiple of what the quick estimate needs."""
 
 
 class Designs:
@@ -73,9 +74,9 @@ class Designs:
         return (self.cost(design) or 0.0, *map(float, design))
 
     def counts(self, growth: float) -> tuple[list[int], list[int]]:
-        """Robots and chargers that are searched, by default from the hand calculation."""
+        """Robots and chargers that are searched, by default from the quick estimate."""
         model = self.model.replace(more_demand(self.model, growth))
-        found = estimate(model, model.floor)
+        found = estimate(model)
         needed = found.robots_busy
         if found.robots_needed is not None and math.isfinite(found.robots_needed):
             needed = found.robots_needed  # else chargers are too few, and searched as well

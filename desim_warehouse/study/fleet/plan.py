@@ -291,7 +291,7 @@ def plan_fleet(
         target: such as "on_time >= 95 %".
         growth: demand in times today's, such as 1.3 or "30%"; None: today's only.
         strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
-        robots: fleet sizes that could be bought, such as "6..20" (default: around what the hand calculation needs).
+        robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
         chargers: likewise.
         zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target. At most half
             of what is possible beyond the target: for 99.5 % it is 0.25 %.

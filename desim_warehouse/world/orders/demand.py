@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 from simpy.events import Event, Timeout
 
@@ -22,6 +22,24 @@ if TYPE_CHECKING:
 
 BATCH = 1024
 """Goods drawn at a time."""
+
+
+class Orders(Protocol):
+    """Where tasks come from: `total` of them, or None: without end."""
+
+    total: int | None
+
+    def start(self, release: Callable[[Task], None]) -> None:
+        """Release what is known at the start, and schedule what comes later."""
+
+    def taken(self, task: Task) -> None:
+        """A task or tour is in hand."""
+
+    def returned(self, task: Task) -> None:
+        """A task or tour is open again."""
+
+    def to_come(self, task: Task, by_flow: bool, /) -> bool:
+        """Whether others that may go with a task on a tour, perhaps only `by_flow`, will become known."""
 
 
 class Demand:
@@ -144,6 +162,9 @@ class Demand:
 
 class NoOrders:
     """No task ever comes: the run of a night."""
+
+    def __init__(self, *_: object) -> None:
+        """There is nothing to know."""
 
     total: int | None = None
 

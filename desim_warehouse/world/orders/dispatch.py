@@ -25,8 +25,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.sections.policy import Policies
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.policies import Allocation, RobotView, Situation, Task
-    from desim_warehouse.world.orders.demand import Demand, NoOrders
-    from desim_warehouse.world.orders.flows import Flows
+    from desim_warehouse.world.orders.demand import Orders
     from desim_warehouse.world.orders.pods import Pods
     from desim_warehouse.world.orders.situations import Situations
     from desim_warehouse.world.places.bays import Bays
@@ -65,7 +64,7 @@ class Dispatcher:
         departures: Departures,
         reach: Reach | MixedReach,
         situations: Situations,
-        demand: Demand | Flows | NoOrders,
+        demand: Orders,
         finished: Event,
     ) -> None:
         self.env = env

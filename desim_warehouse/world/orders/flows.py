@@ -151,17 +151,17 @@ class _Flow:
         """
         hours = self.hours
         if hours is None:
-            yield from self._asked_for()
+            yield from self.asked_for()
             return
         at_random = isinstance(self.when, PoissonArrivals | ProfileArrivals)
-        for time, line in self._asked_for():
+        for time, line in self.asked_for():
             begin, _ = hours.following(time)
             if math.isinf(begin):
                 return
             if begin <= time or not at_random:
                 yield max(begin, time), line
 
-    def _asked_for(self) -> Iterator[tuple[float, OrderLine | None]]:
+    def asked_for(self) -> Iterator[tuple[float, OrderLine | None]]:
         """The times at which tasks are asked for, in order, and the rows of orders."""
         when = self.when
         if isinstance(when, OrdersArrivals):
@@ -328,6 +328,10 @@ class _Flow:
     def _share(self, what: str) -> float:
         """A number from 0 to 1 for the present task."""
         return float(self.streams.stream(f"{what}:{self.name}", self.released).random())
+
+    def draw_from(self, end: str, which: int, places: End, numbers: Iterator[int]) -> None:
+        """Take the places where tasks of a route begin or end from some numbers, not at random."""
+        self._draws[end, which, places] = numbers
 
     def _drawn(self, end: str, which: int, places: End) -> int:
         key = end, which, places

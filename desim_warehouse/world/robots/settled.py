@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from simpy.events import Timeout
 
-from desim_warehouse.feasibility.estimate import estimate
+from desim_warehouse.feasibility import ahead
 from desim_warehouse.model.facts.charging import chargers_at, cycle_levels
 from desim_warehouse.model.facts.kinds import by_kind
 from desim_warehouse.model.sections.flows import ProfileArrivals
@@ -111,7 +111,7 @@ def _standing(robot: Robot) -> Standing:
 
 def _cycle(model: Model, layout: Layout) -> float:
     """The time in which a battery goes from full to where it is charged, at the fleet's mean draw; the longest."""
-    balance = estimate(model, layout).power
+    balance = ahead.balance(model, layout)
     assert balance is not None
     times = []
     for kind, alone in by_kind(model).items():

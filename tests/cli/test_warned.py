@@ -6,7 +6,7 @@ import threading
 import pytest
 
 from desim_warehouse import feasibility
-from desim_warehouse.cli import by_hand
+from desim_warehouse.cli import warned
 from tests.docs import pages
 
 MODEL = """\
@@ -29,7 +29,7 @@ ANSWERS = {
     "why": "desim why w.yaml --first 2 --cap 2 --quiet",
     "plan": "desim plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --first 2 --cap 2 --quiet",
 }
-LINE = "1 warning by hand: DEMAND_ABOVE_FLEET (desim check w.yaml)"
+LINE = "1 warning of the check: DEMAND_ABOVE_FLEET (desim check w.yaml)"
 
 
 @pytest.fixture
@@ -47,9 +47,9 @@ def test_every_answer_begins_with_what_check_warns_of(command, at):
     at(80)
     _, out, err = pages.run_desim(command)
     assert err.splitlines()[0] == LINE
-    assert "by hand" not in out
+    assert "of the check" not in out
     at(30)
-    assert "by hand" not in pages.run_desim(command)[2]
+    assert "of the check" not in pages.run_desim(command)[2]
 
 
 @pytest.mark.parametrize("name", ["run", "why", "plan"])
@@ -58,13 +58,13 @@ def test_json_has_the_warnings_and_the_line_is_left_out(name, at):
     _, out, err = pages.run_desim(f"{ANSWERS[name]} --json")
     (warning,) = json.loads(out)["warnings"]
     assert warning["code"] == "DEMAND_ABOVE_FLEET"
-    assert "by hand" not in err
+    assert "of the check" not in err
 
 
 def test_the_line_names_the_changes_and_counts_what_comes_twice(at):
     at(80)
     _, _, err = pages.run_desim("desim run w.yaml --set fleet.robot.speed=4 --set tasks.goods.poisson=900")
-    assert err.startswith("3 warnings by hand: FAST, DEMAND_ABOVE_FLEET, DEMAND_ABOVE_STATIONS ")
+    assert err.startswith("3 warnings of the check: FAST, DEMAND_ABOVE_FLEET, DEMAND_ABOVE_STATIONS ")
     assert err.endswith(" (desim check w.yaml --set fleet.robot.speed=4 --set tasks.goods.poisson=900)\n")
     _, _, err = pages.run_desim("desim run w.yaml --set tasks.load_time=3600 --set tasks.unload_time=3600")
     assert "LONG_HANDLING" in err
@@ -72,13 +72,13 @@ def test_the_line_names_the_changes_and_counts_what_comes_twice(at):
 
 def test_what_takes_too_long_by_hand_is_left_out_and_said(at, monkeypatch):
     at(80)
-    monkeypatch.setattr(by_hand, "MOST_TIME", 0.02)
+    monkeypatch.setattr(warned, "MOST_TIME", 0.02)
     monkeypatch.setattr(feasibility, "examine", lambda *_: sum(1 for _ in iter(int, 1)))  # for ever
     threads = threading.active_count()
     _, out, err = pages.run_desim("desim run w.yaml --json")
     assert json.loads(out)["warnings"] is None
     _, out, err = pages.run_desim("desim run w.yaml")
-    assert err == ("warnings by hand: left out, as the hand calculation takes more than 0.02 s (desim check w.yaml)\n")
+    assert err == ("warnings of the check: left out, as it takes more than 0.02 s (desim check w.yaml)\n")
     assert "throughput_per_hour" in out
     assert threading.active_count() == threads
 
@@ -87,7 +87,7 @@ def test_a_model_that_is_refused_is_only_refused(at):
     at(80)
     status, _, err = pages.run_desim("desim run w.yaml --set fleet.size=3 --set layout.bays.home.places=1")
     assert status == 2
-    assert "by hand" not in err
+    assert "of the check" not in err
 
 
 def test_verdicts_stand_above_tables(at):
@@ -102,7 +102,7 @@ def test_verdicts_stand_above_tables(at):
 def test_size_finds_the_fleets_that_it_looks_at_by_hand(at):
     at(80)
     _, out, err = pages.run_desim("desim size w.yaml --target 'on_time >= 50 %' --first 2 --cap 2 --quiet")
-    assert "fleets from 1 to 8, by the hand calculation" in err
+    assert "fleets from 1 to 8, by a quick estimate" in err
     assert " shown to give at least 50 % on time: " in out
     status, _, err = pages.run_desim("desim size w.yaml --key tasks.demand --target 'on_time >= 50 %'")
     assert status == 2

@@ -1,4 +1,4 @@
-"""Warnings of the hand calculation, in a line before the answer of every command that simulates a model."""
+"""Warnings of the check, in a line before the answer of every command that simulates a model."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
 MOST_TIME = 2.0
-"""Seconds that the hand calculation may take; it is left out of the line where it takes longer."""
+"""Seconds that the check may take; it is left out where it takes longer."""
 
 
 def warn(
@@ -26,7 +26,7 @@ def warn(
     `source` and `assignments` are what `desim check` takes to tell more; without a source the line does not name it.
 
     Returns:
-        The warnings as JSON has them, None where the hand calculation takes too long.
+        The warnings as JSON has them, None where the check takes too long.
     """
     from desim_warehouse.model import options_of
 
@@ -47,20 +47,21 @@ def warn_of_target(text: str | None, model: Model) -> None:
 
 def _line(found: list[Finding] | None) -> str:
     if found is None:
-        return f"warnings by hand: left out, as the hand calculation takes more than {MOST_TIME:g} s"
+        return f"warnings of the check: left out, as it takes more than {MOST_TIME:g} s"
     codes = Counter(item.code for item in found)
     named = ", ".join(code if count == 1 else f"{code} ({count})" for code, count in codes.items())
-    return f"{number_of(len(found), 'warning')} by hand: {named}"
+    return f"{number_of(len(found), 'warning')} of the check: {named}"
 
 
 def _warnings(model: Model) -> list[Finding] | None:
     """The warnings on a model; none where it is refused, as its errors are then said. None: it takes too long."""
     from desim_warehouse.feasibility import examine
+    from desim_warehouse.run.quick import estimate
     from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
     try:
         with TimeLimit(MOST_TIME):
-            found, _ = examine(model, model.floor)
+            found, _ = examine(model, model.floor, estimate)
     except TimeOutError:
         return None
     if any(item.level == "error" and item.code not in model.accept for item in found):

@@ -1,0 +1,152 @@
+"""The work of a probe: tasks of the model's own mix, so many of them always known, on the side of no random numbers.
+
+Places and flows are a stratified sample in random order: each stands in it as often as in the demand, as far as whole
+numbers let it, and no pattern of the floor does.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.model.facts.demand import demand, listed
+from desim_warehouse.model.facts.destinations import own_destinations
+from desim_warehouse.model.facts.places import place_shares
+from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
+from desim_warehouse.policies import Task
+from desim_warehouse.world.orders.flows import Flows
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Mapping, Sequence
+
+    from simpy import Environment
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.flows import FlowSpec
+    from desim_warehouse.values.streams import Streams
+
+BY_OTHERS = {"least-loaded", "each"}
+"""Choices of a station that go by other robots: one by itself goes to them in turn."""
+
+
+class Backlog:
+    """About `count` tasks for a robot of a `kind`, `waiting` of which are known at any time.
+
+    `in_turn`: stations that are chosen by other robots are gone to in turn. `rates`: of the flows, in any unit.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        model: Model,
+        layout: Layout,
+        streams: Streams,
+        *,
+        kind: str,
+        count: int,
+        waiting: int,
+        in_turn: bool,
+        rates: Mapping[str, float],
+    ) -> None:
+        self._env, self._model, self._layout = env, model, layout
+        self._random, self._rates = streams.stream("probe"), rates
+        self._in_turn = in_turn and model.tasks.station_choice in BY_OTHERS
+        made = list(self._of_flows(streams, kind, count) if model.tasks.flows else self._of_goods(count))
+        self.total: int | None = len(made)
+        self._waiting, self._open = waiting, 0
+        self._coming, self._left = iter(made), len(made)
+
+    def start(self, release: Callable[[Task], None]) -> None:
+        """Release the first tasks, and later another for each that is taken."""
+        self._release = release
+        self._fill()
+
+    def taken(self, task: Task) -> None:
+        """Others follow."""
+        self._open -= len(task.tasks)
+        self._fill()
+
+    def returned(self, task: Task) -> None:
+        """It is open again."""
+        self._open += len(task.tasks)
+
+    def to_come(self, _: Task, __: bool) -> bool:
+        """Whether others will follow."""
+        return self._left > 0
+
+    def _fill(self) -> None:
+        while self._open < self._waiting and (task := next(self._coming, None)) is not None:
+            self._open += 1
+            self._left -= 1
+            self._release(replace(task, release=self._env.now, due=None))
+
+    def _of_goods(self, count: int) -> Iterator[Task]:
+        """Goods as they are in demand; those of a list in its order, again and again."""
+        model, storage, nodes = self._model, self._layout.storage, self._model.tasks.unload_at
+        goods, own = listed(model), own_destinations(model, self._layout)
+        drawn = [] if goods else self._sample(demand(model, self._layout), count)
+        turns = self._sample([1.0] * len(nodes), count) if self._in_turn and len(nodes) > 1 else []
+        for number in range(count):
+            place = storage[goods[number % len(goods)] if goods else drawn[number]]
+            to = own[number % len(own)] if own else ()
+            if turns and not to:
+                to = (nodes[turns[number]],)
+            yield Task(number, place.number, place.edge, place.offset, to=to)
+
+    def _of_flows(self, streams: Streams, kind: str, count: int) -> Iterator[Task]:
+        """Tasks of the flows that robots of a kind do, by their rates; orders of several lines come whole."""
+        model, rates = self._model, self._rates
+        made = Flows(self._env, model, self._layout, streams).flows
+        names = list(flows_of(model, kind))
+        drawn = self._sample([rates[name] / model.tasks.flows[name].mean_lines for name in names], count)
+        which = [names[number] for number in drawn]
+        rows = {name: self._rows(made[name], which.count(name)) for name in names}
+        for name in names:
+            self._stratify(made[name], max(which.count(name), 1))
+        number = 0
+        for nth, name in enumerate(which):
+            for task in made[name].order(number, 0.0, next(rows[name])):
+                number += 1
+                turn = self._in_turn and len(task.to) > 1 and model.tasks.station_choice == "least-loaded"
+                yield replace(task, to=(task.to[nth % len(task.to)],)) if turn else task
+
+    def _stratify(self, flow: Any, count: int) -> None:
+        """Draw the storage places of a flow as a sample of its own."""
+        for which, route in enumerate(flow.routes):
+            for end, places in (("from", route.source), ("to", route.target)):
+                if isinstance(places, StorageEnd):
+                    shares = place_shares(self._model, self._layout, places)
+                    weights = [1.0] * len(self._layout.storage) if shares is None else shares
+                    flow.draw_from(end, which, places, self._samples(weights, count))
+
+    def _samples(self, weights: Sequence[float], count: int) -> Iterator[int]:
+        while True:
+            yield from self._sample(weights, count)
+
+    def _rows(self, flow: Any, count: int) -> Iterator[Any]:
+        """A sample of the rows of a file of orders, else none for each task."""
+        if not isinstance(flow.when, OrdersArrivals):
+            return iter([None] * count)
+        every = [line for _, line in flow.asked_for()]
+        return iter([every[number] for number in self._sample([1.0] * len(every), count)])
+
+    def _sample(self, weights: Sequence[float], count: int) -> list[int]:
+        """Numbers by weight, a random one of each of `count` equal parts of it, in random order."""
+        import numpy as np
+
+        cut = np.cumsum(np.asarray(weights, dtype=float))
+        at = (np.arange(count) + self._random.random(count)) / count * cut[-1]
+        found = np.minimum(np.searchsorted(cut, at, side="right"), len(cut) - 1)
+        return [int(number) for number in self._random.permutation(found)]
+
+
+def flows_of(model: Model, kind: str) -> dict[str, FlowSpec]:
+    """The flows whose tasks robots of a kind do."""
+    fleet = model.fleet
+    carries = fleet.robots()[fleet.kinds_of_robots().index(kind)].carries
+    return {
+        name: flow
+        for name, flow in model.tasks.flows.items()
+        if (not flow.kinds or kind in flow.kinds) and (not carries or not flow.load_type or flow.load_type in carries)
+    }

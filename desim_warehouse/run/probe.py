@@ -1,0 +1,233 @@
+"""What a task costs, measured: one robot of a kind on the model's own floor, with its own work and without traffic.
+
+Everything that costs time or energy is told by the world alone, and read here from the log. What robots share
+(stations, chargers, lanes), and what keeps them from work for a share of the time, is worked out from it.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache, partial
+from itertools import pairwise
+from typing import TYPE_CHECKING, Any
+
+from simpy.events import Timeout
+
+from desim_warehouse.errors import PolicyError, SimulationError
+from desim_warehouse.model.facts import kinds
+from desim_warehouse.model.facts.charging import chargers_at, cycle_levels
+from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
+from desim_warehouse.model.sections.policy import PolicySpec
+from desim_warehouse.policies import catalogue
+from desim_warehouse.run.backlog import Backlog
+from desim_warehouse.states import STATES, Phase
+from desim_warehouse.values.fields import FrozenMap
+from desim_warehouse.world import World
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.battery import Consumption
+    from desim_warehouse.outcome.log import Log
+
+TASKS = 1000
+"""Tasks of a probe: their mean is then known to about 1 %."""
+SMALL = 1000
+"""Nodes of floors on which so many are tried; on larger ones a quarter of it."""
+SEED = 0
+FOREVER = 1e9
+"""A length, in time units, at which no probe ends."""
+CHARGING = tuple(state.name for state in STATES.values() if state.phase is Phase.CHARGING)
+PATIENCE = 24
+"""Hours without a delivery, and without being charged, after which a probe is over."""
+
+
+@dataclass(frozen=True)
+class Probe:
+    """What one robot did for a task on average, with a next one always known.
+
+    Attributes:
+        time: of a task, without charging; `phases` by the part of a robot's round.
+        charging: time at chargers for each task.
+        energy: what it drew from its battery for each task.
+        visits: how often for each task it was handled at a node, and how long each time.
+        put_down: loads left at a node for each task.
+        passages: of nodes for each task.
+        tasks: how many were looked at.
+    """
+
+    time: float
+    charging: float
+    phases: Mapping[Phase, float]
+    energy: float
+    visits: Mapping[str, tuple[float, float]]
+    put_down: Mapping[str, float]
+    passages: Mapping[str, float]
+    tasks: int
+
+
+class _StuckError(Exception):
+    """Nothing was delivered for long."""
+
+
+def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
+    """Let a robot of a kind do some tasks, `waiting` of them always known to the policy that gives them out.
+
+    It begins where its battery wants a charger. What counts is whole rounds from charger to charger, where the tasks
+    have some, else all but the first and the last.
+
+    Raises:
+        SimulationError: the robot does no task by itself.
+    """
+    count = TASKS if len(model.floor.points) < SMALL else TASKS // 4
+    in_turn, battery = model.fleet.size > 1, kinds.by_kind(model)[kind].battery
+    rates = FrozenMap({name: rate / model.tasks.demand for name, rate in flow_rates(model).items()})
+    if battery is not None and not chargers_at(model, model.floor):
+        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, rates, battery.draws)
+    try:
+        return _probe(_alone(model, kind), kind, waiting, count, in_turn, rates)
+    except SimulationError:  # its battery may be too small for the work, which is an error of its own
+        if battery is None:
+            raise
+        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, rates, battery.draws)
+
+
+@lru_cache(maxsize=64)
+def _probe(
+    one: Model,
+    kind: str,
+    waiting: int,
+    count: int,
+    in_turn: bool,
+    rates: FrozenMap[str, float],
+    draws: Consumption | None = None,
+) -> Probe:
+    """The probe of a model with one robot; `draws`: of one whose battery is never empty."""
+    for total in (count, 3 * count):
+        log = _run(one, kind, waiting, total, in_turn, rates)
+        done = [row.time for row in log.of("delivered")]
+        if len(done) < 2 * waiting:
+            raise SimulationError("a robot by itself does no task, or none after some")
+        rounds = [row.time for row in log.of(*CHARGING) if row.time < done[-waiting]]
+        if one.battery is None or not rounds or len(rounds) > 1:
+            break
+    if len(rounds) > 1:
+        return _measured(log, rounds[0], rounds[-1], draws)
+    begun = sorted({row.time for row in log.of("assigned") if row.time <= done[-waiting]})
+    if not begun[1:]:
+        raise SimulationError("a robot by itself does no second task")
+    return _measured(log, begun[len(begun) // 20], begun[-1], draws)
+
+
+def _run(one: Model, kind: str, waiting: int, count: int, in_turn: bool, rates: FrozenMap[str, float]) -> Log:
+    """The log of a robot that does some tasks, as far as it comes."""
+    demand = partial(Backlog, kind=kind, count=count, waiting=waiting, in_turn=in_turn, rates=rates)
+    world = World(one, SEED, demand=demand)
+    patience, done = PATIENCE * one.units.hour, 0
+    if one.battery is not None and one.battery.charge_rate:
+        patience += one.battery.capacity / one.battery.charge_rate
+
+    def look(_: object) -> None:
+        nonlocal done
+        if world.dispatcher.done == done:
+            raise _StuckError
+        done = world.dispatcher.done
+        Timeout(world.env, patience).callbacks.append(look)
+
+    Timeout(world.env, patience).callbacks.append(look)
+    try:
+        world.run()
+    except (_StuckError, SimulationError, PolicyError):
+        world.close()
+    return world.log
+
+
+def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
+    """The model with one robot of a kind: always on duty, never broken; `endless`: its battery is never empty."""
+    own = kinds.by_kind(model)[kind]
+    fleet, layout = own.fleet, own.layout
+    number = fleet.kinds_of_robots().index(kind)
+    unbroken = {"breakdowns": None}
+    spec = {kind: fleet.kinds[kind].model_copy(update={**unbroken, "count": 1, "hours": None})} if kind else {}
+    margin = fleet.contact - 2 * fleet.robots()[number].radius
+    stations = {name: item.model_copy(update={"hours": None}) for name, item in layout.stations.items()}
+    changed: dict[str, Any] = {
+        "fleet": fleet.model_copy(
+            update={
+                "size": 1,
+                "kinds": FrozenMap(spec),
+                "robot": fleet.robot.model_copy(update={**unbroken, "margin": margin}),
+                "start": tuple(fleet.homes(own.floor.bays)[number : number + 1]),
+                "start_on_lanes": (),
+                "start_energy": 1.0 if own.battery is None else cycle_levels(own)[0] / own.battery.capacity,
+                "hours": None,
+            }
+        ),
+        "layout": layout.model_copy(update={"stations": FrozenMap(stations)}),
+        "traffic": own.traffic.model_copy(update={"closures": FrozenMap({}), "most_out": None}),
+        "policies": own.policies.model_copy(update=_built_in(own)),
+        "run": own.run.model_copy(update={"length": FOREVER, "warm_up": 0.0}),
+        "log": "tasks",
+        "prices": None,
+        "accept": (),
+    }
+    if endless:
+        changed["battery"] = None
+    tasks: dict[str, Any] = {"demand": 1.0}  # the same for every rate
+    if isinstance(own.tasks.goods, PoissonGoods | SaturatedGoods):
+        tasks["goods"] = SaturatedGoods(saturated=1)
+    changed["tasks"] = own.tasks.model_copy(update=tasks)
+    return own.model_copy(update=changed)
+
+
+def _built_in(model: Model) -> dict[str, PolicySpec]:
+    """The first policy of its kind for each of the user's own: a check runs nobody's code."""
+    own = [kind for kind, spec in model.policies.specs().items() if spec.own]
+    return {kind: PolicySpec(name=next(iter(catalogue.OURS[kind]))) for kind in own}
+
+
+def _measured(log: Log, begin: float, end: float, draws: Consumption | None) -> Probe:
+    """What a log says of a task between two times."""
+    done = [row for row in log.of("delivered") if begin < row.time <= end]
+    tasks = len(done)
+    phases: dict[Phase, float] = {}
+    drawn = 0.0 if draws is not None else _drawn(log, begin, end)
+    handled: dict[str, list[float]] = {}
+    put_down: dict[str, float] = {}
+    stored = {row.task for row in log.of("released") if row.value is not None and row.value >= 0}
+    shelved = {row.task for row in log.of("delivered") if row.edge is not None}
+    for row, then in pairwise(log.of(*STATES)):
+        if row.time >= end or then.time <= begin:
+            continue
+        spent = min(then.time, end) - max(row.time, begin)
+        state = STATES[row.kind]
+        assert state.phase is not None
+        phases[state.phase] = phases.get(state.phase, 0.0) + spent / tasks
+        drawn += spent * getattr(draws, state.draws or "", 0.0)
+        away = stored if state.phase is Phase.LOADING else shelved
+        if state.occupies == "station" and row.node is not None and row.task not in away:
+            handled.setdefault(row.node, []).append(spent)
+    for row in done:
+        if row.node is not None and row.edge is None:
+            put_down[row.node] = put_down.get(row.node, 0.0) + 1 / tasks
+    every = sum(1 for _ in log.of("delivered"))
+    charging = phases.pop(Phase.CHARGING, 0.0)
+    return Probe(
+        time=math.fsum(phases.values()),
+        charging=charging,
+        phases=FrozenMap(phases),
+        energy=drawn / tasks,
+        visits=FrozenMap({node: (len(t) / tasks, math.fsum(t) / len(t)) for node, t in handled.items()}),
+        put_down=FrozenMap(put_down),
+        passages=FrozenMap({row["node"]: row["passages"] / every for row in log.nodes}),
+        tasks=tasks,
+    )
+
+
+def _drawn(log: Log, begin: float, end: float) -> float:
+    """What was drawn from the battery between two times: what each row has less than the one before it."""
+    levels = [row.value for row in log.of("delivered", *STATES) if begin <= row.time <= end and row.value is not None]
+    return math.fsum(max(a - b, 0.0) for a, b in pairwise(levels) if math.isfinite(a))

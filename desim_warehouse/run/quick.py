@@ -1,0 +1,154 @@
+"""The quick estimate: what a fleet can do, worked out from what one robot of each kind does by itself."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility.ahead import at_work, most_loads
+from desim_warehouse.feasibility.estimate import Estimate, MeanTask, StationLoad, mixed
+from desim_warehouse.feasibility.hours import on_duty
+from desim_warehouse.feasibility.peak import peak_rate
+from desim_warehouse.feasibility.pods import by_line, driven, pile_on
+from desim_warehouse.feasibility.power import power
+from desim_warehouse.layout import checks
+from desim_warehouse.layout.zones import closed, zones_on
+from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.stations import open_share, specs, worked_capacity
+from desim_warehouse.run.backlog import flows_of
+from desim_warehouse.run.probe import Probe, probe
+from desim_warehouse.states import Phase
+from desim_warehouse.values.distributions import mean_of
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
+
+PARTS = {
+    Phase.TO_GOOD: "empty",
+    Phase.LOADING: "load",
+    Phase.TO_STATION: "loaded",
+    Phase.UNLOADING: "unload",
+}
+"""The parts of a task that are told by themselves."""
+
+
+def estimate(model: Model, waiting: int | None = None) -> Estimate:
+    """The quick estimate of a model without errors; with pods a task is a line.
+
+    `waiting`: tasks that an allocation may choose from; None: just as many that the next is always known.
+
+    Raises:
+        SimulationError: a robot by itself does none of the work.
+    """
+    if model.pods is not None:
+        pile = pile_on(model)
+        return by_line(estimate(driven(model, pile.most), waiting), pile)
+    layout, kinds = model.floor, model.fleet.kinds_of_robots()
+    count = {kind: kinds.count(kind) for kind in kinds if not model.tasks.flows or flows_of(model, kind)}
+    found = {kind: probe(model, kind, waiting or _known(model)) for kind in count}
+    of_kinds = {kind: _task(one) for kind, one in found.items()}
+    cycle = mixed(of_kinds, count)
+    rate, peak, busy = arrival_rate(model), peak_rate(model), min(at_work(model, layout), sum(count.values()))
+    balance = power(model, layout, cycle, of_kinds, rate, busy)
+    charging = None
+    if balance is not None and balance.charging_rate is not None and model.tasks.never_end:
+        charging = balance.task / balance.charging_rate
+    duty = on_duty(model) * _unbroken(model)
+    total = cycle.time + (charging or 0.0)
+    return Estimate(
+        *_extent(layout),
+        model.units.metre,
+        checks.room(layout, model.fleet.contact, closed(zones_on(layout, model.traffic.zones))),
+        model.fleet.size,
+        busy,
+        cycle,
+        sum(one.tasks for one in found.values()),
+        rate,
+        charging,
+        busy * duty / total if total else math.inf,
+        _stations(model, layout, found, count, rate),
+        *_crossing(model, found),
+        balance,
+        model.traffic.most_out,
+        None if peak is None else peak / model.units.hour,
+        duty,
+    )
+
+
+def _known(model: Model) -> int:
+    """Tasks with which a robot always knows the next, or has a whole tour whatever flow they are of."""
+    loads = most_loads(model)
+    return max(len(model.tasks.flows), 1) * (loads - 1) + loads
+
+
+def _task(one: Probe) -> MeanTask:
+    """The parts of a task as measured."""
+    known = {part: one.phases.get(phase, 0.0) for phase, part in PARTS.items()}
+    other = one.time - math.fsum(known.values())
+    return MeanTask(**known, other=other if other > 1e-6 * one.time else 0.0, energy=one.energy, charging=one.charging)
+
+
+def _extent(layout: Layout) -> tuple[float, float]:
+    at = list(layout.points.values())
+    x, y = [point.real for point in at], [point.imag for point in at]
+    return max(x) - min(x), max(y) - min(y)
+
+
+def _unbroken(model: Model) -> float:
+    """The part of their time in which robots are not broken."""
+    robots = model.fleet.robots()
+    fails = [robot.breakdowns for robot in robots]
+    left = [1.0 if f is None else mean_of(f.every) / (mean_of(f.every) + mean_of(f.repair)) for f in fails]
+    return math.fsum(left) / len(left)
+
+
+def _stations(
+    model: Model, layout: Layout, found: Mapping[str, Probe], count: Mapping[str, int], rate: float | None
+) -> tuple[StationLoad, ...]:
+    """Each node where loads are handled, by how often and how long the robots of the probes were there.
+
+    A node without a station serves one robot at a time, which clears it before the next comes.
+    """
+    robots, of, loads = sum(count.values()), specs(model, layout), []
+
+    def mean(node: str, values: Mapping[str, Mapping[str, float]]) -> float:
+        return math.fsum(count[kind] * one.get(node, 0.0) for kind, one in values.items()) / robots
+
+    shares = {kind: {node: share for node, (share, _) in one.visits.items()} for kind, one in found.items()}
+    times = {kind: {node: share * time for node, (share, time) in one.visits.items()} for kind, one in found.items()}
+    for node in destinations(model, layout):
+        share = mean(node, shares)
+        time = mean(node, times) / share if share else 0.0
+        put = mean(node, {kind: one.put_down for kind, one in found.items()})
+        station = layout.stations.get(node)
+        if station is None:
+            serve = 1 / (time + model.tasks.clear_time) if time + model.tasks.clear_time else math.inf
+            loads.append(StationLoad(node, share, 1, serve, None if rate is None else rate * share / serve))
+            continue
+        spec = of[node]
+        part = open_share(model, spec)
+        serve = part * station.servers / time if time else math.inf
+        work = part * worked_capacity(spec) * share / put if put else math.inf
+        busy = [None if rate is None or not limit else rate * share / limit for limit in (serve, work)]
+        workers = 0 if spec.work_time is None else spec.workers
+        loads.append(StationLoad(node, share, station.servers, serve, busy[0], workers, work, busy[1], part))
+    return tuple(loads)
+
+
+def _crossing(model: Model, found: Mapping[str, Probe]) -> tuple[str | None, float | None]:
+    """The intersection that a task keeps busy longest, and the tasks per time unit that it lets through.
+
+    Robots that follow each other over a node do so at least D / speed + node time apart.
+    """
+    headway, times = model.fleet.contact / model.fleet.fastest, dict(model.traffic.node_times)
+    busy = {
+        node: passed * (headway + times.get(node, model.traffic.node_time))
+        for node, passed in next(iter(found.values())).passages.items()
+        if passed and node not in model.traffic.free_nodes
+    }
+    node = max(busy, key=busy.__getitem__, default=None)
+    return (None, None) if node is None else (node, 1 / busy[node])
