@@ -196,7 +196,7 @@ def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
         ("--zone some", "--zone: not a number or a share (got 'some'), expected one such as 25 %"),
         ("--growth 30% --set 'tasks.goods={random: 20}'", "--growth: this model's demand is no rate that could grow"),
         ("--chargers 1..2 --set battery=null", "--chargers: this model has no chargers"),
-        ("--runs 2", "--runs': 2 is not in the range"),
+        ("--runs 0", "--runs': 0 is not in the range"),
     ],
 )
 def test_what_cannot_be_is_one_message(here, options, said):
@@ -208,7 +208,7 @@ def test_runs_that_end_early_leave_what_is_known_and_a_folder_that_opens(here):
     plan = "desim plan w.yaml --target 'on_time >= 90 %' --robots 1..8 --chargers 1..2 --quiet"
     status, out, err = pages.run_desim(f"{plan} {SHORT} --runs 4 --out early")
     assert status == 3
-    assert "undecided after 3 runs. 16 of 16 fleets remain open." in out
+    assert "undecided after 4 runs. 16 of 16 fleets remain open." in out
     assert "Try --runs 16." in err
     assert pages.run_desim("desim report early")[0] == 0
 

@@ -39,7 +39,7 @@ def test_a_warehouse_with_idle_robots_and_all_on_time_is_held_up_by_nothing(orde
     handling = next(gain for suspect, gain in found.found if suspect.name == "handling")
     assert not handling.competes
     assert 2 < handling.mean < 5
-    assert {gain.n for gain in found.gains.gains} == {10}  # no more runs than that takes
+    assert {gain.n for gain in found.gains.gains} == {5}  # no more runs than that takes
 
 
 @pytest.mark.parametrize(

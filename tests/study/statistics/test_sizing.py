@@ -131,7 +131,13 @@ def test_where_more_does_worse_every_value_is_judged_and_that_is_said():
         return 200.0 - abs(v - 20)
 
     for scan in (False, True):
-        found = smallest(noisy(response), range(1, 61), "throughput_per_hour >= 195.1", scan=scan, cap=320)
+        found = smallest(
+            lambda v, r: response(v) + ((7 * r + 5 * v) % 11 - 5) / 5,
+            range(1, 61),
+            "throughput_per_hour >= 195.1",
+            scan=scan,
+            cap=320,
+        )
         assert found.smallest == 16
         assert [one.value for one in found.decisions if one.value < 17] == list(range(1, 17))
         assert ("it does worse with 60 than with 30" in found.note) is not scan
@@ -232,5 +238,5 @@ def test_a_target_at_the_mean_itself_is_told_by_no_number_of_runs():
 def test_days_that_are_never_late_need_fewer_runs_the_more_tasks_they_have():
     days = [[TaskShare(1.0, tasks)] * 3 for tasks in (5, 100)]
     needed = [runs_to_tell(one, parse_target("x >= 0.95"), 0.975, (0, 1)) for one in days]
-    assert needed == [31, 8]
+    assert needed == [30, 7]
     assert judged("", days[1] * 3, parse_target("x >= 0.95"), 0.975, False, (0, 1)).verdict == "meets"
