@@ -30,8 +30,9 @@ Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 
 @dataclass(frozen=True)
 class Larger:
-    """A design with more of one count: by how much its indicator differs, and whether that is shown to be worse."""
+    """A design with more of one count than `base`: by how much its indicator differs, and whether it is shown worse."""
 
+    base: int
     number: int
     difference: Estimate
     worse: bool
@@ -252,7 +253,7 @@ class _Proof:
             less, more = zip(*pairs, strict=True)
             difference = paired(more, less, 1 - (1 - judge.confidence) / 2 * part, deterministic=judge.deterministic)
             low, high = difference.interval or (difference.mean, difference.mean)
-            found = Larger(number, difference, (high if judge.target.sign > 0 else -low) < 0)
+            found = Larger(base, number, difference, (high if judge.target.sign > 0 else -low) < 0)
             if found.worse or judge.target.sign * difference.mean >= 0:
                 break
         return found

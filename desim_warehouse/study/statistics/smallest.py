@@ -97,7 +97,7 @@ def _sizing(values: Sequence[V], found: Cheapest, target: Target) -> Sizing[V]:
         target,
         decisions.get(len(values) - 1 if smallest is None else smallest - 1),
         tuple(decisions.values()),
-        tuple((values[one.number - 1], values[one.number]) for one in found.larger if one.worse),
+        tuple((values[one.base], values[one.number]) for one in found.larger if one.worse),
         found.runs,
         found.confidence,
         tuple((values[number], why) for number, why in found.vetoed.items()),
