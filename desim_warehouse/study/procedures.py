@@ -216,18 +216,8 @@ def size(
     with study.session(**where) as runner:
 
         def steps(exact: bool) -> statistics.Procedure[statistics.Sizing[Any]]:
-            found = statistics.Judge(
-                goal,
-                study.plan.confidence,
-                zone,
-                first,
-                cap,
-                deterministic=exact,
-                within=within(goal.indicator),
-                veto=lambda number: cannot_last(study, runner, number),
-                hopeless=lambda number: cannot_last(study, runner, number, glance=True),
-            )
-            return statistics.smallest_meeting_steps(values, found, doubted, scan=scan)
+            judge = judge_of(study, runner, goal, exact=exact, zone=zone, first=first, cap=cap)
+            return statistics.smallest_meeting_steps(values, judge, doubted, scan=scan)
 
         found = study.carry_out(runner, steps, goal.indicator)
     return SizeFound(**vars(found), study=study)
@@ -239,6 +229,29 @@ def _doubted(study: Study, goal: statistics.Target, where: Mapping[str, Any]) ->
     designs = statistics.line(len(study.points))
     steps = statistics.scout_steps(designs, lambda design: design, goal, statistics.Budget(len(designs)))
     return scout.follow(lambda _: steps, goal.indicator, **under(where, "scout"))
+
+
+def judge_of(
+    study: Study, runner: StudyRunner, goal: statistics.Target, *, exact: bool, **how: Any
+) -> statistics.Judge:
+    """Who judges the designs of a study in a session: those that cannot last fail, whatever their runs say.
+
+    Args:
+        study: its designs are judged, with its confidence.
+        runner: of the session; it has the runs.
+        goal: the target.
+        exact: the models use no random numbers.
+        how: zone, first, cap and budget, as of `statistics.Judge`.
+    """
+    return statistics.Judge(
+        goal,
+        study.plan.confidence,
+        deterministic=exact,
+        within=within(goal.indicator),
+        veto=lambda number: cannot_last(study, runner, number),
+        hopeless=lambda number: cannot_last(study, runner, number, glance=True),
+        **how,
+    )
 
 
 _DRIFTS = ("backlog_growth_per_hour", "work_backlog", "energy_drift_per_hour")

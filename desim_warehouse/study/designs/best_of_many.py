@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING, Any, overload
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import as_model
-from desim_warehouse.outcome.indicators import find, within
+from desim_warehouse.outcome.indicators import find
 from desim_warehouse.study import statistics
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
 from desim_warehouse.study.designs.search import Goal, LocalSearch
-from desim_warehouse.study.procedures import ZONE, Best, cannot_last, more_is_better, not_lasting
+from desim_warehouse.study.procedures import ZONE, Best, judge_of, more_is_better, not_lasting
 from desim_warehouse.study.procedures import best as race
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.statistics.procedure import request
@@ -305,19 +305,9 @@ class _Search:
         with fresh.session(**where) as runner:
 
             def judged(exact: bool) -> Procedure[int | None]:
-                judges.append(
-                    statistics.Judge(
-                        target,
-                        confidence=self.plan["confidence"],
-                        first=min(_FIRST, self.judged // 2),
-                        cap=max(_FIRST, 2 * self.judged // _JUDGED),
-                        deterministic=exact,
-                        within=within(target.indicator),
-                        budget=statistics.Budget(self.judged),
-                        veto=lambda number: cannot_last(fresh, runner, number),
-                        hopeless=lambda number: cannot_last(fresh, runner, number, glance=True),
-                    )
-                )
+                first, cap = min(_FIRST, self.judged // 2), max(_FIRST, 2 * self.judged // _JUDGED)
+                budget = statistics.Budget(self.judged)
+                judges.append(judge_of(fresh, runner, target, exact=exact, first=first, cap=cap, budget=budget))
                 return first_meeting_steps(len(fresh.points), judges[-1])
 
             chosen = fresh.carry_out(runner, judged, target.indicator, failed=target.missed)

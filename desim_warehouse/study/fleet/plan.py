@@ -12,7 +12,6 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model import as_model
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.outcome.indicators import within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
@@ -21,7 +20,7 @@ from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, growth_of
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP, FIRST
-from desim_warehouse.study.procedures import cannot_last
+from desim_warehouse.study.procedures import judge_of
 from desim_warehouse.study.study import Study, under
 from desim_warehouse.study.target import indifference, read_target
 from desim_warehouse.values.streams import whole_seed
@@ -65,18 +64,8 @@ class _Planner:
 
     def judge(self, study: Study, runner: StudyRunner, exact: bool) -> statistics.Judge:
         """Who judges the designs of a study."""
-        return statistics.Judge(
-            self.target,
-            confidence=self.confidence,
-            zone=self.zone,
-            first=self.first,
-            cap=self.cap,
-            deterministic=exact,
-            within=within(self.target.indicator),
-            budget=self.budget,
-            veto=lambda number: cannot_last(study, runner, number),
-            hopeless=lambda number: cannot_last(study, runner, number, glance=True),
-        )
+        how = {"zone": self.zone, "first": self.first, "cap": self.cap, "budget": self.budget}
+        return judge_of(study, runner, self.target, exact=exact, **how)
 
     def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], seed: int) -> Study:
         made = Study(

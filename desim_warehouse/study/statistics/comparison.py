@@ -51,7 +51,7 @@ class Difference:
     def runs_to_tell(self) -> int | None:
         """How many runs of both in all would probably show a difference that these do not.
 
-        Further differences are taken to be like those so far, as in `sizing.runs_to_tell`. None: it was shown, the
+        Further differences are taken to be like those so far, as in `judge.runs_to_tell`. None: it was shown, the
         differences do not vary, or it would be more than `MOST_TO_TELL`.
         """
         found = self.estimate
