@@ -347,6 +347,24 @@ def verdicts() -> str:
     return table(("code", "mark", "verdict", "when"), rows)
 
 
+# Layouts of other programs
+
+
+def layouts() -> str:
+    """What is read of each format, as its reader says."""
+    from desim_warehouse.plants import grid, model
+    from desim_warehouse.plants.formats import FORMATS
+
+    def said(module: Any) -> str:
+        first, _, rest = str(module.__doc__).partition("\n\n")
+        return "\n\n".join((first, rest.strip())).strip() + "\n"
+
+    lines = ["## Every drawing\n", said(model), "## Grids\n", said(grid)]
+    for form in FORMATS:
+        lines += [f"## {form.name}\n", said(sys.modules[form.read.__module__])]
+    return "\n".join(lines)
+
+
 # The paper's experiment
 
 
@@ -377,6 +395,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     "log-kinds": log_kinds,
     "indicators": indicators,
     "study-keys": study_keys,
+    "layouts": layouts,
     "paper": paper,
 }
 
