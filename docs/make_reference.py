@@ -356,8 +356,7 @@ def layouts() -> str:
     from desim_warehouse.plants.formats import FORMATS
 
     def said(module: Any) -> str:
-        first, _, rest = str(module.__doc__).partition("\n\n")
-        return "\n\n".join((first, rest.strip())).strip() + "\n"
+        return str(module.__doc__).strip() + "\n"
 
     lines = ["## Every drawing\n", said(model), "## Grids\n", said(grid)]
     for form in FORMATS:
