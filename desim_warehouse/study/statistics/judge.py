@@ -232,6 +232,7 @@ class Judge:
         budget: runs that may be done (default: as many as it takes).
         veto: why a design fails besides the target, asked after its runs; None: nothing.
         hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
+        tell: called after each look, when `known` may have changed.
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which
     adds up to α (Bonferroni), however many are judged.
@@ -248,6 +249,7 @@ class Judge:
     budget: Budget = field(default_factory=lambda: Budget(10**9))
     veto: Callable[[int], str | None] = lambda _: None
     hopeless: Callable[[int], str | None] = lambda _: None
+    tell: Callable[[Judge], None] = lambda _: None
     verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
     vetoed: dict[int, str] = field(default_factory=dict, init=False)
     _cases: dict[int, _Case] = field(default_factory=dict, init=False)
@@ -296,6 +298,12 @@ class Judge:
         self._veto(number, self.veto(number))
         if self.verdicts[number].closed:
             case.looks.clear()
+        self.tell(self)
+
+    def known(self, name: Callable[[int], str]) -> str:
+        """What the runs so far tell, with the designs by name: `10 robots: met; 9 robots: not met; 8 robots: open`."""
+        said = {"meets": "met", "fails": "not met", "undecided": "open"}
+        return "; ".join(f"{name(number)}: {said[one.verdict]}" for number, one in self.verdicts.items())
 
     def _case(self, number: int) -> _Case:
         if number not in self._cases:
