@@ -227,8 +227,11 @@ def _doubted(study: Study, goal: statistics.Target, where: Mapping[str, Any]) ->
     """The values that fail on a single day, which is not one of the study."""
     scout = Study.of(replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated())
     designs = statistics.line(len(study.points))
-    steps = statistics.scout_steps(designs, lambda design: design, goal, statistics.Budget(len(designs)))
-    return scout.follow(lambda _: steps, goal.indicator, **under(where, "scout"))
+
+    def steps(_: bool) -> statistics.Procedure[set[int]]:
+        return statistics.scout_steps(designs, lambda design: design, goal, statistics.Budget(len(designs)))
+
+    return scout.follow(steps, goal.indicator, **under(where, "scout"))
 
 
 def judge_of(

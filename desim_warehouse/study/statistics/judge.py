@@ -7,6 +7,7 @@ that meets it (`cheapest`), the smallest (`smallest`), the best, and the live pa
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Generic, Literal, TypeVar
@@ -18,7 +19,6 @@ from desim_warehouse.study.limits import CAP, FIRST
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING, bounds_of
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.telling import SPARE, fewest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence
@@ -31,6 +31,10 @@ V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
 GLANCE = 3
 """Runs of a design that may show that it is hopeless, or that nothing is new about it."""
+MOST_TO_TELL = 1000
+"""Runs of a design beyond which it is not said how many would tell."""
+_SPARE = 1.5
+"""Times as far from the target as the bounds reach: were the mean so far the true one, five of six are told then."""
 FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
 
 
@@ -172,13 +176,15 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
     """
     mean = float(np.mean(values))
     wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
-    nearer = replace(target, value=mean + (target.value - mean) / (SPARE * wider))
+    nearer = replace(target, value=mean + (target.value - mean) / (_SPARE * wider))
 
     def told(runs: int) -> bool:
         further = [values[run % len(values)] for run in range(runs)]
         return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0)[0] != "undecided"
 
-    return fewest(told, len(values))
+    counts = range(len(values) + 1, MOST_TO_TELL + 1)
+    place = bisect_left(counts, True, key=told)
+    return counts[place] if place < len(counts) else None
 
 
 class RunsEndedError(StudyError):
