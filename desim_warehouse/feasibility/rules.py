@@ -32,6 +32,8 @@ FEW = 30
 SHORTEST = 1500.0
 """Seconds: a run without end that is counted for less shows no pattern of a day, and hardly a queue."""
 HOUR = 3600.0
+_ROUNDING = 1e-9
+"""Part by which a measured share may miss the exact one."""
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
@@ -201,6 +203,7 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
             continue
         spec = specs(model, model.floor).get(worst.node)
         time = "time" if spec is None or spec.hours is None else "opening time"
+        needed = math.floor(count * busy * (1 + _ROUNDING)) + 1
         yield Finding(
             "DEMAND_ABOVE_STATIONS",
             f"layout.stations: {worst.node}",
@@ -208,7 +211,7 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
                 f"{does} at {worst.node} takes {amount(100 * busy)} % of the {time} of its {number_of(count, who)}, "
                 "so its queue grows without bound"
             ),
-            f"it needs {number_of(math.floor(count * busy * (1 + 1e-9)) + 1, who)}, or less {time_key}, or a part of its tasks "
+            f"it needs {number_of(needed, who)}, or less {time_key}, or a part of its tasks "
             "elsewhere (station_choice)",
         )
 
