@@ -211,8 +211,7 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
                 f"{does} at {worst.node} takes {amount(100 * busy)} % of the {time} of its {number_of(count, who)}, "
                 "so its queue grows without bound"
             ),
-            f"it needs {number_of(needed, who)}, or less {time_key}, or a part of its tasks "
-            "elsewhere (station_choice)",
+            f"it needs {number_of(needed, who)}, or less {time_key}, or a part of its tasks elsewhere (station_choice)",
         )
 
 
