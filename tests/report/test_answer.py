@@ -31,7 +31,6 @@ from desim_warehouse.study.reliefs.suspect import Suspect
 from desim_warehouse.study.statistics import DesignVerdict, Estimate, Gain, Gains
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.why import Why, why
-from tests.docs import pages
 from tests.live.test_frozen import held
 from tests.report.test_report import needs_nothing_from_outside
 
@@ -248,37 +247,6 @@ def test_why_is_about_the_warehouse_as_it_is_and_its_page_shows_no_other(tmp_pat
     assert "<img" not in source
     assert len(source) < 60_000
     assert "iframe" in found._repr_html_()
-
-
-SHORT = "--set run.length=900 --set run.warm_up=100 --quiet"
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        "run w.yaml --set run.length=900",
-        f"what-if w.yaml --vary fleet.size=1,2 --replications 2 {SHORT}",
-        "study s.yaml --quiet",
-        f"size w.yaml --range 1..2 --target 'on_time >= 50 %' --first 2 --cap 2 {SHORT}",
-        f"size w.yaml --range 1..2 --first 2 --cap 2 {SHORT}",
-        f"best w.yaml --vary fleet.size=1,2 --indicator throughput_per_hour --first 2 --cap 2 {SHORT}",
-        f"best w.yaml --vary fleet.size=1..3 --indicator throughput_per_hour --place-chargers 1 --runs 50 {SHORT}",
-        f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --vary policies.allocation=nearest {SHORT}",
-        f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --runs 4 {SHORT}",
-        f"why w.yaml --first 2 --cap 2 {SHORT}",
-    ],
-)
-def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "w.yaml").write_text(json.dumps(example().content()), encoding="utf-8")
-    study = {"model": "w.yaml", "set": {"run.length": 900, "run.warm_up": 100}, "factors": {"fleet.size": [1, 2]}}
-    (tmp_path / "s.yaml").write_text(json.dumps(study), encoding="utf-8")
-    status, _, err = pages.run_desim(f"desim {command} --out made")
-    assert status in {0, 3}, err
-    assert pages.run_desim("desim report made")[0] == 0
-    source = (tmp_path / "made" / "report.html").read_text(encoding="utf-8")
-    if (tmp_path / "made" / "answer.json").is_file():
-        assert f"desim {command} --out made".replace("'", "&#39;").replace(">", "&gt;") in source
 
 
 def test_an_answer_is_as_its_schema_says():
