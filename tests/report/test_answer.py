@@ -17,12 +17,16 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
+from desim_warehouse.live.answers import Named, RunsSoFar
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report import answer as answers
 from desim_warehouse.report import text as report_text
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.page import example
+from desim_warehouse.report.text import judged as judged_words
+from desim_warehouse.report.text import words
 from desim_warehouse.report.text.printed import printed
+from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, plan_fleet
@@ -286,46 +290,77 @@ def test_no_template_has_a_bracket_in_a_bracket():
     assert nested == []
 
 
-@pytest.fixture(scope="module")
-def studies():
-    """Small studies by chance: with and without a target, prices, several fleets and ways of dispatching."""
-    found = []
-    for number in range(12):
-        chance = random.Random(number)
-        sizes = sorted(chance.sample([1, 2, 3, 4], chance.randint(1, 3)))
-        factors = {"fleet.size": sizes}
-        if chance.random() < 0.5:
-            factors["policies.allocation"] = ["nearest", "hungarian"]
-        target = chance.choice([None, "on_time >= 50 %", "on_time >= 70 %", "on_time >= 99 %"])
-        base = example().replace({"run.length": 1800, "run.warm_up": 300})
-        if chance.random() < 0.4:
-            base = base.replace({"prices": {"hours": 4000, "robot": 9000}})
-        study = dw.Study(base, factors, replications=chance.randint(2, 5), seed=number, target=target)
-        found.append(study.run().results)
-    return found
+LONG = [pytest.mark.long]
+STUDIES = [*range(12), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
 
 
-def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_interval(studies):
-    """On answers of random small studies: terminal, page, JSON and the page of sliders say the same numbers."""
-    for results in studies:
-        answer = results.answer
-        assert is_everywhere(answer)
-        if answer.about is None:
-            assert answer.tiles == ()
-        else:
-            [option] = [one for one in answer.options if one.name == answer.about.name]
-            assert answer.about.model["fleet"]["size"] == option.set["fleet.size"]
-            texts = {one.of: one.text for one in option.numbers}
-            for tile in answer.tiles:
-                whole = f"{tile.value} ({tile.note})" if tile.note else tile.value
-                assert whole in texts.values() or tile.what == "a year"
-            said = " ".join(answer.answer)
-            assert option.name in said or len(answer.options) == 1
-        first = text_of(page(answer, None)).partition("Everything tried")[0]
-        known = {text for one in answer.options for text in [one.said, *(number.text for number in one.numbers)]}
-        for interval in re.findall(r"[\d.,−]+ (?:%|\S+) \(\S+ to \S+\)", first):
-            assert any(interval in text for text in known), interval
-        if len(results.designs) > 1:
-            watched = [one for _, one in held(results.page().html)["designs"]]
-            shown = {number["text"] for one in watched for number in one["measured"]}
-            assert shown == {number.text for one in answer.options for number in one.numbers}
+def study_by_chance(number):
+    """A small study: with and without a target, prices, growth, several fleets, chargers and ways of dispatching."""
+    chance = random.Random(number)
+    factors = {"fleet.size": sorted(chance.sample([1, 2, 3, 4], chance.randint(1, 3)))}
+    if chance.random() < 0.5:
+        factors["policies.allocation"] = ["nearest", "hungarian"]
+    targets = [None, "on_time >= 50 %", "on_time >= 70 %", "on_time >= 99 %"]
+    target = chance.choice([*targets, "cycle_time_mean <= 90", "throughput_per_hour >= 55"])
+    base = example().replace({"run.length": 1800, "run.warm_up": 300})
+    if chance.random() < 0.4:
+        base = base.replace({"prices": {"hours": 4000, "robot": 9000}})
+    replications = chance.randint(2, 5)
+    if number >= len(STUDIES) // 4 and chance.random() < 0.4:
+        factors["tasks.demand"] = [1, 1.6]
+    if number >= len(STUDIES) // 4 and chance.random() < 0.3:
+        factors["tasks.load_time"] = [5, 12]
+    return dw.Study(base, factors, replications=replications, seed=number, target=target)
+
+
+@pytest.mark.parametrize("number", STUDIES)
+def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_interval(number):
+    """On answers of random small studies: terminal, page, JSON, the page of sliders and the live page agree."""
+    results = study_by_chance(number).run().results
+    answer = results.answer
+    assert is_everywhere(answer)
+    if answer.about is None:
+        assert answer.tiles == ()
+    else:
+        models = [results.base.replace(one.set).content() for one in answer.options]
+        option = answer.options[models.index(answer.about.model)]
+        texts = {one.of: one.text for one in option.numbers}
+        for tile in answer.tiles:
+            whole = f"{tile.value} ({tile.note})" if tile.note else tile.value
+            assert whole in texts.values() or tile.what == "a year"
+        said = " ".join(answer.answer)
+        assert option.name in said or capital(option.name) in said or len(answer.options) == 1
+    first = text_of(page(answer, None)).partition("Everything tried")[0]
+    known = {text for one in answer.options for text in [one.said, *(number.text for number in one.numbers)]}
+    for interval in re.findall(INTERVAL, first):
+        assert any(interval in text for text in known), interval
+    told = re.findall(INTERVAL, " ".join(answer.answer))
+    assert len(told) == len(set(told))
+    if len(results.designs) > 1:
+        watched = [one for _, one in held(results.page().html)["designs"]]
+        shown = {number["text"] for one in watched for number in one["measured"]}
+        assert shown == {number.text for one in answer.options for number in one.numbers}
+    is_what_the_live_page_says(results)
+
+
+INTERVAL = r"[\d.,−]+ (?:%|\S+) \(\S+ to \S+\)"
+
+
+def is_what_the_live_page_says(results):
+    """Its sentence and its numbers have one interval; without a target, whose looks split, it is that of the study."""
+    main, goal = next(iter(results.answer.measures)), results.target
+    for design in results.designs:
+        outcomes = [row.outcome for row in results.runs(design)]
+        runs = RunsSoFar(Named(design, {}, results.models[design]), outcomes, main, results.plan.seed)
+        measured = {one.name: one.text for one in runs.measured(goal)}
+        sentence = runs.said(goal).sentence
+        assert all(interval in measured[main] for interval in re.findall(INTERVAL, sentence))
+        if runs.lasting is not None:
+            assert re.findall(INTERVAL, sentence) == []
+        estimates = {
+            one: results.estimate(results.runs(design), one) for one in measured if goal is None or one != main
+        }
+        for of, found in estimates.items():
+            scale = words.scale(of, runs.model, (found.mean,))
+            low, high = found.interval or (None, None)
+            assert measured[of] == judged_words.within(of, scale, (found.mean, low, high)).text
