@@ -12,7 +12,7 @@ from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import CAP, FIRST, LEAST_DELTA
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.statistics.procedure import request
-from desim_warehouse.study.study import Study, under
+from desim_warehouse.study.study import Study, under, with_answer
 from desim_warehouse.study.target import check_zone, indifference, read_target
 
 if TYPE_CHECKING:
@@ -173,7 +173,7 @@ def _race(
 
     selection = study.follow(steps, indicator, **where)
     tied = tuple(study.points[number] for number in selection.within)
-    return Best(study.points[selection.best], tied, indicator, more, selection, study)
+    return with_answer(Best(study.points[selection.best], tied, indicator, more, selection, study), where)
 
 
 def size(
@@ -220,7 +220,7 @@ def size(
             return statistics.smallest_meeting_steps(values, judge, doubted, scan=scan)
 
         found = study.carry_out(runner, steps, goal.indicator)
-    return SizeFound(**vars(found), study=study)
+    return with_answer(SizeFound(**vars(found), study=study), where)
 
 
 def _doubted(study: Study, goal: statistics.Target, where: Mapping[str, Any]) -> set[int]:

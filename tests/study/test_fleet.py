@@ -81,6 +81,7 @@ def test_a_strategy_that_changes_nothing_is_not_judged(found, folder):
 
 def test_runs_are_kept_and_used_again(found, folder):
     assert sorted(path.name for path in (folder / "out").iterdir()) == [
+        "answer.json",
         "growth",
         "growth-scout",
         "strategies",

@@ -22,7 +22,7 @@ from desim_warehouse.study.fleet.given import counts_of, growth_of
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP, FIRST
 from desim_warehouse.study.procedures import judge_of
-from desim_warehouse.study.study import Study, under
+from desim_warehouse.study.study import Study, under, with_answer
 from desim_warehouse.study.target import indifference, read_target
 from desim_warehouse.values.streams import whole_seed
 
@@ -333,7 +333,7 @@ def plan_fleet(
     if better is not None:
         today, grown = _sizes(planner, times, better.overrides, f" with {better.label}")
     own = ", ".join(str(level_of(model, key)) for key in strategies)
-    return FleetPlan(
+    found = FleetPlan(
         model,
         goal,
         zone,
@@ -348,6 +348,7 @@ def plan_fleet(
         planner.untried,
         seed,
     )
+    return with_answer(found, where)
 
 
 def _sizes(
