@@ -74,7 +74,7 @@ class _Planner:
 
         def name(number: int) -> str:
             labels = dict(study.points[number].labels)
-            fleet = [number_of(int(labels.pop(key)), what) for key, what in _COUNTED.items() if key in labels]
+            fleet = [number_of(int(str(labels.pop(key))), what) for key, what in _COUNTED.items() if key in labels]
             return " + ".join([*fleet, *map(str, labels.values())])
 
         return judge_of(study, runner, self.target, exact=exact, before=before, name=name, **how)
