@@ -137,7 +137,7 @@ class Answer(_Plain):
 
     `answer`: sentences, the first of which is the answer. `about`: the design that they are about, None where they name
     none; only then there are `tiles`. `measures`: by what numbers of options are `of`, what people call it. `promise`:
-    what holds with which confidence. `command`: as it was typed.
+    what holds with which `confidence` (None: nothing is judged). `command`: as it was typed.
     """
 
     model_config = ConfigDict(frozen=True, extra="allow")
@@ -157,7 +157,7 @@ class Answer(_Plain):
     promise: str = ""
     notes: tuple[str, ...] = ()
     runs: int
-    confidence: float
+    confidence: float | None
     command: str = ""
     made: dict[str, str] = {}
 
