@@ -24,14 +24,20 @@ def give(answer: Answer, out: str | None, warnings: Sequence[Any] | None, *, as_
     """Keep an answer in the folder of `--out`, with the command as it was typed, print it, and return it with that."""
     from desim_warehouse.report.text.printed import WIDTH, printed
 
-    answer = answer.model_copy(update={"command": typed()})
-    if out is not None and Path(out).is_dir():
-        answer.save(out)
+    answer = keep(answer, out)
     if as_json:
         click.echo(json.dumps(answer.content(warnings=warnings)))
     else:
         columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else WIDTH
         click.echo(printed(answer, max(columns, _NARROWEST)))
+    return answer
+
+
+def keep(answer: Answer, out: str | None) -> Answer:
+    """Keep an answer in a folder, if that is there, with the command as it was typed, and return it with that."""
+    answer = answer.model_copy(update={"command": typed()})
+    if out is not None and Path(out).is_dir():
+        answer.save(out)
     return answer
 
 

@@ -128,11 +128,21 @@ def _race(
         stated = {"confidence": question.confidence, "seed": question.seed, "timeout": execution.timeout}
         study = Study.of(study_plan(model, question.assignments, **stated))
         execution = execution.at_home(model)
+        _say_what_is_replaced(execution.out)
     warnings = warn(study.plan.base, model if factors else None, question.assignments, as_json=as_json)
     zone = _delta(delta, indicator, study.plan.base)
     with interruptible(study, execution.kept):
         found = best(study, indicator, zone, maximise=more, first=first, cap=cap, **execution.where())
     give(found.answer, execution.out, warnings, as_json=as_json)
+
+
+def _say_what_is_replaced(folder: str | None) -> None:
+    """A folder has one answer: say which other one it no longer has."""
+    from desim_warehouse.report.answer import load
+    from desim_warehouse.run.folder import ANSWER
+
+    if folder is not None and Path(folder, ANSWER).is_file() and load(folder).kind != "best":
+        click.echo(f"{Path(folder, ANSWER)}: replaced; it answered: {load(folder).question}", err=True)
 
 
 def _search(

@@ -92,7 +92,7 @@ def command(
     shown to be enough, or --runs ended before an answer.
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
-    from desim_warehouse.report.text import fleet_words, tipping_words
+    from desim_warehouse.report.text import fleet_words
     from desim_warehouse.study.fleet import plan_fleet
     from desim_warehouse.study.fleet.given import counts_of, growth_of
 
@@ -115,8 +115,7 @@ def command(
             **question.search(execution),
         )
         tipping = _tipping(found, loaded, target, ranges, question, execution) if ranges else None
-    unsure = None if tipping is None else tipping_words.content(tipping, loaded)
-    give(fleet_words.answer(found, unsure), execution.out, warnings, as_json=as_json)
+    give(fleet_words.answer(found, tipping), execution.out, warnings, as_json=as_json)
     if not found.feasible:
         click.echo(f"Try --runs {4 * runs}." if found.ended else NOT_ENOUGH, err=True)
         sys.exit(NONE_MEETS)

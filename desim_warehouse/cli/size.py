@@ -115,15 +115,14 @@ def _cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) 
     """What a cap on the robots under way gives the largest fleet, if they wait much for each other."""
     from desim_warehouse.report.text import cap_words
     from desim_warehouse.study.fleet.capped import KEY, tried_cap, waits_much
+    from desim_warehouse.study.study import under
 
     largest = study.points[-1]
     rows = study.results.by_point[largest.number]
     if not waits_much(row.indicators for row in rows):
         return ""
     model = study.plan.base.replace(largest.overrides)
-    where = execution.where()
-    out = where.get("out")
-    where["out"] = None if out is None else f"{out}-cap"
+    where = under(execution.where(), "cap")
     found, _ = tried_cap(model, indicator, seed=study.plan.seed, first=first, cap=2 * first, **where)
     if found is None:
         return ""

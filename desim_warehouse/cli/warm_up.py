@@ -6,8 +6,8 @@ from pathlib import Path
 
 import click
 
+from desim_warehouse.cli.answers import keep
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
-from desim_warehouse.errors import number_of
 from desim_warehouse.report.plot.style import save
 from desim_warehouse.study.limits import MOST_REPLICATIONS
 
@@ -55,6 +55,7 @@ def command(
     seed: int,
 ) -> None:
     """Find how long lifelong MODEL takes to settle (MSER-5), for its key run.warm_up."""
+    from desim_warehouse.report.text import input_words
     from desim_warehouse.study.warm_up import settle
 
     read = load_model(model, assignments)
@@ -65,17 +66,12 @@ def command(
         observed="throughput" if observe == "throughput" else "cycle_time",
         seed=seed,
     )
-    click.echo(f"{observe}, {number_of(replications, 'run')}, one observation each {found.width:g} {found.time_unit}")
-    if found.time is None:
-        click.echo(f"not settled: {found.found.note}")
-        if read.calendars:
-            click.echo("what changes by calendars never settles: let run.length and run.warm_up be whole periods")
-    else:
-        click.echo(f"{found.found.note}: run.warm_up: {found.time:g}  # {found.time_unit}")
+    click.echo("\n".join(input_words.settled(found, read, observe, replications)))
     if out is not None:
         from desim_warehouse.report.plot import welch
 
         curves = welch(found, window).get_figure(root=True)
         save(found.figure(), Path(out), "warm-up")
         save(curves, Path(out), "welch")
+        keep(input_words.warm_up(found, read, observe, replications), out)
         click.echo(f"written to {out}")

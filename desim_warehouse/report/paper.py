@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
+from desim_warehouse.report.answer import Answer, Folded
 from desim_warehouse.report.palette import COLOURS
 from desim_warehouse.report.plot.style import save
 from desim_warehouse.run.spreadsheet import as_csv
@@ -50,6 +51,21 @@ class Reproduction:
             f"C: equal in {same_c.sum()} of {len(table)} cells",
         ]
 
+    @property
+    def answer(self) -> Answer:
+        """The same for its folder, with all cells."""
+        cells = self.table.round(4)
+        return Answer(
+            kind="paper",
+            name=self.name,
+            question="Are T, S and C of the paper reproduced?",
+            answer=tuple(f"{line}." for line in self.verdict()),
+            tables=(Folded(title="All cells", head=tuple(cells), rows=_rows(cells)),),
+            notes=("Figures 6, 7 and 8 are in its folder.",),
+            runs=len(cells),
+            confidence=None,
+        )
+
     def save(self, folder: str | Path) -> Path:
         """Write the table (CSV and Parquet) and the figures (PNG and SVG) to a folder."""
         folder = Path(folder)
@@ -65,6 +81,7 @@ class Reproduction:
         self.table.to_parquet(folder / "paper.parquet", index=False)
         for indicator, (number, _) in FIGURES.items():
             save(self.figure(indicator), folder, f"figure_{number}")
+        self.answer.save(folder)
 
     def figure(self, indicator: str) -> Figure:
         """A figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""
@@ -99,6 +116,10 @@ class Reproduction:
         axes.bar(means.index + 0.2, means[paper], 0.38, color=COLOURS[5], label="paper")
         axes.legend(frameon=False, fontsize=8)
         axes.set_title("mean of the groups", fontsize=10)
+
+
+def _rows(cells: pd.DataFrame) -> tuple[tuple[str, ...], ...]:
+    return tuple(tuple(f"{value:,.10g}" for value in row) for row in cells.itertuples(index=False))
 
 
 def reproduce(study: str | Path = "studies/paper.yaml") -> Reproduction:

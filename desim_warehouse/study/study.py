@@ -5,9 +5,10 @@ from __future__ import annotations
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.run.folder import ANSWER
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.factors import Level
@@ -23,6 +24,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.live.frozen import FrozenPage
     from desim_warehouse.model import Model
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.execution import Executor
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import (
@@ -264,6 +266,7 @@ class Study:
                 self._settle(executor, shown)
             runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write)
             if self.folder is not None:
+                (self.folder / ANSWER).unlink(missing_ok=True)  # of fewer runs, or to another question
                 if is_damaged(self.folder / RESULTS):
                     self._say(shown)(f"{self.folder / RESULTS}: damaged; rebuilt from {JOURNAL}")
                 write_record(self.plan, self.points, runner.keys, self.folder)
@@ -371,6 +374,25 @@ class Study:
     def __repr__(self) -> str:
         """Name, designs and finished runs."""
         return f"Study({self.plan.name}: {len(self.points)} designs, {len(self.rows)} runs)"
+
+
+class _Answered(Protocol):
+    """What a procedure found."""
+
+    @property
+    def answer(self) -> Answer:
+        """The same for people."""
+
+
+A = TypeVar("A", bound=_Answered)
+
+
+def with_answer(found: A, where: Mapping[str, Any]) -> A:
+    """What a procedure found; with `out`, its answer is kept in that folder, from which `desim report` has its page."""
+    out = where.get("out")
+    if out is not None and Path(out).is_dir():
+        found.answer.save(out)
+    return found
 
 
 def under(where: Mapping[str, Any], name: str) -> dict[str, Any]:

@@ -21,14 +21,15 @@ from desim_warehouse.study.fleet.designs import Designs, refused
 from desim_warehouse.study.limits import UNCERTAIN_RUNS
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.statistics.thresholds import Crossing, LinearNeed, Worth, crossing, linear_need, worth
-from desim_warehouse.study.study import Study
+from desim_warehouse.study.study import Study, with_answer
 from desim_warehouse.study.target import read_target
 from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Mapping, Sequence
 
-    from desim_warehouse.model import Source
+    from desim_warehouse.model import Model, Source
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.statistics import Procedure, RunNumber, Target
 
 Inputs: TypeAlias = tuple[float, ...]
@@ -114,6 +115,19 @@ class TippingPoints:
     inputs: tuple[InputEffect, ...]
     runs: int
     confidence: float
+    model: Model = field(repr=False, compare=False, kw_only=True)
+    seed: int = field(default=0, kw_only=True)
+
+    @property
+    def answer(self) -> Answer:
+        """The same for people: what is printed, and pages show."""
+        from desim_warehouse.report.text import tipping_words
+
+        return tipping_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """The page of the answer in a frame."""
+        return self.answer._repr_html_()
 
     @property
     def says_something(self) -> bool:
@@ -188,8 +202,7 @@ def tipping_points(
             return search.steps()
 
         found = study.carry_out(runner, steps, goal.indicator, failed=goal.missed)
-    price = 0.0 if model.prices is None else model.prices.robot
-    return found.answer(tuple(ranges), price, confidence)
+    return with_answer(found.answer(tuple(ranges), model, confidence), where)
 
 
 def _range(key: str, ends: tuple[float, float]) -> tuple[float, float]:
@@ -269,12 +282,14 @@ class TippingSearch:
                 self.tips[rank].append(tip)
         return self
 
-    def answer(self, keys: Sequence[str], price: float, confidence: float) -> TippingPoints:
-        """What came out, with the price of a robot a year; 0: in robots."""
+    def answer(self, keys: Sequence[str], model: Model, confidence: float) -> TippingPoints:
+        """What came out, in the model's price of a robot a year, or in robots where it has none."""
+        price = 0.0 if model.prices is None else model.prices.robot
+        about: dict[str, Any] = {"model": model, "seed": self.seed}
         fit = math.nan if self.need is None else self.need.fit
         done = self.runs - self.left
         if self.need is None or self.worth is None:
-            return TippingPoints(self.goal, fit, 0, 0, math.nan, math.nan, price > 0, (), done, confidence)
+            return TippingPoints(self.goal, fit, 0, 0, math.nan, math.nan, price > 0, (), done, confidence, **about)
         found = worth(self.need, confidence)
         effects = [
             InputEffect(
@@ -300,6 +315,7 @@ class TippingSearch:
             tuple(effects),
             done,
             confidence,
+            **about,
         )
 
     # Needs at points

@@ -25,7 +25,7 @@ from desim_warehouse.study.reliefs.suspect import MOST_UNTAKEN, Suspect
 from desim_warehouse.study.reliefs.suspects import left_out, suspects
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.statistics import Gains
-from desim_warehouse.study.study import Study
+from desim_warehouse.study.study import Study, with_answer
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -186,7 +186,7 @@ def why(
     failures = _failures(study)
     if found.failed and 0 not in failures:
         raise StudyError(f"indicator {name!r}: {found.failed} runs of the model as it is have no value of it")
-    return Why(
+    what = Why(
         run.model,
         name,
         tuple((looked_at[gain.change - 1], gain) for gain in found.gains),
@@ -200,6 +200,7 @@ def why(
         {root: time / (run.history.counted * run.model.fleet.size) for root, (time, _) in lost_to(run.history).items()},
         share_of_tasks(run.history, BATCHED),
     )
+    return with_answer(what, where)
 
 
 def _contest(

@@ -17,12 +17,16 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
+from desim_warehouse.live.answers import Named, RunsSoFar
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report import answer as answers
 from desim_warehouse.report import text as report_text
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.page import example
+from desim_warehouse.report.text import judged as judged_words
+from desim_warehouse.report.text import words
 from desim_warehouse.report.text.printed import printed
+from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, plan_fleet
@@ -31,7 +35,6 @@ from desim_warehouse.study.reliefs.suspect import Suspect
 from desim_warehouse.study.statistics import DesignVerdict, Estimate, Gain, Gains
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.why import Why, why
-from tests.docs import pages
 from tests.live.test_frozen import held
 from tests.report.test_report import needs_nothing_from_outside
 
@@ -250,37 +253,6 @@ def test_why_is_about_the_warehouse_as_it_is_and_its_page_shows_no_other(tmp_pat
     assert "iframe" in found._repr_html_()
 
 
-SHORT = "--set run.length=900 --set run.warm_up=100 --quiet"
-
-
-@pytest.mark.parametrize(
-    "command",
-    [
-        "run w.yaml --set run.length=900",
-        f"what-if w.yaml --vary fleet.size=1,2 --replications 2 {SHORT}",
-        "study s.yaml --quiet",
-        f"size w.yaml --range 1..2 --target 'on_time >= 50 %' --first 2 --cap 2 {SHORT}",
-        f"size w.yaml --range 1..2 --first 2 --cap 2 {SHORT}",
-        f"best w.yaml --vary fleet.size=1,2 --indicator throughput_per_hour --first 2 --cap 2 {SHORT}",
-        f"best w.yaml --vary fleet.size=1..3 --indicator throughput_per_hour --place-chargers 1 --runs 50 {SHORT}",
-        f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --vary policies.allocation=nearest {SHORT}",
-        f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --runs 4 {SHORT}",
-        f"why w.yaml --first 2 --cap 2 {SHORT}",
-    ],
-)
-def test_report_opens_every_folder_that_a_command_makes(command, tmp_path, monkeypatch):
-    monkeypatch.chdir(tmp_path)
-    (tmp_path / "w.yaml").write_text(json.dumps(example().content()), encoding="utf-8")
-    study = {"model": "w.yaml", "set": {"run.length": 900, "run.warm_up": 100}, "factors": {"fleet.size": [1, 2]}}
-    (tmp_path / "s.yaml").write_text(json.dumps(study), encoding="utf-8")
-    status, _, err = pages.run_desim(f"desim {command} --out made")
-    assert status in {0, 3}, err
-    assert pages.run_desim("desim report made")[0] == 0
-    source = (tmp_path / "made" / "report.html").read_text(encoding="utf-8")
-    if (tmp_path / "made" / "answer.json").is_file():
-        assert f"desim {command} --out made".replace("'", "&#39;").replace(">", "&gt;") in source
-
-
 def test_an_answer_is_as_its_schema_says():
     said = CliRunner().invoke(desim, ["schema", "--answer"], catch_exceptions=False).output
     jsonschema.validate(json.loads(made_up_why(3).answer.model_dump_json()), json.loads(said))
@@ -318,46 +290,77 @@ def test_no_template_has_a_bracket_in_a_bracket():
     assert nested == []
 
 
-@pytest.fixture(scope="module")
-def studies():
-    """Small studies by chance: with and without a target, prices, several fleets and ways of dispatching."""
-    found = []
-    for number in range(12):
-        chance = random.Random(number)
-        sizes = sorted(chance.sample([1, 2, 3, 4], chance.randint(1, 3)))
-        factors = {"fleet.size": sizes}
-        if chance.random() < 0.5:
-            factors["policies.allocation"] = ["nearest", "hungarian"]
-        target = chance.choice([None, "on_time >= 50 %", "on_time >= 70 %", "on_time >= 99 %"])
-        base = example().replace({"run.length": 1800, "run.warm_up": 300})
-        if chance.random() < 0.4:
-            base = base.replace({"prices": {"hours": 4000, "robot": 9000}})
-        study = dw.Study(base, factors, replications=chance.randint(2, 5), seed=number, target=target)
-        found.append(study.run().results)
-    return found
+LONG = [pytest.mark.long]
+STUDIES = [*range(12), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
 
 
-def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_interval(studies):
-    """On answers of random small studies: terminal, page, JSON and the page of sliders say the same numbers."""
-    for results in studies:
-        answer = results.answer
-        assert is_everywhere(answer)
-        if answer.about is None:
-            assert answer.tiles == ()
-        else:
-            [option] = [one for one in answer.options if one.name == answer.about.name]
-            assert answer.about.model["fleet"]["size"] == option.set["fleet.size"]
-            texts = {one.of: one.text for one in option.numbers}
-            for tile in answer.tiles:
-                whole = f"{tile.value} ({tile.note})" if tile.note else tile.value
-                assert whole in texts.values() or tile.what == "a year"
-            said = " ".join(answer.answer)
-            assert option.name in said or len(answer.options) == 1
-        first = text_of(page(answer, None)).partition("Everything tried")[0]
-        known = {text for one in answer.options for text in [one.said, *(number.text for number in one.numbers)]}
-        for interval in re.findall(r"[\d.,−]+ (?:%|\S+) \(\S+ to \S+\)", first):
-            assert any(interval in text for text in known), interval
-        if len(results.designs) > 1:
-            watched = [one for _, one in held(results.page().html)["designs"]]
-            shown = {number["text"] for one in watched for number in one["measured"]}
-            assert shown == {number.text for one in answer.options for number in one.numbers}
+def study_by_chance(number):
+    """A small study: with and without a target, prices, growth, several fleets, chargers and ways of dispatching."""
+    chance = random.Random(number)
+    factors = {"fleet.size": sorted(chance.sample([1, 2, 3, 4], chance.randint(1, 3)))}
+    if chance.random() < 0.5:
+        factors["policies.allocation"] = ["nearest", "hungarian"]
+    targets = [None, "on_time >= 50 %", "on_time >= 70 %", "on_time >= 99 %"]
+    target = chance.choice([*targets, "cycle_time_mean <= 90", "throughput_per_hour >= 55"])
+    base = example().replace({"run.length": 1800, "run.warm_up": 300})
+    if chance.random() < 0.4:
+        base = base.replace({"prices": {"hours": 4000, "robot": 9000}})
+    replications = chance.randint(2, 5)
+    if number >= len(STUDIES) // 4 and chance.random() < 0.4:
+        factors["tasks.demand"] = [1, 1.6]
+    if number >= len(STUDIES) // 4 and chance.random() < 0.3:
+        factors["tasks.load_time"] = [5, 12]
+    return dw.Study(base, factors, replications=replications, seed=number, target=target)
+
+
+@pytest.mark.parametrize("number", STUDIES)
+def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_interval(number):
+    """On answers of random small studies: terminal, page, JSON, the page of sliders and the live page agree."""
+    results = study_by_chance(number).run().results
+    answer = results.answer
+    assert is_everywhere(answer)
+    if answer.about is None:
+        assert answer.tiles == ()
+    else:
+        models = [results.base.replace(one.set).content() for one in answer.options]
+        option = answer.options[models.index(answer.about.model)]
+        texts = {one.of: one.text for one in option.numbers}
+        for tile in answer.tiles:
+            whole = f"{tile.value} ({tile.note})" if tile.note else tile.value
+            assert whole in texts.values() or tile.what == "a year"
+        said = " ".join(answer.answer)
+        assert option.name in said or capital(option.name) in said or len(answer.options) == 1
+    first = text_of(page(answer, None)).partition("Everything tried")[0]
+    known = {text for one in answer.options for text in [one.said, *(number.text for number in one.numbers)]}
+    for interval in re.findall(INTERVAL, first):
+        assert any(interval in text for text in known), interval
+    told = re.findall(INTERVAL, " ".join(answer.answer))
+    assert len(told) == len(set(told))
+    if len(results.designs) > 1:
+        watched = [one for _, one in held(results.page().html)["designs"]]
+        shown = {number["text"] for one in watched for number in one["measured"]}
+        assert shown == {number.text for one in answer.options for number in one.numbers}
+    is_what_the_live_page_says(results)
+
+
+INTERVAL = r"[\d.,−]+ (?:%|\S+) \(\S+ to \S+\)"
+
+
+def is_what_the_live_page_says(results):
+    """Its sentence and its numbers have one interval; without a target, whose looks split, it is that of the study."""
+    main, goal = next(iter(results.answer.measures)), results.target
+    for design in results.designs:
+        outcomes = [row.outcome for row in results.runs(design)]
+        runs = RunsSoFar(Named(design, {}, results.models[design]), outcomes, main, results.plan.seed)
+        measured = {one.name: one.text for one in runs.measured(goal)}
+        sentence = runs.said(goal).sentence
+        assert all(interval in measured[main] for interval in re.findall(INTERVAL, sentence))
+        if runs.lasting is not None:
+            assert re.findall(INTERVAL, sentence) == []
+        estimates = {
+            one: results.estimate(results.runs(design), one) for one in measured if goal is None or one != main
+        }
+        for of, found in estimates.items():
+            scale = words.scale(of, runs.model, (found.mean,))
+            low, high = found.interval or (None, None)
+            assert measured[of] == judged_words.within(of, scale, (found.mean, low, high)).text

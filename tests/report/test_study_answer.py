@@ -118,6 +118,12 @@ def test_the_cheapest_option_that_meets_the_target_is_the_answer_and_its_replay_
     assert "Which factor matters" not in source  # there is one
 
 
+def test_one_run_of_a_share_tells_nothing_of_a_target():
+    results = Study(example(), {"fleet.size": [1, 3]}, target="on_time >= 60 %").run().results
+    assert [one.standing for one in results.answer.options] == ["open", "open"]
+    assert is_everywhere(results.answer)
+
+
 def test_an_answer_for_each_demand_names_a_fleet_for_it():
     factors = {"tasks.demand": [1, 2.2], "fleet.size": [1, 3, 4]}
     results = Study(example(), factors, replications=8, target="on_time >= 60 %").run().results

@@ -11,11 +11,12 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ModelError, StudyError
-from desim_warehouse.report.text import fleet_words, tipping_words
+from desim_warehouse.report.text import fleet_words
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import plan_fleet
 from desim_warehouse.study.statistics.thresholds import LinearNeed, crossing, linear_need, worth
 from desim_warehouse.study.tipping import TippingPoints, tipping_points
+from tests.report.test_answer import is_everywhere
 from tests.report.test_report import needs_nothing_from_outside
 from tests.study import tipping_truth
 from tests.study.tipping_banks import KEYS, TARGET, Plant, judged, searched
@@ -45,7 +46,7 @@ def file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(file):
-    return tipping_points(dw.load(file), TARGET_HERE, RANGES)
+    return tipping_points(dw.load(file), TARGET_HERE, RANGES, out=file.parent / "found")
 
 
 def test_a_line_through_needs_is_found_again():
@@ -132,9 +133,15 @@ def test_thresholds_of_plants_that_are_simulated():
     assert sum(right) >= 0.8 * len(right)
 
 
+def silent(target, model):
+    """What is found where lines do not fit."""
+    return TippingPoints(target, 0.62, 0, 0, math.nan, math.nan, False, (), 150, 0.95, model=model)
+
+
 def test_where_lines_do_not_fit_nothing_is_said(file):
-    found = TippingPoints(TARGET, 0.62, 0, 0, math.nan, math.nan, False, (), 150, 0.95)
-    said = tipping_words.sentences(found, dw.load(file))
+    found = silent(TARGET, dw.load(file))
+    said = found.answer.answer
+    assert (found.answer.about, found.answer.tiles, found.answer.figure) == (None, (), None)
     assert said[0] == "Nothing is said of where the answer tips: R² is 0.620, and lines describe it from R² 0.8 on."
     assert len(said) == 2
 
@@ -146,15 +153,34 @@ def test_the_answer_says_which_input_needs_one_robot_more_and_what_knowing_it_is
     assert first.key == "tasks.load_time"
     assert first.effect > second.effect > 0
     assert first.worth >= second.worth
-    said = tipping_words.sentences(found, dw.load(file))
-    assert re.match(r"In the middle of all ranges \d robots?; \d robots? to be safe \([\d.]+ % that they are", said[0])
-    assert re.match(r"Load time, 2 to 40 s: \+\d\.\d ± \d\.\d robots over the range; ", said[1])
-    assert "EUR a year" in said[1]
+    answer = found.answer
+    assert is_everywhere(answer)
+    assert (
+        answer.question
+        == "How many robots give at least 150 tasks an hour, whatever load time and unload time turn out to be?"
+    )
+    said = answer.answer
+    assert re.match(rf"{found.safe} robots are safe: the chance of too few is [\d.]+ %\.", said[0])
+    assert re.match(
+        r"In the middle of all ranges \d robots? are enough; not knowing better costs .+ EUR a year\.", said[1]
+    )
+    assert re.match(r"Load time, 2 to 40 s: \d robots above .+; knowing it is worth .+ EUR a year\.", said[2])
+    assert answer.options[0].number.low == pytest.approx(first.effect - first.error)
+    assert dw.load(answer.about.model).fleet.size == found.safe
+    assert dw.load(answer.about.model).tasks.load_time == 21
+
+
+def test_the_folder_of_tipping_points_opens_as_their_page(found, file):
+    source = needs_nothing_from_outside(report(file.parent / "found").read_text(encoding="utf-8")).text
+    for line in found.answer.answer:
+        assert line in source.replace("\u00a0", " ")
+    assert "Watch this run" not in source
+    assert "iframe" in found._repr_html_()
 
 
 def test_a_fleet_is_enough_on_one_side_of_its_threshold_and_too_small_on_the_other(found, file):
     tip = next(tip for tip in found.inputs[0].tips if tip.confirmed)
-    assert f"{tip.robots + 1} robots above" in tipping_words.sentences(found, dw.load(file))[1]
+    assert f"{tip.robots + 1} robots above" in found.answer.answer[2]
     model = dw.load(file, {"fleet.size": tip.robots, "tasks.unload_time": 7})
     below, above = (
         [
@@ -196,23 +222,23 @@ def test_the_command_has_what_is_not_known_in_its_json(file, tmp_path):
     found = json.loads(done.stdout.splitlines()[-1])["uncertain"]
     assert {key: (one["low"], one["high"]) for key, one in found["inputs"].items()} == RANGES
     assert found["runs"] <= 250
-    assert found["answer"][0].startswith("In the middle of all ranges ")
+    assert "safe: the chance of too few is" in found["answer"][0]
     assert json.loads((out / "answer.json").read_text(encoding="utf-8"))["uncertain"] == found
     page = needs_nothing_from_outside(report(out).read_text(encoding="utf-8"))
-    assert found["in_short"] in page.text
+    assert found["answer"][0] in page.text
+    assert "Allowing for what is not known exactly, " in page.text
     head, *rows = page.tables["what-is-not-known-exactly"]
     assert head[:2] == ["input", "where the answer tips"]
-    assert [row[0] for row in rows] == ["Load time", "Unload time"]
-    assert [row[1] in line for row, line in zip(rows, found["answer"][1:], strict=True)] == [True, True]
+    assert [row[0] for row in rows] == ["load time, 2 to 40 s", "unload time, 2 to 12 s"]
+    assert [row[1] in line for row, line in zip(rows, found["answer"][2:], strict=True)] == [True, True]
 
 
 def test_a_folder_says_where_nothing_is_said_and_one_without_ranges_is_silent(found, file, tmp_path):
-    poor = TippingPoints(found.target, 0.62, 0, 0, math.nan, math.nan, False, (), 150, 0.95)
+    poor = silent(found.target, dw.load(file))
     planned = plan_fleet(dw.load(file), "T <= 1e9", strategies={}, robots=[6])
-    unsure = tipping_words.content(poor, dw.load(file))
-    answer = fleet_words.answer(planned, unsure)
+    answer = fleet_words.answer(planned, poor)
     assert "Nothing is said of where the answer tips: R² is 0.620" in answer.tables[0].note
-    assert answer.answer[-1] == unsure["in_short"]
+    assert answer.answer[-1] == poor.answer.answer[0]
     assert fleet_words.answer(planned).tables == ()
 
 

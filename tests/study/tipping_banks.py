@@ -10,12 +10,14 @@ import random
 import sys
 from functools import cache
 
+from desim_warehouse.report.page import example
 from desim_warehouse.study.statistics import follow
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.tipping import TippingSearch
 
 TARGET = read_target("on_time >= 95 %")
 SHARED, OWN = 0.03, 0.02
+PRICED = example().replace({"prices": {"hours": 4000, "robot": 6000}})
 KEYS = ("fleet.robot.speed", "tasks.load_time", "tasks.unload_time", "traffic.node_time", "tasks.demand")
 
 
@@ -83,7 +85,7 @@ def searched(plant, runs=250, seed=0, begin=20, most=40):
         return plant.run(values, robots, f"{seed} {day}") if robots <= most else TARGET.missed
 
     follow(search.steps(), run)
-    return search.answer(KEYS, 6000, 0.95)
+    return search.answer(KEYS, PRICED, 0.95)
 
 
 def judged(plant, found):

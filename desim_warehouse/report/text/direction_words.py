@@ -5,11 +5,47 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.report.text import words
+from desim_warehouse.report.answer import Answer, Option, Rows, SaidNumber
+from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import Scale
 
 if TYPE_CHECKING:
+    from desim_warehouse.report.text.standing import Standing
     from desim_warehouse.study.designs.directions import BetterDirections, DirectionGain
+
+
+_STANDING: dict[bool | None, Standing] = {True: "differs", False: "worse", None: "alike"}
+
+
+def answer(found: BetterDirections) -> Answer:
+    """What `desim orient --indicator` found: what is turned, what that gains, and with which fleets and demands."""
+    model, of = found.model, words.in_sentence(found.indicator)
+    places = [] if found.gain is None else [found.gain, *found.elsewhere]
+    options = tuple(
+        Option(
+            name=one.where or "as it is",
+            standing=_STANDING[one.is_better],
+            number=SaidNumber(of=found.indicator, mean=one.mean, low=one.low, high=one.high, text=_gain(one)),
+            runs=2 * one.pairs,
+        )
+        for one in places
+    )
+    bars = tuple(judged.bar(one.name, one.number, one.standing) for one in options if one.number is not None)
+    title = f"What turned aisles gain in {of}, of that as drawn"
+    return Answer(
+        kind="orient",
+        name=model.name,
+        description=model.description,
+        question=f"Which way should aisles lead for the best {of}?",
+        answer=tuple(sentences(found)),
+        measures={found.indicator: f"gain in {of}"},
+        options=options,
+        figure=Rows(title=title, at=0.0, at_words="no gain", rows=bars) if bars else None,
+        promise=judged.each(found.confidence),
+        runs=found.runs,
+        confidence=found.confidence,
+        made={"model": model.digest()},
+    )
 
 
 def sentences(found: BetterDirections) -> list[str]:

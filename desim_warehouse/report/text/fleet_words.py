@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
-from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, PairGrid
-from desim_warehouse.report.text import cap_words, judged, numbers, words
+from desim_warehouse.report.answer import Answer, BigNumber, Option, PairGrid
+from desim_warehouse.report.text import cap_words, judged, numbers, tipping_words, words
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.study import rare
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from desim_warehouse.report.answer import Subject
     from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
     from desim_warehouse.study.statistics import Estimate
+    from desim_warehouse.study.tipping import TippingPoints
 
 _LISTED = 4
 """Fleets that are named one by one."""
@@ -29,9 +30,9 @@ _BUSY = {"robots": "robots", "traffic": "lanes", "chargers": "chargers", "statio
 Counts = tuple[int, int]
 
 
-def answer(plan: FleetPlan, unsure: Mapping[str, Any] | None = None) -> Answer:
-    """What `desim plan` found; `unsure`: the content of its tipping points, where there are some."""
-    return _Planned(plan).answer(unsure or {})
+def answer(plan: FleetPlan, unsure: TippingPoints | None = None) -> Answer:
+    """What `desim plan` found; `unsure`: where inputs that are not known tip it."""
+    return _Planned(plan).answer(unsure)
 
 
 def more_orders(growth: float) -> str:
@@ -48,7 +49,7 @@ class _Planned:
         self.demands = [plan.today] if plan.grown is None else [plan.today, plan.grown]
         self.answered = next((sized for sized in reversed(self.demands) if sized.best and not sized.open), None)
 
-    def answer(self, unsure: Mapping[str, Any]) -> Answer:
+    def answer(self, unsure: TippingPoints | None) -> Answer:
         plan = self.plan
         fleet = "robots" if plan.sized is None else "robots and chargers"
         grown = "" if plan.grown is None else f", today and {more_orders(plan.grown.growth)}"
@@ -58,16 +59,16 @@ class _Planned:
             name=self.model.name,
             description=self.model.description,
             question=f"How many {fleet} does it take for {words.target(self.goal)}{grown}?",
-            answer=(*said, *([unsure["in_short"]] if unsure else [])),
+            answer=(*said, *([tipping_words.in_short(unsure)] if unsure else [])),
             measures={self.goal.indicator: words.in_sentence(self.goal.indicator)},
             tiles=tuple(self._tiles()),
             options=tuple(option for sized in self.demands for option in self._options(sized)),
             figure=self._grid(),
             about=self._about(),
-            tables=tuple(_uncertain(unsure)),
+            tables=() if unsure is None else tuple(tipping_words.tables(unsure)),
             promise=self._promise(),
             notes=tuple(self._rare()),
-            runs=plan.runs + unsure.get("runs", 0),
+            runs=plan.runs + (unsure.runs if unsure else 0),
             confidence=plan.confidence,
             made={"seed": str(plan.seed), "model": self.model.digest()},
             feasible=plan.feasible,
@@ -76,7 +77,7 @@ class _Planned:
             strategy=plan.strategy.label if plan.strategy else plan.own,
             today=self._facts(plan.today),
             grown=None if plan.grown is None else self._facts(plan.grown),
-            **({"uncertain": dict(unsure)} if unsure else {}),
+            **({"uncertain": _uncertain(unsure)} if unsure else {}),
         )
 
     # Sentences
@@ -151,8 +152,8 @@ class _Planned:
             return ""
         scale = words.scale(self.goal.indicator, self.model, (one.mean for *_, one in sized.worse))
         said = [
-            f"{words.fleet(robots, chargers)} do worse by {scale.value(abs(one.mean))}"
-            for robots, chargers, one in sized.worse
+            f"{words.fleet(*more)} do worse than {words.fleet(*less)} by {scale.value(abs(one.mean))}"
+            for more, less, one in sized.worse
         ]
         return f" More is not always better here: {spoken(said)}."
 
@@ -333,13 +334,9 @@ class _Planned:
         }
 
 
-def _uncertain(unsure: Mapping[str, Any]) -> list[Folded]:
-    """Where inputs that are not known exactly tip the answer, and what knowing them is worth."""
-    if not unsure:
-        return []
-    head, *rows = unsure["table"]
-    note = unsure["answer"][0] if rows else " ".join(unsure["answer"])
-    return [Folded(title="What is not known exactly", note=note, head=head, rows=rows)]
+def _uncertain(unsure: TippingPoints) -> dict[str, Any]:
+    """Where inputs that are not known exactly tip the answer, as JSON has it."""
+    return {"answer": list(unsure.answer.answer), **tipping_words.facts(unsure), "runs": unsure.runs}
 
 
 def _stands(

@@ -44,6 +44,11 @@ def promise(what: str, confidence: float, *, exact: bool) -> str:
     return f"All {what} hold at once with {100 * confidence:g} % confidence."
 
 
+def each(confidence: float) -> str:
+    """How sure intervals are, each by itself."""
+    return f"Each interval holds with {100 * confidence:g} % confidence."
+
+
 def tile(text: str, what: str) -> BigNumber:
     """The text of a number as a large one, its interval as the note."""
     value, _, ends = text.partition(" (")

@@ -32,7 +32,8 @@ def printed(answer: Answer, width: int = WIDTH) -> str:
 
 def how_sure(answer: Answer) -> str:
     """What holds with which confidence, and of how many runs."""
-    return f"{answer.promise} {number_of(answer.runs, 'run')}.".strip()
+    runs = f"{number_of(answer.runs, 'run')}." if answer.runs else ""
+    return f"{answer.promise} {runs}".strip()
 
 
 def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[str], list[list[str]]]:

@@ -339,7 +339,7 @@ class _Studied:
             return "One run of a random model says little: more replications give intervals."
         if self.goal is not None:
             return judged.promise("verdicts", sure, exact=False)
-        return f"Each interval holds with {100 * sure:g} % confidence."
+        return judged.each(sure)
 
     def _wrong(self, *, lasting: bool = False) -> list[str]:
         return [sentence(line) for line in wrong(self.study, lasting=lasting)] if len(self.tried) > 1 else []

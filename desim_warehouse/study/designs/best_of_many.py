@@ -17,7 +17,7 @@ from desim_warehouse.study.procedures import ZONE, Best, judge_of, more_is_bette
 from desim_warehouse.study.procedures import best as race
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.statistics.procedure import request
-from desim_warehouse.study.study import Study, under
+from desim_warehouse.study.study import Study, under, with_answer
 from desim_warehouse.study.target import check_zone, read_target
 
 if TYPE_CHECKING:
@@ -184,7 +184,7 @@ def best_of(
         check_zone(indicator, delta)
     goal = None if target is None else read_target(target, model.units.names)
     search = _Search(space, indicator, more, goal, runs, seed, plan)
-    return search.answer(delta, where)
+    return with_answer(search.answer(delta, where), where)
 
 
 def are_few(factors: Sequence[Factor], runs: int) -> bool:

@@ -16,7 +16,7 @@ from desim_warehouse.outcome.indicators import find
 from desim_warehouse.study.designs.search import LocalSearch
 from desim_warehouse.study.procedures import more_is_better
 from desim_warehouse.study.statistics import paired
-from desim_warehouse.study.study import Study, under
+from desim_warehouse.study.study import Study, under, with_answer
 from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Edge
     from desim_warehouse.layout.turnable import Turnable, Way
     from desim_warehouse.model import Model, Source
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.statistics import Procedure
 
 Design: TypeAlias = "tuple[Way, ...]"
@@ -73,6 +74,18 @@ class BetterDirections:
     gain: DirectionGain | None
     elsewhere: tuple[DirectionGain, ...]
     runs: int
+    confidence: float
+
+    @property
+    def answer(self) -> Answer:
+        """The same for people: what is printed, and pages show."""
+        from desim_warehouse.report.text import direction_words
+
+        return direction_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """The page of the answer in a frame."""
+        return self.answer._repr_html_()
 
     @property
     def cost(self) -> float:
@@ -219,14 +232,15 @@ def directions(
     best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
     turned, units = tuple(floor.turnable.turned(best)), len(floor.turnable.units)
     if not turned:
-        return BetterDirections(model, {}, (), units, indicator, None, (), len(scout.rows))
+        none = BetterDirections(model, {}, (), units, indicator, None, (), len(scout.rows), confidence)
+        return with_answer(none, where)
     changed = floor.changes(best)
     fresh = _fresh(model, changed, judged, seed, plan)
     fresh.run(**under({"cache": True, **where}, "judged"))
     gain, *elsewhere = (
         _gain(fresh, number, indicator, confidence, maximise=maximise) for number in range(0, len(fresh.points), 2)
     )
-    return BetterDirections(
+    found = BetterDirections(
         model.replace(changed),
         floor.turnable.lanes(best),
         turned,
@@ -235,7 +249,9 @@ def directions(
         gain,
         tuple(one for one in elsewhere if one is not None),
         len(scout.rows) + len(fresh.rows),
+        confidence,
     )
+    return with_answer(found, where)
 
 
 def _searched(

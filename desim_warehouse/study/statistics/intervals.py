@@ -101,9 +101,9 @@ def estimate(
 
 
 def bounds_of(values: Sequence[float] | NDArray[np.float64], level: float, within: Interval = ANYTHING) -> Interval:
-    """The bounds of the mean of an indicator over runs: by tasks where the values are shares of them."""
+    """The bounds of the mean of an indicator over runs: by tasks where the values of several are shares of them."""
     array, tasks = finite(values), tasks_of(values)
-    return bounds(array, level, within) if tasks is None else share_bounds(array, tasks, level)
+    return bounds(array, level, within) if tasks is None or array.size == 1 else share_bounds(array, tasks, level)
 
 
 def described(
