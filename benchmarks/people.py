@@ -38,7 +38,7 @@ def difference(form: str, one: list[float], two: list[float]) -> str:
 
 
 def rows(table: pd.DataFrame) -> list[list[str]]:
-    """A row for each indicator; for each number of visits and routing policy the mean on one-way streets, and the gap."""
+    """A row for each indicator: its mean on one-way streets, and the gap to two-way ones, by visits and routing."""
     parts = table.groupby([VISITS, ROUTING], sort=False)
     found = [["one-way, and two-way - one-way", *(f"{visits}, {routing}" for (visits, routing), _ in parts)]]
     for name, form in SHOWN.items():
