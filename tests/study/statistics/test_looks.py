@@ -57,7 +57,7 @@ def test_a_verdict_that_fell_stands_whatever_comes():
     first = looked_at(good, target, 0.95, within=ANYTHING)
     later = looked_at(good + [-50.0] * 25, target, 0.95, within=ANYTHING)
     assert (first.verdict, later.verdict) == ("meets", "meets")
-    assert first.n == later.n == 5
+    assert first.n == later.n == 10
 
 
 def test_nothing_is_said_before_the_first_look_and_one_run_is_enough_without_chance():
