@@ -1,7 +1,17 @@
 """The cheapest of designs with two counts, such as robots and chargers, that meets a target.
 
-A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout
-names and those that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
+A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout names
+and those that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
+
+A fleet close to the target costs tens of runs, and with fewer robots than needed each number of chargers is
+close. So a candidate whose looks lean to failing waits for the design with as much of the first count and all of the
+second. If that fails, all are settled at once; if it meets the target, the second count is halved. Going there after
+any open look costs more, as a candidate that leans to meeting the target mostly does.
+
+A design is vetoed after three runs if half of what its backlog grows, or its batteries fall, is still too much. Where
+the backlog grows by just as much as is put down to chance (3 √n for n arrivals), and what leaves varies as what
+comes, the mean of three runs has a standard deviation of √(2n/3). Twice the threshold is then 3.7 of those away: an
+error of 1 in 8,000, where a plan's first verdict may be wrong once in 240, its fourth once in 2,400.
 """
 
 from __future__ import annotations
