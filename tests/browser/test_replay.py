@@ -74,7 +74,7 @@ def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(br
     run = people_run()
     page = Page(browser, run, tmp_path)
     assert {"closed", "person in the aisle"} <= set(page.text("legend").splitlines())
-    for cause, said in (("waiting_closed", "for an edge to open"), ("waiting_person", "for a person")):
+    for cause, said in (("waiting_closed", "for a lane to open"), ("waiting_person", "for a person")):
         wait = max((one for one in run.history.waits if one.cause == cause), key=lambda one: one.end - one.start)
         time = (wait.start + wait.end) / 2
         page.ask("page.positions(arguments[0])", time)

@@ -310,7 +310,7 @@ def _key(axes: Axes, floor: Layout, model: Model) -> None:
 
     marks = [("unloading node", "o", "white", STATION)]
     if fetched_of(model):
-        marks.append(("good to fetch", "s", FETCHED, FETCHED))
+        marks.append(("item to pick", "s", FETCHED, FETCHED))
     marks.append(("storage place", "s", "white", GOOD))
     if floor.bays:
         marks.append(("bay slot", "s", BAY, BAY))

@@ -50,7 +50,7 @@ def congestion(
     most = max([*on_edge.values(), *at_node.values(), 0.0]) or 1.0
     shades = _Shades(Normalize(0, most), _map(), most) if by == "waits" else _steps()
     what = "Robots wait here, part of the time" if by == "blocked" else "Waiting episodes"
-    with look.drawing(ax, style, title, plan.size_of(floor), f"{what} on each edge and at each node") as axes:
+    with look.drawing(ax, style, title, plan.size_of(floor), f"{what} on each lane and at each node") as axes:
         plan.draw_goods(axes, floor, step, set())
         _edges(axes, run, on_edge, step, shades)
         _nodes(axes, run, at_node, shades)

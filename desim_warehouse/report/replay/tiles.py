@@ -75,7 +75,7 @@ def tiles(history: History) -> list[Tile]:
         found.append(Tile("share_waiting", "Waiting in traffic", "lost", _waited(history)))
     if history.model.battery is not None:
         found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
-        found.append(Tile("battery", "Battery (lowest)", "battery"))
+        found.append(Tile("battery", "Battery", "battery"))
     if "charger_utilisation" in has:
         found.append(Tile("charger_utilisation", "Chargers in use", "chargers"))
     return found
