@@ -18,6 +18,7 @@ from benchmarks import GROUPS
 ROOT = Path(__file__).parents[1]
 FIRST_SEED = 1000
 SHOWN = ("T", "S", "C", "distance", "cost")
+COMPARED = ("T", "S", "cost")
 FLEETS = (6, 3)
 
 
@@ -50,22 +51,31 @@ def half_width(values: list[float]) -> float:
 
 
 def table(results: dict[str, list[dict[str, float]]]) -> list[str]:
-    """Means and paired differences to in-order, a line for each strategy."""
+    """Means and paired differences to in-order, a line for each strategy, or for several whose runs are all equal."""
     base = results["in-order"]
-    rows = [
-        "| strategy | T | against | % | S | against | C | against | distance | against | cost | against | % |",
-        "|" + "---|" + "---:|" * 12,
-    ]
+    alike: list[tuple[list[str], list[dict[str, float]]]] = []
     for strategy, runs in results.items():
-        cells = [strategy]
+        for names, others in alike:
+            if runs == others:
+                names.append(strategy)
+                break
+        else:
+            alike.append(([strategy], runs))
+    rows = [
+        "| strategy | T | against | % | S | against | C | distance | cost | against | % |",
+        "|" + "---|" + "---:|" * 10,
+    ]
+    for names, runs in alike:
+        cells = [", ".join(names)]
         for key in SHOWN:
             mean = statistics.fmean(run[key] for run in runs)
             differences = [run[key] - other[key] for run, other in zip(runs, base, strict=True)]
             digits = 1 if key in ("S", "C") else 0
             cells.append(f"{mean:,.{digits}f}")
-            own = strategy == "in-order"
+            own = runs is base
             gap = statistics.fmean(differences)
-            cells.append("" if own else f"{gap:+,.{digits}f} ± {half_width(differences):,.{digits}f}")
+            if key in COMPARED:
+                cells.append("" if own else f"{gap:+,.{digits}f} ± {half_width(differences):,.{digits}f}")
             if key in ("T", "cost"):
                 percent = 100 * gap / statistics.fmean(run[key] for run in base)
                 cells.append("" if own else f"{percent:+.1f}")

@@ -17,7 +17,7 @@ from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.working_day import AROUND_THE_CLOCK, DAY, WorkingDay, clock
 
 if TYPE_CHECKING:
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.model import Model
 
 PLACE = 1.2
@@ -271,7 +271,7 @@ def _model(words: Draft) -> Model:
     return Model.model_validate(read_yaml(_text(words), "draft").data)
 
 
-def _estimated(words: Draft) -> Estimate:
+def _estimated(words: Draft) -> QuickEstimate:
     """The quick estimate of a draft."""
     from desim_warehouse.run.quick import estimate
 

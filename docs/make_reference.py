@@ -347,6 +347,23 @@ def verdicts() -> str:
     return table(("code", "mark", "verdict", "when"), rows)
 
 
+# Layouts of other programs
+
+
+def layouts() -> str:
+    """What is read of each format, as its reader says."""
+    from desim_warehouse.plants import grid, model
+    from desim_warehouse.plants.formats import FORMATS
+
+    def said(module: Any) -> str:
+        return str(module.__doc__).strip() + "\n"
+
+    lines = ["## Every drawing\n", said(model), "## Grids\n", said(grid)]
+    for form in FORMATS:
+        lines += [f"## {form.name}\n", said(sys.modules[form.read.__module__])]
+    return "\n".join(lines)
+
+
 # The paper's experiment
 
 
@@ -377,6 +394,7 @@ MAKERS: dict[str, Callable[[], str]] = {
     "log-kinds": log_kinds,
     "indicators": indicators,
     "study-keys": study_keys,
+    "layouts": layouts,
     "paper": paper,
 }
 

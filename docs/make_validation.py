@@ -34,7 +34,7 @@ ROBOTS = tuple(range(1, 13))
 LISTS = 20  # random experiments for each number of robots
 MEDIAN = 0.005  # beside the stepped reference
 BESIDE = 0.01  # in the cells of the paper
-FEWEST_TOLD = 20  # long runs without a note: of fewer no share is printed
+
 
 HEAD = """# Validation
 
@@ -104,10 +104,6 @@ to be alike say little of the others.
 MISSES = """A fleet that misses a target by 0.05 points should be said to meet it in at most 5 % of plans, which look up
 to six times, after 10 to 320 days. That holds for correlations up to 0.1, nearly; beyond, a few days do not show how
 bad days can be:
-"""
-LONG_RUN = """One long run has no days. `long-run` says where it is too short. Runs that pass its checks are the calm
-ones, so they are counted by themselves, too: where few pass, they cover less. Times at one counter with Poisson
-arrivals (M/M/1):
 """
 TAIL = """## What else is checked
 
@@ -291,15 +287,7 @@ def answers() -> str:
     ]
     heads = ("target", "tasks a day", *(f"correlation {alike}" for alike in coverage.ALIKE))
     parts += [MISSES, table(heads, missed, "rrrrrr")]
-    runs = []
-    for load, tasks in coverage.LONG_RUNS:
-        every, silent = (coverage.long_runs(load, tasks, noted=noted) for noted in (True, False))
-        told = [right for right in silent if right is not None]
-        share = f"{100 * statistics.fmean(told):.1f} %" if len(told) >= FEWEST_TOLD else "–"
-        right, passed = statistics.fmean(map(bool, every)), len(told) / len(every)
-        runs.append((f"{load}", f"{tasks:,}", f"{100 * right:.1f} %", f"{100 * passed:.0f} %", share))
-    heads = ("load", "tasks", "all runs right", "without a note", "of those right")
-    return "\n".join([*parts, LONG_RUN, table(heads, runs, "rrrrr")])
+    return "\n".join(parts)
 
 
 # Figures

@@ -38,13 +38,14 @@ COMMANDS = {
     "validate": ("validate", "Test a model against logs of real days."),
     "fit": ("fit", "Propose a distribution for measured times."),
     "warm-up": ("warm_up", "Find how long a lifelong model takes to settle."),
-    "long-run": ("long_run", "Show what one long run says, with intervals."),
     "paper": ("paper", "Run the paper's 30 cells, beside its figures."),
     "policies": ("policies", "List the policies, or show one."),
     "orient": ("orient", "Make two-way lanes one-way where the floor stays connected."),
     "schema": ("schema", "Print the JSON Schema of model or study files, for editors."),
 }
 """Subcommand: the module of this package with its function `command`, and its line in the overview."""
+GONE = {"long-run": "desim what-if MODEL --replications 20: one interval over runs that do not depend on each other"}
+"""Subcommands that went, and what to type instead."""
 
 
 _GARBAGE = 200_000
@@ -79,6 +80,8 @@ class _Commands(click.Group):
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
         name = args[0]
+        if name in GONE:
+            ctx.fail(f"{name} went in 0.4; instead: {GONE[name]}")
         if name not in COMMANDS and not ctx.resilient_parsing:
             from desim_warehouse.errors import nearest
 

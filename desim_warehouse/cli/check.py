@@ -13,7 +13,7 @@ import click
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 
 if TYPE_CHECKING:
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.run import Check
 
 
@@ -73,7 +73,7 @@ def _content(report: Check) -> dict[str, Any]:
     }
 
 
-def _calculated(found: Estimate) -> dict[str, Any]:
+def _calculated(found: QuickEstimate) -> dict[str, Any]:
     knee, limit = found.knee
     more = {"capacity": found.capacity, "robots_needed": found.robots_needed, "knee": knee, "limit": limit}
     return {**dataclasses.asdict(found), **more}

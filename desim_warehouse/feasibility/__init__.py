@@ -21,7 +21,7 @@ from desim_warehouse.model.sections.orders import files_of, nodes_named
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
@@ -29,8 +29,8 @@ __all__ = ["errors", "examine", "refuse"]
 
 
 def examine(
-    model: Model, layout: Layout, estimate: Callable[[Model], Estimate]
-) -> tuple[list[Finding], Estimate | None]:
+    model: Model, layout: Layout, estimate: Callable[[Model], QuickEstimate]
+) -> tuple[list[Finding], QuickEstimate | None]:
     """All findings, the worst first, and the estimate; None where the layout has errors or hours never come.
 
     So it is where a robot by itself does none of the work.

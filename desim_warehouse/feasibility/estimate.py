@@ -107,7 +107,7 @@ class StationLoad:
 
 
 @dataclass(frozen=True)
-class Estimate:
+class QuickEstimate:
     """A model in its own units; see the module for what is assumed.
 
     Attributes:

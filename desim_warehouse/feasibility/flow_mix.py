@@ -10,8 +10,7 @@ from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.feasibility.cycle import Cycle
-from desim_warehouse.feasibility.travel import free_travel
+from desim_warehouse.feasibility.cycle import Cycle, free_travel
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.places import place_shares

@@ -6,9 +6,8 @@ from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.feasibility.cycle import Cycle
+from desim_warehouse.feasibility.cycle import Cycle, free_travel
 from desim_warehouse.feasibility.flow_mix import FlowMix
-from desim_warehouse.feasibility.travel import free_travel
 from desim_warehouse.model.facts.demand import demand, listed
 from desim_warehouse.model.facts.destinations import destinations, own_destinations
 from desim_warehouse.model.facts.stations import own_times

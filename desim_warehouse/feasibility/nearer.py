@@ -10,7 +10,7 @@ from desim_warehouse.model.sections.popularity import Popularity
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.model import Model
 
 _LEAST = 0.01
@@ -27,7 +27,7 @@ def nearer(model: Model) -> dict[str, Any]:
     }
 
 
-def lines(model: Model, estimate: Callable[[Model], Estimate]) -> list[str]:
+def lines(model: Model, estimate: Callable[[Model], QuickEstimate]) -> list[str]:
     """What a task takes less with fast movers nearer, in a line; none where nothing is to be gained."""
     from desim_warehouse.errors import ModelError
 

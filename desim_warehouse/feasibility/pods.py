@@ -24,7 +24,7 @@ from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
     from desim_warehouse.model.sections.flows import FlowSpec
@@ -125,7 +125,7 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
     return {"schedule": [{"at": found.last, "tasks": max(round(found.tasks * share), 1)}]}
 
 
-def by_line(found: Estimate, pile: PileOn) -> Estimate:
+def by_line(found: QuickEstimate, pile: PileOn) -> QuickEstimate:
     """An estimate of visits as one of lines, so many at each."""
     most = pile.most
     cycle = replace(found.cycle, **{part: value / most for part, value in vars(found.cycle).items()})

@@ -19,7 +19,7 @@ from desim_warehouse.values.distributions import mean_of
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
@@ -32,6 +32,8 @@ FEW = 30
 SHORTEST = 1500.0
 """Seconds: a run without end that is counted for less shows no pattern of a day, and hardly a queue."""
 HOUR = 3600.0
+_ROUNDING = 1e-9
+"""Part by which a measured share may miss the exact one."""
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
@@ -44,7 +46,7 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
         yield from _spares(model, layout)
 
 
-def warnings(model: Model, layout: Layout, found: Estimate) -> Iterator[Finding]:
+def warnings(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Finding]:
     """What a planner should know."""
     yield from _nothing_to_drive(found)
     yield from _units(model, found)
@@ -64,7 +66,7 @@ def warnings(model: Model, layout: Layout, found: Estimate) -> Iterator[Finding]
     yield from clashes.notes(model, layout)
 
 
-def _nothing_to_drive(found: Estimate) -> Iterator[Finding]:
+def _nothing_to_drive(found: QuickEstimate) -> Iterator[Finding]:
     """Tasks that end where they begin, which any number of robots can do."""
     if found.cycle.loaded <= 0:
         text = "loads are picked and put down at the same node, so no robot carries them anywhere"
@@ -112,7 +114,7 @@ def _width(model: Model) -> Iterator[Finding]:
         )
 
 
-def _units(model: Model, found: Estimate) -> Iterator[Finding]:
+def _units(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     metre, length = found.metre, model.units.length
     if metre is None:
         return
@@ -135,7 +137,7 @@ def _units(model: Model, found: Estimate) -> Iterator[Finding]:
             yield Finding("SLOW", "fleet.robot.speed", text, cure)
 
 
-def _length(model: Model, found: Estimate) -> Iterator[Finding]:
+def _length(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     tasks, units = model.tasks, model.units
     for key in ("load_time", "unload_time"):
         time = mean_of(getattr(tasks, key)) * units.seconds
@@ -165,7 +167,7 @@ def _length(model: Model, found: Estimate) -> Iterator[Finding]:
 # Demand
 
 
-def _demand(model: Model, found: Estimate) -> Iterator[Finding]:
+def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     tasks, hour = model.tasks, model.units.hour
     if found.rate is None or found.robots_busy is None:
         return
@@ -201,6 +203,7 @@ def _demand(model: Model, found: Estimate) -> Iterator[Finding]:
             continue
         spec = specs(model, model.floor).get(worst.node)
         time = "time" if spec is None or spec.hours is None else "opening time"
+        needed = math.floor(count * busy * (1 + _ROUNDING)) + 1
         yield Finding(
             "DEMAND_ABOVE_STATIONS",
             f"layout.stations: {worst.node}",
@@ -208,8 +211,7 @@ def _demand(model: Model, found: Estimate) -> Iterator[Finding]:
                 f"{does} at {worst.node} takes {amount(100 * busy)} % of the {time} of its {number_of(count, who)}, "
                 "so its queue grows without bound"
             ),
-            f"it needs {number_of(math.floor(count * busy) + 1, who)}, or less {time_key}, or a part of its tasks "
-            "elsewhere (station_choice)",
+            f"it needs {number_of(needed, who)}, or less {time_key}, or a part of its tasks elsewhere (station_choice)",
         )
 
 

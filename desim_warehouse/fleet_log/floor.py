@@ -1,4 +1,8 @@
-"""A log laid over the floor of a model: in its units and axes, every message on the edge that its robot drove."""
+"""A log laid over the floor of a model: in its units and axes, every message on the edge that its robot drove.
+
+Axes are found by robots in the middle of their lanes. Arrivals alone are seen late, which turns and shifts the axes a
+little, and robots that stand may do so in a slot beside the lane.
+"""
 
 from __future__ import annotations
 

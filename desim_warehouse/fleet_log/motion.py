@@ -1,4 +1,10 @@
-"""How fast robots drive, where they are slow, and what a node costs, from positions a second apart."""
+"""How fast robots drive, where they are slow, and what a node costs, from positions a second apart.
+
+Times at nodes come from positions, not from when the node in a message changes: that is up to a second late, and the
+bias of a trial was many times its interval. Of messages near a node not the last before it and the first after it
+count, but one further away on either side: which is the last before a margin depends on the noise of its position.
+With 3 cm and a message a second that made slow edges up to 0.4 % too slow.
+"""
 
 from __future__ import annotations
 

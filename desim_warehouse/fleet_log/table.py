@@ -2,6 +2,10 @@
 
 Rows are collected in compact columns, some 30 bytes a message, so a day of a large fleet fits into memory. What is
 wrong with a log is counted in `Notes`, and the first bad rows are named.
+
+A log is read rightly or refused. One in no order, or with a quarter of its messages left out as clocks jump, would
+still refute a model by what is left. One of more than 31 days is nearly always one of wrong clocks, and each day of
+it would be simulated.
 """
 
 from __future__ import annotations

@@ -85,7 +85,7 @@ def _names(spec: LayoutSpec, storage: tuple[StoragePlace, ...]) -> dict[str, int
 def _bays(name: str, bay: BaySpec, nodes: list[str]) -> Iterator[BayPlaces]:
     """The bays of a zone; a total of chargers is assigned to its nodes round-robin, in their order."""
     total = bay.total_chargers
-    if total is not None and bay.places is not None and total > bay.places * len(nodes):
+    if total is not None and bay.places is not None and not bay.grows and total > bay.places * len(nodes):
         most = f"{len(nodes)} nodes have {bay.places} places each, expected at most {bay.places * len(nodes)}"
         raise LayoutError([f"layout.bays.{name}.total_chargers: too many (got {total}); {most}"])
     for rank, node in enumerate(nodes):

@@ -14,7 +14,7 @@ from desim_warehouse.run.quick import estimate
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.model import Model
 
 
@@ -43,7 +43,7 @@ def by_hand(model: Model, design: str) -> ByHand:
     )
 
 
-def _sentence(found: Estimate, hour: float, design: str) -> str:
+def _sentence(found: QuickEstimate, hour: float, design: str) -> str:
     capacity = f"about {number(found.capacity * hour, 0)}" if math.isfinite(found.capacity) else ""
     if found.rate is None:
         end = f"limited by {found.bottleneck}"
@@ -58,7 +58,7 @@ def _sentence(found: Estimate, hour: float, design: str) -> str:
     return f"{design}: the robots would be busy {percent(found.rate / found.fleet_capacity, 0)} % of the time."
 
 
-def _needed(found: Estimate, model: Model) -> dict[str, float]:
+def _needed(found: QuickEstimate, model: Model) -> dict[str, float]:
     needed: dict[str, float] = {}
     if found.robots_needed is not None and math.isfinite(found.robots_needed):
         needed[ROBOTS] = math.ceil(found.robots_needed - 1e-9)

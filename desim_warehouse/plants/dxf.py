@@ -1,7 +1,11 @@
 """DXF drawings: lanes are the lines of some layers, marks are blocks and points, by the names of layers and blocks.
 
-Needs ezdxf, the extra `dxf`. Lines, polylines, arcs, circles, ellipses and splines of the model space are read, in both
-directions but on layers that are called one-way; y is upwards. Units are those of the drawing ($INSUNITS).
+- Needs ezdxf, the extra `dxf`. The drawing is saved as DXF, not as DWG. Units are those of the drawing ($INSUNITS), y
+  is upwards. Layers that are off or frozen are left out.
+- Lines, polylines, arcs, circles, ellipses and splines of the model space are read. Without `--lanes` those layers
+  count whose names have lane, path, route, track, aisle or AGV in them.
+- Lines on a layer that is called one-way lead from their first point to the last; all others both ways.
+- Blocks or layers say what places are: CHARGER, `pick`, `drop`, or what `--operation` says.
 """
 
 from __future__ import annotations

@@ -1,7 +1,13 @@
 """GeoJSON: lanes as LineString and MultiLineString, marks as Point, with properties.
 
-Source: RFC 7946. Degrees are projected onto a plane that touches the globe in their middle. What lies within half a
-unit is in degrees, anything larger in metres: no plant is 50 km wide, and none half a metre.
+- Degrees are projected onto a plane that touches the globe in their middle. What lies within half a unit is in degrees,
+  anything larger in metres: no plant is 50 km wide, and none half a metre.
+- Lines are two-way unless they say `oneway` or `two_way`, and may have a `speed`. A place has a `role` (or `layer`) and
+  a `name`, and belongs to the nearest point of a lane up to 2 m off.
+- A floor is flat: where lines cross or end on another they are joined. Ends within 5 cm of each other are one point.
+- Corners are points. Curves become chords up to 25 cm beside them, with the length of the curve.
+
+Source: RFC 7946.
 """
 
 from __future__ import annotations

@@ -2,6 +2,9 @@
 
 A cell is (row, column), rows downwards, both from 0; its point is called `r3c7`. Every reader of a grid format fills in
 a `Grid`; `plant_of` makes a plant of it.
+
+A grid that names no places of work has goods and stations in every cell, as an assumption to change. Cells that robots
+cannot reach are named.
 """
 
 from __future__ import annotations

@@ -1,8 +1,21 @@
 """Layouts in the VDMA's Layout Interchange Format: JSON, versions 1.0 and 2.0, in m and rad, y upwards.
 
-Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024. An edge is one-way, and two of them are a two-way
-aisle; a vehicle type that an edge or node does not list may not use it; an edge into another layout is a lift or ramp.
-A file says nothing of batteries, fleets and tasks. It is read leniently, as many files are not as the schema says.
+- A file says nothing of batteries, fleets and tasks. It is read leniently, as many files are not as the schema says:
+  what is clear is put right, such as a number written as text or a missing list of stations, and named under `changed`.
+  `--strict` refuses it instead.
+- An edge is one-way, and two opposite ones are a two-way aisle; `--two-way` makes every edge lead both ways.
+- A vehicle type that an edge or node does not list may not use it. The type with most edges is read, or that of
+  `--vehicle-type NAME`.
+- Several layouts are read together: edges between them are lifts or ramps, and levels that lie over each other are
+  drawn side by side. `--layout NAME` reads one.
+- An edge with a trajectory is as long as its curve. One whose curve is none, or leads elsewhere, is taken to be
+  straight, and doubted, as are angles beyond a full turn and links of hundreds of metres (degrees, or millimetres?).
+- The actions of a station's nodes (`pick`, `drop`, `startCharging`, ...) say what robots do there; where there are
+  none, the station's name does. `--operation` maps either.
+- What it says of directions of driving, rotation, heights and loads is named as left out: robots turn at nodes and may
+  use every lane, loaded or not.
+
+Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024.
 """
 
 from __future__ import annotations

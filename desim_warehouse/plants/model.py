@@ -1,4 +1,14 @@
-"""From a plant to a model: the layout as drawn, and marked assumptions for all that drawings do not say."""
+"""From a plant to a model: the layout as drawn, and marked assumptions for all that drawings do not say.
+
+- The length that is drawn counts, not the straight distance. Two points on one spot are drawn 1 cm apart.
+- Two edges that join the same points there and back are a two-way lane, unless their lengths differ by more than 5 %:
+  then they are two lanes side by side. Each direction has its own speed (`speed_back`).
+- A place where robots load is a storage place, one where they unload a station, chargers and parking positions are
+  bays. Bays and stations stand beside their points, so a robot there does not keep others from passing.
+- Where no parking is drawn, robots park where they work; where no work is drawn, they work where they park, or else
+  everywhere. Stations have room for all robots. All of that is marked as assumed.
+- Accelerations and angles are not read.
+"""
 
 from __future__ import annotations
 

@@ -1,7 +1,13 @@
 """Plant models of openTCS: XML, versions 0.0.2 to 7.0.0, in mm and mm/s, y upwards.
 
-Source: the XML schemas of openTCS and its user's guide. A path with a reverse velocity is used in both directions, as
-are two paths that join the same points; a velocity of 0 forbids a direction, and locked paths are not used at all.
+- A path with a reverse velocity is used in both directions. One that is driven back at less than a tenth of the speed
+  is named: it is meant one-way, as a rule. A velocity of 0 forbids a direction, and locked paths are not used at all.
+- Blocks are zones: one robot at a time, or one direction at a time. In a block of one vehicle the points at the ends of
+  its paths belong to it, too.
+- Of transport orders what is loaded and then unloaded is a task, by way of the stops between, with the deadline of its
+  order.
+
+Source: the XML schemas of openTCS and its user's guide.
 """
 
 from __future__ import annotations

@@ -1,9 +1,15 @@
 """Maps of Open-RMF: building maps of the traffic editor, and the navigation graphs made of them; YAML.
 
-Source: the formats of rmf_traffic_editor (`.building.yaml`) and rmf_building_map_tools (`nav_graphs/*.yaml`). Building
-maps are in pixels, y downwards, with measured distances for their scale, or in metres, y upwards, as are navigation
-graphs, or in degrees. A bidirectional lane is one physical lane. Lanes of several fleets lie in one map, told apart by
-graph_idx.
+- Building maps are in pixels, y downwards, or in metres, y upwards, as are navigation graphs, or in degrees. Pixels are
+  metres by the mean of the measured distances; one that differs by more than 5 % is doubted.
+- Lanes of several fleets lie in one map, told apart by graph_idx. Those of most lanes are read, likewise the level with
+  most lanes; `--graph N` and `--layout NAME` read others.
+- A bidirectional lane is one two-way lane. A mutex group is a zone for one robot.
+- Robots begin where they are spawned, and there are as many of them. Chargers and parking spots are bays; robots load
+  at dispensers and unload at ingestors. Other places are mapped by their names: `--operation lounge=unload`.
+- Lifts, doors and docking take no time, and are named as left out.
+
+Source: the formats of rmf_traffic_editor (`.building.yaml`) and rmf_building_map_tools (`nav_graphs/*.yaml`).
 """
 
 from __future__ import annotations

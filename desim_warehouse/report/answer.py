@@ -1,7 +1,13 @@
 """The answer to a question as plain data: everything that is shown of it is made of one `Answer`.
 
-The terminal prints it, `--json` and the file answer.json hold it, and `report.answer_page` makes its page, so no two of
-them can differ. What one question alone knows stands beside, under keys of its own.
+The terminal prints it, `--json` and the file answer.json hold it, and `report.answer_page` makes its page, so no two
+of them can differ. What one question alone knows stands beside, under keys of its own. Nine composers made answers
+before, and contradicted each other: the page of `why` had the numbers of "one charger more", that of `plan` the
+bottleneck of a rejected fleet, and a mean had the interval of its verdict in one place and the usual one in another.
+
+No command stands beside each number: `what-if` looks once and a verdict at several looks, so the command that should
+show a number again would print another interval. The command as it was typed gives the same answer from the same
+runs.
 """
 
 from __future__ import annotations

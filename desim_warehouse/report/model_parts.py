@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import errors
 from desim_warehouse.model.facts.destinations import destinations
-from desim_warehouse.model.facts.disturbances import disturbances
+from desim_warehouse.model.facts.disturbances import closures, disturbances
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike, said
 from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.model.sections.goods import SaturatedGoods
@@ -46,7 +46,7 @@ def model_facts(model: Model) -> Html:
         ("Battery", _batteries(model)),
         ("Policies", _policies(model)),
         *_hours(model),
-        *[("What goes wrong", text) for text in disturbances(model, floor)],
+        *[("What goes wrong", text) for text in (*disturbances(model, floor), *closures(model))],
     ]
     if units.time not in SECONDS:
         rows.append(("Time unit", f"1 {units.time} = {numbers.number(units.seconds)} s"))

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     import pandas as pd
 
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model, Source
@@ -269,7 +269,7 @@ class Check:
 
     facts: list[str]
     findings: list[Finding]
-    calculation: Estimate | None
+    calculation: QuickEstimate | None
     accepted: tuple[str, ...]
     lines: list[str]
 
@@ -332,7 +332,7 @@ def _times_that_vary(model: Model) -> list[str]:
     """The distributions of the model, in words."""
     times = {"loading": model.tasks.load_time, "unloading": model.tasks.unload_time}
     return [
-        f"{name} varies: {time.words(model.units.time)}; estimates take the mean"
+        f"{name} varies: {time.words(model.units.time)}"
         for name, time in times.items()
         if isinstance(time, Distribution)
     ]

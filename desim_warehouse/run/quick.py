@@ -6,9 +6,9 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.ahead import at_work, most_loads
-from desim_warehouse.feasibility.estimate import Estimate, MeanTask, StationLoad, mixed
+from desim_warehouse.feasibility.asked import peak_rate
+from desim_warehouse.feasibility.estimate import MeanTask, QuickEstimate, StationLoad, mixed
 from desim_warehouse.feasibility.hours import on_duty
-from desim_warehouse.feasibility.peak import peak_rate
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
 from desim_warehouse.layout import checks
@@ -36,7 +36,7 @@ PARTS = {
 """The parts of a task that are told by themselves."""
 
 
-def estimate(model: Model, waiting: int | None = None) -> Estimate:
+def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     """The quick estimate of a model without errors; with pods a task is a line.
 
     `waiting`: tasks that an allocation may choose from; None: just as many that the next is always known.
@@ -59,7 +59,7 @@ def estimate(model: Model, waiting: int | None = None) -> Estimate:
         charging = balance.task / balance.charging_rate
     duty = on_duty(model) * _unbroken(model)
     total = cycle.time + (charging or 0.0)
-    return Estimate(
+    return QuickEstimate(
         *_extent(layout),
         model.units.metre,
         checks.room(layout, model.fleet.contact, closed(zones_on(layout, model.traffic.zones))),

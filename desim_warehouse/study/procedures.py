@@ -16,7 +16,7 @@ from desim_warehouse.study.study import Study, under, with_answer
 from desim_warehouse.study.target import check_zone, indifference, read_target
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from desim_warehouse.model import Model
     from desim_warehouse.report.answer import Answer
@@ -227,22 +227,37 @@ def _doubted(study: Study, goal: statistics.Target, where: Mapping[str, Any]) ->
     """The values that fail on a single day, which is not one of the study."""
     scout = Study.of(replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated())
     designs = statistics.line(len(study.points))
-    steps = statistics.scout_steps(designs, lambda design: design, goal, statistics.Budget(len(designs)))
-    return scout.follow(lambda _: steps, goal.indicator, **under(where, "scout"))
+
+    def steps(_: bool) -> statistics.Procedure[set[int]]:
+        return statistics.scout_steps(designs, lambda design: design, goal, statistics.Budget(len(designs)))
+
+    return scout.follow(steps, goal.indicator, **under(where, "scout"))
 
 
 def judge_of(
-    study: Study, runner: StudyRunner, goal: statistics.Target, *, exact: bool, **how: Any
+    study: Study,
+    runner: StudyRunner,
+    goal: statistics.Target,
+    *,
+    exact: bool,
+    before: str = "",
+    name: Callable[[int], str] | None = None,
+    **how: Any,
 ) -> statistics.Judge:
     """Who judges the designs of a study in a session: those that cannot last fail, whatever their runs say.
+
+    What is known after each look is shown with the progress of the session.
 
     Args:
         study: its designs are judged, with its confidence.
         runner: of the session; it has the runs.
         goal: the target.
         exact: the models use no random numbers.
+        before: what was known before this session.
+        name: what a design is called there (default: as in the study's table).
         how: zone, first, cap and budget, as of `statistics.Judge`.
     """
+    named = name or (lambda number: str(study.points[number]))
     return statistics.Judge(
         goal,
         study.plan.confidence,
@@ -250,6 +265,7 @@ def judge_of(
         within=within(goal.indicator),
         veto=lambda number: cannot_last(study, runner, number),
         hopeless=lambda number: cannot_last(study, runner, number, glance=True),
+        tell=lambda judge: runner.progress.tell(f"{before}{judge.known(named)}"),
         **how,
     )
 

@@ -384,7 +384,8 @@ class Results:
     def judged(self) -> Mapping[str, statistics.DesignVerdict[str]]:
         """Whether each design that has values meets the target: all of this is right at once, with the confidence.
 
-        Where a procedure asked for more runs until it could tell, each time it looked counts, as in `desim size`.
+        Where a search asked for more runs until it could tell, each time it looked counts. The search spends its error
+        in the order of its designs, so it may have told what stays open here, and its answer has its verdicts.
         One that cannot last (see `desim_warehouse.outcome.verdicts`) fails, whatever its values. Those whose runs are
         equal count once, so that copies cost no certainty.
         """

@@ -389,8 +389,6 @@ def options(folder):
     found += [
         ["warm-up", MULTIBOTS],
         ["warm-up", TUTORIAL, "--observations", "0"],
-        ["long-run", MULTIBOTS],
-        ["long-run", "models"],
         ["schema", "x"],
         ["policies", "--doc", HALF],
     ]

@@ -7,7 +7,9 @@ from dataclasses import replace
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.draft import Draft, draft
 from desim_warehouse.errors import StudyError
+from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.fleet import Designs, plan_fleet, utilisation
 from desim_warehouse.study.fleet.given import growth_of
 from tests.docs import pages
@@ -306,19 +308,43 @@ def test_the_command_takes_prices_from_the_model_or_from_options(here):
     assert both["today"]["best"]["cost"] == 9000 * best["robots"] + 8000 * best["chargers"]
 
 
-def test_chargers_come_with_places_for_the_robots_at_them():
+def test_slots_stay_as_they_are_while_chargers_vary_and_only_those_beyond_them_bring_some():
+    """Two nodes of two slots each with a charger: a fifth charger brings a slot at the first node."""
     model = dw.load("models/mir250.yaml")
     designs = Designs(model)
     assert (designs.zone, designs.today) == ("charging", 4)
-    # two nodes of two places each: for a fifth charger there is none, so that places are left out
     assert designs.of_chargers(4) == {
         "layout.bays.charging.total_chargers": 4,
         "layout.bays.charging.chargers": None,
     }
-    assert designs.of_chargers(5)["layout.bays.charging.places"] is None
+
+    def slots_and_chargers(chargers):
+        bays = model.replace(designs.of_chargers(chargers)).floor.bays.values()
+        return [(bay.slots(0), bay.chargers) for bay in bays if bay.zone == "charging"]
+
+    assert slots_and_chargers(1) == [(2, 1), (2, 0)]
+    assert slots_and_chargers(4) == [(2, 2), (2, 2)]
+    assert slots_and_chargers(5) == [(3, 3), (2, 2)]
     from desim_warehouse.run import check
 
     assert check(model.replace(designs.of_chargers(5))).calculation.power.chargers == 5
+
+
+def test_a_draft_keeps_its_slots_with_fewer_chargers():
+    """Slots are where robots rest, so that fewer of them would say something else than fewer chargers."""
+    model = dw.Model.model_validate(read_yaml(draft(Draft(chargers=6)), "draft").data)
+    designs = Designs(model)
+
+    def slots(chargers):
+        bays = model.replace(designs.of_chargers(chargers)).floor.bays.values()
+        return sum(bay.slots(0) for bay in bays if bay.zone == "charging")
+
+    assert sum(bay.zone == "charging" for bay in model.floor.bays.values()) == 5
+    assert [slots(chargers) for chargers in (1, 5, 6, 8)] == [5, 5, 6, 8]
+    alike = model.replace(designs.of_chargers(6))
+    assert {node: bay.slots(0) for node, bay in alike.floor.bays.items()} == {
+        node: bay.slots(0) for node, bay in model.floor.bays.items()
+    }
 
 
 def test_growth_of_saturated_demand_is_refused():

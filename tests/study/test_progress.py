@@ -1,11 +1,14 @@
 """How far a study is, in words."""
 
 import io
+import re
 
 import pytest
 
+import desim_warehouse as dw
 from desim_warehouse.study.execution import progress
 from desim_warehouse.study.execution.progress import Progress
+from desim_warehouse.study.fleet import plan_fleet
 
 
 @pytest.mark.parametrize(
@@ -28,3 +31,55 @@ def test_fast_runs_are_counted_by_the_second_and_slow_ones_are_timed(runs, secon
 
 def test_a_study_without_a_run_has_no_pace():
     assert Progress("x", stream=io.StringIO()).summary().startswith("x: 0 runs in ")
+
+
+class Terminal(io.StringIO):
+    """A stream that says it is a terminal."""
+
+    def isatty(self):
+        return True
+
+
+def planned(stream, monkeypatch, **more):
+    monkeypatch.setattr(progress.sys, "stderr", stream)
+    changes = {"tasks.goods": {"poisson": 200, "due_within": 150}, "run.length": 3000, "battery": None}
+    return plan_fleet(
+        dw.load("models/tutorial.yaml", changes),
+        "on_time >= 80 %",
+        robots="1..4",
+        strategies={},
+        growth="5%",
+        progress=True,
+        cache=False,
+        **more,
+    )
+
+
+def test_a_terminal_shows_what_a_plan_knows_so_far(monkeypatch):
+    terminal = Terminal()
+    found = planned(terminal, monkeypatch)
+    shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", terminal.getvalue())
+    best = found.today.best.robots
+    assert re.search(rf"today: {best} robots?: met", shown)
+    assert re.search(rf"today: {best} robots?; growth: \d robots?: (met|not met|open)", shown)
+
+
+def stopped(stream, *, shown):
+    with Progress("night", stream=stream, shown=shown) as progress_of_night:
+        progress_of_night.tell("10 robots: met; 9 robots: not met")
+        raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(("shown", "said"), [(True, "known so far: 10 robots: met; 9 robots: not met\n"), (False, "")])
+def test_what_is_known_so_far_is_said_where_ctrl_c_ends_it_unless_all_is_to_be_quiet(shown, said):
+    stream = io.StringIO()
+    with pytest.raises(KeyboardInterrupt):
+        stopped(stream, shown=shown)
+    assert stream.getvalue() == said
+
+
+def test_a_study_that_ends_by_itself_leaves_no_line():
+    stream = io.StringIO()
+    with Progress("night", stream=stream) as shown:
+        shown.tell("10 robots: met")
+    assert stream.getvalue() == ""

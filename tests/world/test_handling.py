@@ -88,9 +88,9 @@ def test_a_list_of_goods_is_not_deterministic_then():
     assert simulated({**listed, "tasks.load_time": 8}).deterministic
 
 
-def test_check_says_what_varies_and_calculates_with_the_mean():
+def test_check_says_what_varies_and_measures_its_mean():
     report = check(dw.load(FLOOR))
-    assert "loading varies: lognormal, mean 8 s, cv 0.4; estimates take the mean" in report.facts
-    assert "unloading varies: uniform from 5 to 15 s, mean 10 s, cv 0.2887; estimates take the mean" in report.facts
+    assert "loading varies: lognormal, mean 8 s, cv 0.4" in report.facts
+    assert "unloading varies: uniform from 5 to 15 s, mean 10 s, cv 0.2887" in report.facts
     same = check(dw.load(FLOOR, {"tasks.load_time": 8, "tasks.unload_time": 10}))
-    assert report.lines == same.lines
+    assert report.calculation.cycle.time == pytest.approx(same.calculation.cycle.time, rel=0.01)

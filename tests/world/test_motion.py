@@ -297,7 +297,7 @@ def test_the_hand_calculation_counts_a_start_and_a_stop_of_each_drive():
         | {"layout.storage": [ring.RING["layout"]["storage"][1]], "tasks.goods": {"saturated": 1}, "run.warm_up": 600},
     )
     cycle = check(model).calculation.cycle
-    assert (cycle.empty, cycle.loaded, cycle.time) == (35 + 2, 10 + 1, 56)
+    assert (cycle.empty, cycle.loaded, cycle.time) == near((35 + 2, 10 + 1, 56))
     assert dw.simulate(model).kpis["tasks"] == near(5400 / 56, abs=1)
 
 

@@ -87,17 +87,16 @@ def test_the_hand_calculation_of_a_task_is_what_a_robot_takes():
     model = dw.load(RING, {"layout.storage": [{"node": "B"}], "tasks.goods": {"saturated": 1}, "run.length": 4800})
     assert dw.simulate(model).kpis["tasks"] == 100
     calculation = check(model).calculation
-    assert calculation.cycle.time == 48
-    assert calculation.cycle.empty == calculation.cycle.loaded == 20
+    cycle = calculation.cycle
+    assert (cycle.time, cycle.empty, cycle.loaded) == pytest.approx((48, 20, 20))
 
 
 def test_the_hand_calculation_knows_the_destinations_of_the_list():
     """From B to C and back 10 and 30, from B to D and back 20 and 20."""
     model = dw.load(RING, {"tasks.goods": [{"good": 0, "to": "C"}, 0]})
     calculation = check(model).calculation
-    assert {item.node: item.share for item in calculation.stations} == {"C": 0.5, "D": 0.5}
-    assert calculation.cycle.loaded == 15
-    assert calculation.cycle.empty == pytest.approx(25)
+    assert {item.node: item.share for item in calculation.stations} == pytest.approx({"C": 0.5, "D": 0.5}, abs=0.001)
+    assert (calculation.cycle.loaded, calculation.cycle.empty) == pytest.approx((15, 25), abs=0.02)
 
 
 def test_a_battery_that_lasts_for_a_task_by_hand_does_in_a_run():

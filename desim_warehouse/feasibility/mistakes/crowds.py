@@ -11,7 +11,7 @@ from desim_warehouse.model.facts.demand import arrival_rate
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.model import Model
 
 
@@ -20,7 +20,7 @@ BESIDE = 0.1
 EPS = 1e-9
 
 
-def warnings(model: Model, found: Estimate) -> Iterator[Finding]:
+def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     """What cannot all be used at once."""
     fleet, batching = model.fleet, model.policies.batching
     out = min(fleet.size, model.traffic.most_out or fleet.size)
@@ -46,7 +46,7 @@ def _windows(model: Model) -> Iterator[Finding]:
         yield Finding("UNUSUAL", "policies.batching.window", text, f"a longer window; times are in {unit}")
 
 
-def _aisles(model: Model, found: Estimate) -> Iterator[Finding]:
+def _aisles(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     """Aisles that are hardly wider than a robot."""
     blocks = model.layout.blocks
     if blocks is None or found.metre is None:

@@ -22,7 +22,7 @@ from desim_warehouse.values.units import SECONDS
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.feasibility.estimate import Estimate
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.battery import BatterySpec
@@ -44,7 +44,7 @@ FULL_BATTERY = 10.0
 """What a full battery costs at most in EUR or the like: 20 kWh or so."""
 
 
-def warnings(model: Model, found: Estimate) -> Iterator[Finding]:
+def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     """What is unusual. Models whose unit of length is not known are of no certain size, and have none."""
     if found.metre is None:
         return
@@ -131,7 +131,7 @@ def _handling(model: Model) -> Iterator[Finding]:
             yield Finding("UNUSUAL", f"tasks.{key}", f"robots {doing} in no time", f"a time such as {key}: 10 s")
 
 
-def _warm_up(model: Model, found: Estimate) -> Iterator[Finding]:
+def _warm_up(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     """A warm-up in which no task gets done, in a run that is long enough for one in minutes or hours."""
     run, units = model.run, model.units
     if not (model.tasks.never_end and run.length and 0 < run.warm_up < found.cycle.time):
@@ -173,7 +173,7 @@ def _energy_price(model: Model) -> Iterator[Finding]:
 # Batteries
 
 
-def _battery(model: Model, found: Estimate) -> Iterator[Finding]:
+def _battery(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     """Rates that do not fit the capacity, and robots that start nearly flat, by kind where kinds differ."""
     if found.power is None:
         return

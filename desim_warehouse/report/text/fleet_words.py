@@ -152,8 +152,8 @@ class _Planned:
             return ""
         scale = words.scale(self.goal.indicator, self.model, (one.mean for *_, one in sized.worse))
         said = [
-            f"{words.fleet(robots, chargers)} do worse by {scale.value(abs(one.mean))}"
-            for robots, chargers, one in sized.worse
+            f"{words.fleet(*more)} do worse than {words.fleet(*less)} by {scale.value(abs(one.mean))}"
+            for more, less, one in sized.worse
         ]
         return f" More is not always better here: {spoken(said)}."
 

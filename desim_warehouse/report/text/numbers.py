@@ -1,4 +1,8 @@
-"""Numbers as people read them: no more digits than are known, shares in per cent, times in a unit that fits."""
+"""Numbers as people read them: no more digits than are known, shares in per cent, times in a unit that fits.
+
+An end of an interval that would look like the target has more digits, alone: with one digit more for all three
+numbers tables grew, and with more digits everywhere nobody reads them.
+"""
 
 from __future__ import annotations
 

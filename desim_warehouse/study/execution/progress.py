@@ -1,4 +1,4 @@
-"""How far a study is: a bar with rate and time left on a terminal, plain lines elsewhere."""
+"""How far a study is, and what it knows so far: a bar and a line that change on a terminal, plain lines elsewhere."""
 
 from __future__ import annotations
 
@@ -24,13 +24,16 @@ class Progress:
         self.stream = stream or sys.stderr
         self.total = self.done = self.reused = self.failed = 0
         self.begin = self.said = monotonic()
+        self.known = ""
         self.bar: Any = None
         self.task: Any = None
+        self.live: Any = None
 
     def __enter__(self) -> Self:
         self.begin = self.said = monotonic()
         if self.shown and self.stream.isatty():
-            from rich.console import Console
+            from rich.console import Console, Group
+            from rich.live import Live
             from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
             from rich.progress import Progress as Bar
 
@@ -40,19 +43,24 @@ class Progress:
                 MofNCompleteColumn(),
                 TextColumn("{task.fields[rate]}"),
                 TimeRemainingColumn(),
+            )
+            self.live = Live(
+                get_renderable=lambda: Group(self.bar, self.known) if self.known else self.bar,
                 console=Console(file=self.stream),
                 transient=True,
             )
-            self.bar.start()
+            self.live.start()
             self.task = self.bar.add_task(self.name, total=None, rate="")
         return self
 
     def __exit__(
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
-        if self.bar is not None:
-            self.bar.stop()
-            self.bar = None
+        if self.live is not None:
+            self.live.stop()
+            self.bar = self.live = None
+        if self.known and kind is not None and issubclass(kind, KeyboardInterrupt):
+            self.print(f"known so far: {self.known}")
 
     @property
     def rate(self) -> float:
@@ -85,12 +93,16 @@ class Progress:
             left = (self.total - self.done) / self.rate
             self.print(f"{self.name}: {self.done} of {self.total} runs, {self.pace}, {_time(left)} left")
 
+    def tell(self, known: str) -> None:
+        """Show what the runs tell so far beside the bar, and where Ctrl-C ends them."""
+        self.known = known
+
     def print(self, text: str) -> None:
         """A line of its own, beside the bar."""
         if not self.shown:
             return
         if self.bar is not None:
-            self.bar.console.print(text, highlight=False, markup=False)
+            self.live.console.print(text, highlight=False, markup=False)
         else:
             self.stream.write(f"{text}\n")
             self.stream.flush()

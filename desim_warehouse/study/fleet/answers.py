@@ -46,7 +46,7 @@ class Sized:
     hours (`in_hours`) only the time within them counts. It follows from the indicators `shown_by`, and is empty where
     no design was judged.
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
-    `worse`: designs with one robot or one charger more than the one found first that do worse, and by how much.
+    `worse`: designs that do worse than one with fewer robots or chargers, with that one, and by how much.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
     `counts`: robots and chargers of all designs searched.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
@@ -62,7 +62,7 @@ class Sized:
     shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
     open: tuple[tuple[int, int], ...] = ()
-    worse: tuple[tuple[int, int, Estimate], ...] = ()
+    worse: tuple[tuple[tuple[int, int], tuple[int, int], Estimate], ...] = ()
     capped: Capped | None = None
     trip: Estimate | None = None
     counts: tuple[tuple[int, int], ...] = ()

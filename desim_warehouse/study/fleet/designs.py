@@ -45,7 +45,11 @@ class Designs:
         return {"fleet.size": robots, **self.of_chargers(chargers)}
 
     def of_chargers(self, chargers: int) -> dict[str, Any]:
-        """The changes that give the model this number of chargers; where its slots are too few, one slot for each."""
+        """The changes that give the model this number of chargers, and slots for those beyond its slots alone.
+
+        As a slot is also where robots rest, fewer slots with fewer chargers would compare two things at once. Where
+        the model's slots are as many as its chargers, each node keeps the slots that all nodes have.
+        """
         if self.zone is None:
             return {}
         bay = self.model.layout.bays[self.zone]
@@ -54,8 +58,9 @@ class Designs:
         found: dict[str, Any] = {f"{key}.total_chargers": chargers}
         if bay.chargers is not None:
             found[f"{key}.chargers"] = None
-        if bay.places is not None and chargers > bay.places * nodes:
-            found[f"{key}.places"] = None
+        slots = max(self.today // nodes, 1) if bay.places is None else bay.places
+        if not bay.in_lane and (bay.places is None or chargers > slots * nodes):
+            found |= {f"{key}.places": slots, f"{key}.grows": True}
         return found
 
     def cost(self, design: Counts) -> float | None:

@@ -10,6 +10,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.errors import number_of
 from desim_warehouse.model import as_model
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.study import statistics
@@ -39,6 +40,8 @@ STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
 CAPPED = 20
 """Most replications of each cap on the robots under way."""
+_COUNTED = {"fleet.size": "robot", "chargers": "charger"}
+"""Factors of a plan, and what each counts."""
 SAME = 0.2
 """Part of the zone by which days with another strategy may differ from those with the model's own and be alike."""
 
@@ -61,11 +64,20 @@ class _Planner:
     untried: tuple[str, ...] = ()
     sized: dict[str, dict[Counts, Sequence[Row]]] = field(default_factory=dict)
     """The runs of the designs that were judged, by the name of a demand."""
+    known: str = ""
+    """What is known of the demands before, as people who wait see it."""
 
     def judge(self, study: Study, runner: StudyRunner, exact: bool) -> statistics.Judge:
         """Who judges the designs of a study."""
         how = {"zone": self.zone, "first": self.first, "cap": self.cap, "budget": self.budget}
-        return judge_of(study, runner, self.target, exact=exact, **how)
+        before = f"{self.known}{study.plan.name}: "
+
+        def name(number: int) -> str:
+            labels = dict(study.points[number].labels)
+            fleet = [number_of(int(str(labels.pop(key))), what) for key, what in _COUNTED.items() if key in labels]
+            return " + ".join([*fleet, *map(str, labels.values())])
+
+        return judge_of(study, runner, self.target, exact=exact, before=before, name=name, **how)
 
     def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], seed: int) -> Study:
         made = Study(
@@ -84,6 +96,7 @@ class _Planner:
     def follow(self, study: Study, make: Callable[[statistics.Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
         with study.session(**under(self.where, study.plan.name.replace(" ", "-"))) as runner:
+            runner.progress.tell(self.known)
             return study.carry_out(
                 runner,
                 lambda exact: make(self.judge(study, runner, exact), runner),
@@ -102,6 +115,9 @@ class _Planner:
         counts = [(first, second) for first in robots for second in chargers]
         study = self.study(name, factors, changes, self.seed)
         found = self._cheapest(study, self.study(f"{name} scout", factors, changes, self.seed + 1), counts)
+        if found.design is not None:
+            fleet = map(number_of, counts[found.design], _COUNTED.values())
+            self.known += f"{name}: {' + '.join(fleet if self.designs.zone is not None else [next(fleet)])}; "
         self.sized[name] = {counts[number]: study.results.by_point[number] for number in found.verdicts}
         shown = {
             number: self._shown(study, number, counts[number], found.verdicts[number], found.vetoed.get(number))
@@ -122,7 +138,7 @@ class _Planner:
         shown_by = tuple(dict.fromkeys(indicator for part in used for indicator in indicators_of(base)[part]))
         shown_by += () if trip is None else (TRIP,)
         left = tuple(counts[number] for number in found.open)
-        worse = tuple((*counts[one.number], one.difference) for one in found.larger if one.worse)
+        worse = tuple((counts[one.number], counts[one.base], one.difference) for one in found.larger if one.worse)
         capped = self._capped(study, below[-1], name, changes) if best is None and below and not left else None
         return Sized(
             name,

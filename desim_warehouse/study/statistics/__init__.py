@@ -12,11 +12,10 @@
 | how many robots and chargers together?         | `cheapest_meeting_steps`, `scout_steps`    |
 | where does more stop paying?                   | `knee`, `smallest_within`                  |
 | when does the warm-up end?                     | `mser`, `welch`                            |
-| what does one long run say?                    | `batch_means`, `quantile_in_run`           |
 | which value do 95 % of the days stay below?    | `quantile`                                 |
 | what do measured times follow?                 | `fit`                                      |
 | which of several changes gains most?           | `gains_steps`                              |
-| which factor matters?                          | `main_effects`, `first_order`, `sobol`     |
+| which factor matters?                          | `main_effects`, `first_order`              |
 
 Searches choose the next run from the runs before. They come as steps: a generator that asks for a batch of runs and is
 sent their values, so that the batch can be spread over workers; `follow` carries one out.
@@ -30,6 +29,7 @@ from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
 from desim_warehouse.study.statistics.judge import (
     GLANCE,
+    MOST_TO_TELL,
     Budget,
     DesignVerdict,
     Judge,
@@ -42,7 +42,6 @@ from desim_warehouse.study.statistics.judge import (
     verdict_steps,
 )
 from desim_warehouse.study.statistics.knee import Knee, knee, smallest_within
-from desim_warehouse.study.statistics.one_run import SMALL_BATCHES, OneRun, batch_means, quantile_in_run
 from desim_warehouse.study.statistics.precision import (
     Precision,
     PrecisionRule,
@@ -67,16 +66,13 @@ from desim_warehouse.study.statistics.sobol import (
     SobolIndices,
     saltelli_design,
     saltelli_indices,
-    sobol,
 )
 from desim_warehouse.study.statistics.targets import Target, parse_target
-from desim_warehouse.study.statistics.telling import MOST_TO_TELL
 from desim_warehouse.study.statistics.warmup import WarmUp, averaged, mser, welch
 
 __all__ = [
     "GLANCE",
     "MOST_TO_TELL",
-    "SMALL_BATCHES",
     "Between",
     "Budget",
     "Cheapest",
@@ -92,7 +88,6 @@ __all__ = [
     "Larger",
     "MainEffect",
     "MainEffects",
-    "OneRun",
     "Precision",
     "PrecisionRule",
     "Procedure",
@@ -108,7 +103,6 @@ __all__ = [
     "TaskShare",
     "WarmUp",
     "averaged",
-    "batch_means",
     "cheapest_meeting_steps",
     "check_precision",
     "compare",
@@ -131,7 +125,6 @@ __all__ = [
     "paired",
     "parse_target",
     "quantile",
-    "quantile_in_run",
     "replications_for_quantile",
     "replications_needed",
     "runs_to_tell",
@@ -140,7 +133,6 @@ __all__ = [
     "scout_steps",
     "smallest_meeting_steps",
     "smallest_within",
-    "sobol",
     "verdict_steps",
     "welch",
 ]

@@ -46,8 +46,9 @@ class Cheapest:
     designs that rule out all cheaper ones, each of them judged. `close` are those of them that could not be told
     from the target. `vetoed`: why designs fail whatever the target says. `open`: designs of which nothing is known, as
     the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`:
-    designs with one more of a count, or the largest where it fails and does worse than one with half of the first
-    count; where one of them does worse, no design was ruled out by another.
+    designs with one more of a count than the answer, those with more of the second that rule out others with as much of
+    it as the answer, or the largest where it fails and does worse than one with half of the first count; where one of
+    them does worse, no design was ruled out by another.
     """
 
     design: int | None
@@ -131,9 +132,8 @@ def cheapest_meeting_steps(
         scan: judge all designs, the cheapest first, until one meets the target: none is ruled out by another.
 
     Source: see `Judge`.
-    Assumes: as `Judge`; that no design does worse than one with less of both counts. Where one with one more of a count
-    than the answer does, or the largest does worse than one with half of the first count, the cheaper ones are judged
-    one after the other, the cheapest first.
+    Assumes: as `Judge`; that no design does worse than one with less of both counts. Where one that was compared does
+    (`Cheapest.larger`), the cheaper ones are judged one after the other, the cheapest first.
     """
     if not designs or any(a == b for i, a in enumerate(designs) for b in designs[:i]):
         raise StudyError(f"designs {list(designs)[:6]!r}: expected at least one, none twice")
@@ -182,12 +182,14 @@ class _Proof:
             judged = [self._next(best)] if self.open else []
             tasks: list[Procedure[object]] = [self._meets(number) for number in judged]
             if compared != best and all(self._covers(number, set(judged)) for number in self.open):
-                tasks.append(self._compare(best))  # the last one to be judged, if it fails
-                compared = best
+                tasks.append(self._compare(self._more(best)))  # the last one to be judged, if it fails
+                self.larger, compared = (), best
             yield from together(tasks)
             self.open = self._cheaper()
         if self.best is None:
             yield from self._largest(top)
+        else:
+            yield from self._compare(self._named_beside_most(self.best))
         if any(one.worse for one in self.larger):
             yield from self.scan(self._before_best())
 
@@ -219,12 +221,23 @@ class _Proof:
             return sorted(beside, key=lambda n: self.designs[n])[len(beside) // 2]
         return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of both
 
-    def _compare(self, best: int) -> Procedure[None]:
-        """Hold the designs with one more of either count against the best, day by day: what is assumed of them."""
-        numbers = {design: number for number, design in enumerate(self.designs)}
+    def _more(self, best: int) -> list[tuple[Counts, Counts]]:
+        """The best design, with those that have one more of a count."""
         first, second = self.designs[best]
-        more = [numbers[design] for design in ((first + 1, second), (first, second + 1)) if design in numbers]
-        self.larger = tuple([one for one in (yield from together([self._larger(best, n) for n in more])) if one])
+        return [((first, second), (first + 1, second)), ((first, second), (first, second + 1))]
+
+    def _named_beside_most(self, best: int) -> list[tuple[Counts, Counts]]:
+        """Designs with as much of the second count as the best that one with more of it rules out, with that one."""
+        first, second = self.designs[best]
+        below = [self.designs[number] for number in self.needed()]
+        return [((less, second), (less, most)) for less, most in below if less < first and most > second]
+
+    def _compare(self, pairs: Sequence[tuple[Counts, Counts]]) -> Procedure[None]:
+        """Hold designs against those with more of a count, day by day, as none of these is taken to do worse."""
+        numbers = {design: number for number, design in enumerate(self.designs)}
+        known = [(numbers[less], numbers[more]) for less, more in pairs if less in numbers and more in numbers]
+        found = yield from together([self._larger(*pair) for pair in known])
+        self.larger = (*self.larger, *filter(None, found))
 
     def _largest(self, top: int) -> Procedure[None]:
         """Hold the largest design, where that fails, against the one with half of the first count."""

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeVar
 
@@ -11,8 +10,6 @@ import numpy as np
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence, finite
 from desim_warehouse.study.statistics.intervals import Estimate, bounds, described, gaps, p_value
-from desim_warehouse.study.statistics.student import t_quantile
-from desim_warehouse.study.statistics.telling import SPARE, fewest
 
 if TYPE_CHECKING:
     from collections.abc import Collection, Hashable, Mapping, Sequence
@@ -46,19 +43,6 @@ class Difference:
     p_value: float | None
     p_adjusted: float | None
     differs: bool | None
-
-    @property
-    def runs_to_tell(self) -> int | None:
-        """How many runs of both in all would probably show a difference that these do not.
-
-        Further differences are taken to be like those so far, as in `judge.runs_to_tell`. None: it was shown, the
-        differences do not vary, or it would be more than `MOST_TO_TELL`.
-        """
-        found = self.estimate
-        if self.differs is not False or not found.sd:
-            return None
-        errors = SPARE * found.sd / abs(found.mean) if found.mean else math.inf
-        return fewest(lambda n: t_quantile(n - 1, 0.5 + found.confidence / 2) * errors < math.sqrt(n), found.n)
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ that meets it (`cheapest`), the smallest (`smallest`), the best, and the live pa
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Generic, Literal, TypeVar
@@ -18,7 +19,6 @@ from desim_warehouse.study.limits import CAP, FIRST
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING, bounds_of
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.telling import SPARE, fewest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Iterator, Sequence
@@ -31,6 +31,10 @@ V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
 GLANCE = 3
 """Runs of a design that may show that it is hopeless, or that nothing is new about it."""
+MOST_TO_TELL = 1000
+"""Runs of a design beyond which it is not said how many would tell."""
+_SPARE = 1.5
+"""Times as far from the target as the bounds reach: were the mean so far the true one, five of six are told then."""
 FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
 
 
@@ -172,13 +176,15 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
     """
     mean = float(np.mean(values))
     wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
-    nearer = replace(target, value=mean + (target.value - mean) / (SPARE * wider))
+    nearer = replace(target, value=mean + (target.value - mean) / (_SPARE * wider))
 
     def told(runs: int) -> bool:
         further = [values[run % len(values)] for run in range(runs)]
         return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0)[0] != "undecided"
 
-    return fewest(told, len(values))
+    counts = range(len(values) + 1, MOST_TO_TELL + 1)
+    place = bisect_left(counts, True, key=told)
+    return counts[place] if place < len(counts) else None
 
 
 class RunsEndedError(StudyError):
@@ -232,6 +238,7 @@ class Judge:
         budget: runs that may be done (default: as many as it takes).
         veto: why a design fails besides the target, asked after its runs; None: nothing.
         hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
+        tell: called after each look, when `known` may have changed.
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which
     adds up to α (Bonferroni), however many are judged.
@@ -248,6 +255,7 @@ class Judge:
     budget: Budget = field(default_factory=lambda: Budget(10**9))
     veto: Callable[[int], str | None] = lambda _: None
     hopeless: Callable[[int], str | None] = lambda _: None
+    tell: Callable[[Judge], None] = lambda _: None
     verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
     vetoed: dict[int, str] = field(default_factory=dict, init=False)
     _cases: dict[int, _Case] = field(default_factory=dict, init=False)
@@ -296,6 +304,12 @@ class Judge:
         self._veto(number, self.veto(number))
         if self.verdicts[number].closed:
             case.looks.clear()
+        self.tell(self)
+
+    def known(self, name: Callable[[int], str]) -> str:
+        """What the runs so far tell, with the designs by name: `10 robots: met; 9 robots: not met; 8 robots: open`."""
+        said = {"meets": "met", "fails": "not met", "undecided": "open"}
+        return "; ".join(f"{name(number)}: {said[one.verdict]}" for number, one in self.verdicts.items())
 
     def _case(self, number: int) -> _Case:
         if number not in self._cases:

@@ -12,7 +12,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence, finite, is_constant
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Mapping, Sequence
 
     from numpy.typing import NDArray
 
@@ -146,18 +146,6 @@ def saltelli_indices(
         for which in (0, 1)
     )
     return SobolIndices(first, total, first_ends, total_ends, float(f[:2].var()), confidence)
-
-
-def sobol(
-    function: Callable[[dict[str, Any]], float],
-    factors: Mapping[str, Between | Sequence[Any]],
-    n: int = 128,
-    seed: int = 0,
-    confidence: float = 0.95,
-) -> SobolIndices:
-    """Sobol indices of a function of one design point: `saltelli_design` and `saltelli_indices` in one."""
-    design = saltelli_design(factors, n, seed)
-    return saltelli_indices(design, [function(point) for point in design.points], confidence, seed=seed)
 
 
 def _level(name: str, spec: Between | Sequence[Any], u: float) -> Any:

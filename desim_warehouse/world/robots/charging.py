@@ -1,4 +1,21 @@
-"""How a robot is charged at one of its bay's chargers: when, how far, and when it is free for work again."""
+"""How a robot is charged at one of its bay's chargers: when, how far, and when it is free for work again.
+
+Robots at rest take turns at chargers. Where there are fewer slots at chargers than robots, a free one goes to the
+robot with the least energy left of those that seek one. A robot that is charged leaves its charger to one that seeks
+it, if it can drive to a bay and rest there for a while, and
+
+- it is free for work, and has 20 % of its capacity more than the other, or
+- the other's need is urgent: a quarter is gone of what it had beyond the way to a charger when it began to seek one.
+  Then the first must have more by half of that, and by 5 % of its capacity at least.
+
+Let n robots rest that draw d each, at c chargers that give r, with (n - c) d <= c r. If all seek at once, a charger
+passes on when a robot has gained X on the next, after X / (r + d). The last waits for n / c - 1 such turns, and so
+falls by no more than X, as d <= c r / (n - c). X is half of what robots have beyond the way, and they have three
+quarters. The first condition makes turns longer where the level is below that half: with m for what is left of it, a
+turn gains 1 - m, and after the other half of the round the last has 1 - 0.5 e^0.5, 18 % of what robots have beyond
+the way. So nobody runs flat but for what changing places costs: the time to drive up, and the drive there and back,
+which no proof covers (`tests/laws/test_nights.py` tries it). Swaps are not broken off.
+"""
 
 from __future__ import annotations
 

@@ -37,7 +37,11 @@ if TYPE_CHECKING:
 
 
 MORE = 0.05
-"""Part of its capacity that a robot must have beyond what looks enough for each time a task was given back again."""
+"""Part of its capacity that a robot must have beyond what looks enough for each time a task was given back again.
+
+A policy that looks ahead knows free driving, not repairs and jams. Where these eat up what a robot kept back, it would
+charge just enough, set out and give the task back for ever, as in a random model with breakdowns that did not end.
+"""
 
 URGENT, AHEAD = 0.75, 0.5
 """Of what a robot at rest has beyond the way to a charger when it seeks one: what is left when its need is urgent, and

@@ -14,7 +14,6 @@ from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.statistics import (
     Judge,
     TaskShare,
-    batch_means,
     compare,
     estimate,
     follow,
@@ -152,16 +151,6 @@ def verdict(rng: Generator, true: float, target: float, tasks: int, alike: float
     return judge.verdicts[0].verdict
 
 
-def long_run(load: float, tasks: int, *, noted: bool) -> Callable[[Generator], bool | None]:
-    """`desim long-run`: the mean time; without `noted` only of runs that it does not call too short."""
-
-    def one(rng: Generator) -> bool | None:
-        found = batch_means(times_in_m_m_1(rng, load, tasks))
-        return _holds(found.interval, load / (1 - load)) if noted or not found.note else None
-
-    return one
-
-
 ON_TIME = (
     Coverage("what-if", "on time 95 %, 10 days of 50 tasks, correlation 0.02", 0.95, share_of_days(0.95, 50, 0.02, 10)),
     Coverage("what-if", "97 %, 20 days of 400, correlation 0.05", 0.95, share_of_days(0.97, 400, 0.05, 20)),
@@ -185,11 +174,5 @@ CASES = (
 )
 
 
-def long_runs(load: float, tasks: int, *, noted: bool) -> list[bool | None]:
-    """Of `STUDIES` long runs whether each is right; without `noted` None for those that say that they are too short."""
-    return Coverage("long-run", f"load {load}, {tasks} tasks", 0.95, long_run(load, tasks, noted=noted)).all()
-
-
 ALIKE = (0.01, 0.05, 0.1, 0.2)
 """Correlations of the tasks of a day."""
-LONG_RUNS = tuple((load, tasks) for load in (0.5, 0.8, 0.9) for tasks in (5_000, 10_000, 20_000, 80_000))

@@ -53,8 +53,8 @@ def test_fewest_robots_then_fewest_chargers():
     # what rules out all smaller ones: a robot less with all chargers there are, a charger less with as many robots
     assert [GRID[number] for number in found.below] == [(4, 4), (5, 1)]
     assert [found.verdicts[number].verdict for number in (*found.below, found.design)] == ["fails", "fails", "meets"]
-    # only these three are judged, five runs each, and five of each with one more; the scout needed some more
-    assert (len(found.verdicts), found.runs, found.close) == (3, 25, ())
+    # only these three are judged, five runs each, and five of each with one more, and of 4 robots with 2 chargers
+    assert (len(found.verdicts), found.runs, found.close) == (3, 30, ())
 
 
 def test_a_robot_more_may_be_cheaper_than_the_chargers_it_saves():
@@ -214,6 +214,18 @@ def test_one_more_that_does_worse_has_the_cheaper_designs_judged_one_by_one():
     assert designs[found.design] == (2, 1)
     assert [(designs[one.number], one.worse) for one in found.larger] == [((3, 1), False), ((2, 2), True)]
     assert found.larger[1].difference.mean == pytest.approx(-0.2)
+
+
+def test_fewer_robots_are_not_ruled_out_by_more_chargers_with_which_they_do_worse():
+    """Three robots are enough with one charger only: each further one brings a slot far from the work."""
+    designs = [(first, second) for first in range(1, 6) for second in (1, 2, 3)]
+    means = {design: 0.81 + 0.05 * design[0] - 0.03 * (design[1] - 1) * (design[0] < 4) for design in designs}
+    judge = Judge(Target("on_time", ">=", 0.95), first=4, cap=4, deterministic=True)
+    doubted = [number for number, design in enumerate(designs) if means[design[0], 3] < 0.95]  # by a scout
+    steps = cheapest_meeting_steps(designs, lambda design: design, judge, doubted)
+    found = follow(steps, lambda number, _: means[designs[number]])
+    assert designs[found.design] == (3, 1)
+    assert [(designs[one.base], designs[one.number]) for one in found.larger if one.worse] == [((3, 1), (3, 3))]
 
 
 def test_the_larger_designs_are_left_where_the_runs_end():

@@ -56,18 +56,6 @@ def test_the_p_value_is_that_of_the_interval_that_just_holds_zero():
     assert low == pytest.approx(0.0, abs=1e-9)
 
 
-def test_how_many_runs_would_show_a_difference_worked_by_hand():
-    # differences 1, -1, 3: mean 1, sd 2; shown where 1.5 t(n - 1 df, 0.975) 2 / sqrt(n) < 1: 6.084 / 6.083 at 37, but
-    # 6.079 / 6.164 at 38
-    base = [10.0, 110, 1010]
-    (one,) = compare({"now": base, "more": [11.0, 109, 1013]}, "now").differences
-    assert (one.differs, one.runs_to_tell) == (False, 38)
-    (same,) = compare({"now": base, "more": [11.0, 109, 1010]}, "now").differences
-    assert (same.estimate.mean, same.runs_to_tell) == (0.0, None)
-    (shown,) = compare({"now": base, "more": [20.0, 121, 1020]}, "now").differences
-    assert (shown.differs, shown.runs_to_tell) == (True, None)
-
-
 def test_two_designs_by_bonferroni_worked_by_hand():
     # two differences: each interval at 97.5 %, t(2 df, 0.9875) = 6.205347, half-width for sd 1: 3.582658.
     # For 2 df the two-sided p-value is 1 - t / sqrt(2 + t²): t = 2 sqrt(3) gives 1 - sqrt(12/14) = 0.074180
