@@ -1,12 +1,17 @@
 # Two commands do everything, set-up included: `make paper` and `make test`.
-# Only Python >= 3.11 and make are needed; PYTHON=... chooses the interpreter.
+# Only Python >= 3.11 and make are needed; PYTHON=... chooses another interpreter, with an environment of its own.
 
 PYTHON ?= python3
-BIN := .venv/bin
-READY := .venv/.ready
+ifeq ($(PYTHON),python3)
+VENV := .venv
+else
+VENV := .venv-$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
+endif
+BIN := $(VENV)/bin
+READY := $(VENV)/.ready
 SOURCES := desim_warehouse tests benchmarks studies docs
 
-.PHONY: paper test quick lint tests test-long bench bench-long allocation-table validation pictures clean
+.PHONY: paper test quick lint tests test-long docs bench bench-long allocation-table validation pictures clean
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
@@ -32,6 +37,9 @@ tests: $(READY)
 test-long: $(READY)  ## slow proofs: thousands of random warehouses
 	HYPOTHESIS_PROFILE=long $(BIN)/python -m pytest -n 2
 
+docs: $(READY)  ## the site, in build/site: open build/site/index.html
+	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+
 bench: $(READY)  ## what people wait for, and speed as ratios to bare SimPy, measured in one process
 	$(BIN)/python -m benchmarks
 
@@ -51,9 +59,9 @@ pictures: $(READY)  ## the pictures in docs/pictures
 
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "Python >= 3.11 is needed; make PYTHON=python3.12 chooses another")'
-	$(PYTHON) -m venv .venv
+	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev,dask,dxf,excel,rl,serve]"
 	touch $(READY)
 
 clean:
-	rm -rf .venv reports/out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf .venv* reports/out dist build .pytest_cache .mypy_cache .ruff_cache .hypothesis .import_linter_cache

@@ -110,11 +110,11 @@ def facets(
 ) -> Axes:
     """`by_factor` once for each combination of levels of further factors, side by side on one scale.
 
+    What is not named here is as of `by_factor`.
+
     Args:
-        table, factor, indicator, group, kind, confidence, model, seconds, target: as `by_factor`.
         by: the further factors; each combination of their levels that has runs is a panel, named by them.
         title: of the whole figure.
-        style: as `by_factor`.
 
     Returns:
         The axes of the first panel; those of all are `ax.figure.axes`.

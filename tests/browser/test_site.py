@@ -1,0 +1,106 @@
+"""The site, as `make docs` builds it: whole, found by its search, read by everybody, and without a network."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from importlib.resources import files
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+import pytest
+
+import desim_warehouse as dw
+from tests.browser.pages import Opened
+from tests.browser.test_axe import AXE, EVERY
+from tests.docs.pages import ROOT
+
+if TYPE_CHECKING:
+    from pathlib import Path
+
+READ = (
+    "index",
+    "pages",
+    "plan-a-warehouse",
+    "gallery",
+    "examples",
+    "how-to/breakdowns",
+    "how-to/own-layout",
+    "reference/indicators",
+    "reference/check",
+    "source/CONTRIBUTING",
+)
+"""Pages of every kind: pictures, tables, frames, code, signatures."""
+HITS = "return [...document.querySelectorAll('.md-search-result__item > a:first-of-type')].map((hit) => hit.href)"
+
+
+@pytest.fixture(scope="module")
+def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    if find_spec("material") is None or find_spec("mkdocstrings") is None:
+        pytest.skip("no site: pip install --editable '.[dev]'")
+    place = tmp_path_factory.mktemp("site")
+    command = [sys.executable, "-m", "mkdocs", "build", "--strict", "--quiet", "--site-dir", str(place)]
+    built = subprocess.run(
+        command, cwd=ROOT, env={**os.environ, "NO_MKDOCS_2_WARNING": "1"}, capture_output=True, text=True, check=False
+    )
+    assert (built.returncode, built.stderr) == (0, "")
+    return place
+
+
+def test_it_is_built_strictly_and_shows_what_its_examples_write(site: Path) -> None:
+    page = (site / "examples.html").read_text("utf-8")
+    frames = re.findall(r'<iframe class="live" src="([^"]+)"', page)
+    assert frames == ["live/replay.html", "live/what-if.html", "live/report.html"]
+    assert all("<!doctype html>" in (site / frame).read_text("utf-8")[:100].lower() for frame in frames)
+
+
+def test_every_public_name_is_in_the_full_reference() -> None:
+    page = (ROOT / "docs/reference/api.md").read_text("utf-8")
+    said = re.findall(r"(?m)^::: desim_warehouse\.(?:report\.)?(\w+)$", page)
+    assert sorted(said) == sorted(set(dw.__all__) - {"__version__"})
+
+
+@pytest.mark.parametrize(
+    ("words", "page"),
+    [
+        ("breakdown", "how-to/breakdowns"),
+        ("night shift", "how-to/shifts"),
+        ("LIF", "how-to/from-lif-to-a-fleet-size"),
+        ("on_time", "reference/indicators"),
+    ],
+)
+def test_its_search_finds_it_among_the_first_three(browser: Any, site: Path, words: str, page: str) -> None:
+    opened = Opened(browser, site / "index.html")
+    browser.find_element("css selector", ".md-search__input").send_keys(words)
+    hits: list[str] = []
+    for _ in range(40):
+        opened.pause(0.25)
+        if hits := browser.execute_script(HITS):
+            break
+    assert [hit for hit in hits[:3] if f"/{page}.html" in hit], hits
+    assert opened.complaints() == []
+    assert opened.requests() == []
+
+
+@pytest.mark.parametrize("name", READ)
+def test_axe_finds_nothing(browser: Any, site: Path, name: str) -> None:
+    """Frames hold pages of their own, which test_axe.py sees to."""
+    found = []
+    for scheme in ("light", "dark"):
+        page = Opened(browser, site / f"{name}.html")
+        browser.execute_cdp_cmd(
+            "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
+        )
+        browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
+        for width, height in ((1400, 900), (390, 844)):
+            page.enlarge(width, height)
+            page.pause(0.4)  # colours of the search fade in
+            found += [
+                (scheme, width, one["id"], [node["html"][:120] for node in one["nodes"][:3]])
+                for one in browser.execute_async_script(AXE, {**EVERY, "iframes": False})
+            ]
+            assert browser.execute_script("return document.documentElement.scrollWidth") <= width
+        assert page.requests() == []
+    assert found == []
