@@ -168,9 +168,9 @@ STATES = {
         ),
         State(
             "queueing",
-            doing="queueing for a server or charger",
-            begins="a robot in a station waits for a server, or in a bay for a charger",
-            time="in a station, waiting for a server, or in a bay, waiting for a charger",
+            doing="queueing at a station or charger",
+            begins="a robot in a station waits to be served, or in a bay for a charger",
+            time="in a station, waiting to be served, or in a bay, waiting for a charger",
             better="less",
             draws="standing",
             phase=Phase.QUEUE,
@@ -345,7 +345,7 @@ def absent(model: Any) -> frozenset[str]:
 
 
 _QUEUEING = STATES["queueing"]
-FOR_SERVER = replace(_QUEUEING, name="queueing_server", doing="queueing for a server")
+FOR_SERVER = replace(_QUEUEING, name="queueing_server", doing="queueing at a station")
 FOR_CHARGER = replace(
     _QUEUEING,
     name="queueing_charger",

@@ -52,7 +52,7 @@ class Tiles {
         if (run === null) return;
         const time = this.player.in(run.side, until), now = run.side.value(cell.key, cell.form, time);
         let text = FORMS[cell.form](now);
-        if (run.low && this.sides.length === 1) text += ` (lowest ${percent(run.side.story.battery(time)[1])})`;
+        if (run.low && this.sides.length === 1) text += ` (${percent(run.side.story.battery(time)[1])})`;
         if (run.value.textContent !== text) run.value.textContent = text;
         const colour = this.sides.length > 1 ? [colours.one, colours.two][i] : colours.soft;
         if (!whole) this.line(ctx, cell, run.curve, 1, NaN, colours.bar);
