@@ -118,7 +118,7 @@ def command(
 def _cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) -> str:
     """What a cap on the robots under way gives the largest fleet, if they wait much for each other."""
     from desim_warehouse.report.text import cap_words
-    from desim_warehouse.study.fleet.capped import KEY, tried_cap, waits_much
+    from desim_warehouse.study.fleet.capped import tried_cap, waits_much
     from desim_warehouse.study.study import under
 
     largest = study.points[-1]
@@ -130,7 +130,7 @@ def _cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) 
     found, _ = tried_cap(model, indicator, seed=study.plan.seed, first=first, cap=2 * first, **where)
     if found is None:
         return ""
-    return f"{cap_words.capped(found, model)}; desim size --key {KEY} finds the best cap."
+    return f"{cap_words.capped(found, model)}."
 
 
 def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:

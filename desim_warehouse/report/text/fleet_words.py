@@ -198,7 +198,7 @@ class _Planned:
         plan = self.plan
         sure = f"{100 * plan.confidence:g} % confidence for each demand"
         if plan.ended or self.answered is None:
-            return f"What is said to be known holds with {sure}."
+            return f"Each answer above holds with {sure}."
         alike = "" if any(one.worse for one in self.demands) else " This takes it that more never does worse."
         return (
             f"With {sure}, each fleet reaches {words.target(self.goal)}, and no smaller one is better than that by "
