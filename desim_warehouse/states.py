@@ -32,11 +32,11 @@ class Phase(Enum):
     """The parts of a robot's round: forecasts go on from the one in which it is."""
 
     REST = "in a bay, with nothing to do"
-    TO_GOOD = "driving to a good"
-    LOADING = "taking a good"
-    TO_STATION = "driving with a good"
+    TO_GOOD = "driving to an item"
+    LOADING = "picking up an item"
+    TO_STATION = "driving with an item"
     QUEUE = "in a station or bay, waiting for its turn there"
-    UNLOADING = "putting a good down"
+    UNLOADING = "putting an item down"
     DECISION = "in a station, unloaded, until the next decision"
     TO_BAY = "driving to a bay"
     CHARGING = "at a charger"
@@ -44,13 +44,22 @@ class Phase(Enum):
 
 
 class Queue(NamedTuple):
-    """What robots queue for, as in *for a server of packing*, and where: in a station, or in a bay with chargers."""
+    """What robots queue for, as in *for a charger at B*, and where: in a station, or in a bay with chargers."""
 
     at: Place
     what: str
 
 
-SERVER = Queue("station", "a server")
+SERVER = Queue("station", "a place")
+PACKING = "packing"
+"""A station of this name, as of drafts, has people who pack."""
+
+
+def staff(zone: str) -> str:
+    """Who serves robots in a station, in the singular, as people say it."""
+    return "packer" if zone == PACKING else "place"
+
+
 OPENING = Queue("station", "its opening")
 CHARGER = Queue("chargers", "a charger")
 
@@ -118,8 +127,8 @@ STATES = {
         State(
             "empty",
             doing="driving empty",
-            begins="it sets out for a good",
-            time="driving to a good",
+            begins="it sets out for an item",
+            time="driving to an item",
             better="less",
             draws="empty",
             phase=Phase.TO_GOOD,
@@ -132,8 +141,8 @@ STATES = {
         State(
             "loading",
             doing="loading",
-            begins="it begins to take the good",
-            time="taking a good",
+            begins="it begins to pick up the item",
+            time="picking up an item",
             better=None,
             draws="handling",
             phase=Phase.LOADING,
@@ -159,9 +168,9 @@ STATES = {
         ),
         State(
             "queueing",
-            doing="queueing for a server or charger",
-            begins="a robot in a station waits for a server, or in a bay for a charger",
-            time="in a station, waiting for a server, or in a bay, waiting for a charger",
+            doing="queueing at a station or charger",
+            begins="a robot in a station waits to be served, or in a bay for a charger",
+            time="in a station, waiting to be served, or in a bay, waiting for a charger",
             better="less",
             draws="standing",
             phase=Phase.QUEUE,
@@ -174,8 +183,8 @@ STATES = {
         State(
             "unloading",
             doing="unloading",
-            begins="it begins to put the good down, or to hand it over at a stop on its way (`via`)",
-            time="putting a good down",
+            begins="it begins to put the item down, or to hand it over at a stop on its way (`via`)",
+            time="putting an item down",
             better=None,
             draws="handling",
             phase=Phase.UNLOADING,
@@ -294,9 +303,9 @@ APART = {
     for state in (
         State(
             "waiting_closed",
-            doing="waiting for an edge to open",
-            begins="a robot has waited before a `node` to enter an `edge` that was closed",
-            time="waiting before an edge that is closed; only with `traffic.closures`",
+            doing="waiting for a lane to open",
+            begins="a robot has waited before a `node` to enter a lane (`edge`) that was closed",
+            time="waiting before a lane that is closed; only with `traffic.closures`",
             better="less",
             draws="standing",
             phase=None,
@@ -309,7 +318,7 @@ APART = {
         State(
             "waiting_person",
             doing="waiting for a person",
-            begins="a robot has waited before a `node` to enter an `edge` with a person in it",
+            begins="a robot has waited before a `node` to enter a lane (`edge`) with a person in it",
             time="waiting before an aisle with a person in it; only with `people`",
             better="less",
             draws="standing",
@@ -336,7 +345,7 @@ def absent(model: Any) -> frozenset[str]:
 
 
 _QUEUEING = STATES["queueing"]
-FOR_SERVER = replace(_QUEUEING, name="queueing_server", doing="queueing for a server")
+FOR_SERVER = replace(_QUEUEING, name="queueing_server", doing="queueing at a station")
 FOR_CHARGER = replace(
     _QUEUEING,
     name="queueing_charger",

@@ -83,10 +83,15 @@ def _sections(schema: Mapping[str, Any], defs: Mapping[str, Any]) -> Iterator[st
     yield _keys(schema)
     below = [item for key, part in schema["properties"].items() for item in _below(part, key, defs)]
     paths = [path for path, _ in below]
+    told: set[str] = set()
     for path, found in below:
         form = f": {{{next(iter(found['properties']))}: …}}" if paths.count(path) > 1 else ""
+        said = found["description"]
         yield f"## {path}{form}\n"
-        yield f"{_sentence(found['description'])}\n"
+        yield f"{_sentence(said)}\n"
+        if said not in told and "\n\n" in said:
+            yield said.partition("\n\n")[2] + "\n"
+        told.add(said)
         yield _keys(found)
 
 

@@ -122,7 +122,7 @@ def _written(file: str) -> None:
 
 
 def _said(found: Orientation) -> list[str]:
-    lines = [f"{len(found.kept)} two-way lanes are one-way now; trips between goods and stations are "]
+    lines = [f"{len(found.kept)} two-way lanes are one-way now; trips between storage and stations are "]
     lines[0] += f"{found.stretch:.2f} times as long"
     if round(found.stretch, 2) > _FAR:  # by the figure that is said
         lines.append(f"warning: more than {_FAR} times as long; two-way lanes may serve better here")

@@ -41,7 +41,7 @@ def _show(study: Results, indicator: str) -> None:
     scale = words.scale(indicator, study.base, (effects.grand_mean,))
     mean = scale.value(effects.grand_mean)
     if all(math.isnan(share) for share in shares.values()):
-        click.echo(f"{indicator}: {mean} on average in every design that ran, so no factor matters")
+        click.echo(f"{indicator}: {mean} on average in every option that ran, so no factor matters")
         return
     heads = ["factor", ">largest - smallest mean", ">share alone", *([">with interactions"] if total else [])]
     columns = (*heads, "mean at each value, minus the grand mean")

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     multiple=True,
     metavar="KEY[=VALUES]",
     help="What the page offers, with values as in desim what-if; may be repeated.  [default: robots, chargers, demand "
-    "and allocation]",
+    "and dispatching]",
 )
 @click.option("--target", help="What designs should meet.  [default: on_time >= 95 % where tasks have due times]")
 @with_overrides

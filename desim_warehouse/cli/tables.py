@@ -64,7 +64,7 @@ def show_quantiles(results: Results, share: float) -> None:
     if any(
         one is not None and one.high is None and not one.deterministic for by in found.values() for one in by.values()
     ):
-        click.echo(f"?: unknown; it takes {replications_for_quantile(share, sure)} replications for both ends")
+        click.echo(f"?: unknown; it takes {replications_for_quantile(share, sure)} runs for both ends")
     show_failures(results)
 
 

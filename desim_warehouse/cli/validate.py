@@ -17,7 +17,7 @@ from desim_warehouse.cli.options import load_model, with_json, with_overrides
 @click.option(
     "--runs", type=click.IntRange(39), default=40, show_default=True, help="Simulated days for each real one."
 )
-@click.option("--page", metavar="FILE", help="Write a page: the verdict, the real day over the simulated ones, edges.")
+@click.option("--page", metavar="FILE", help="Write a page: the verdict, the real day over the simulated ones, lanes.")
 @with_overrides
 @with_json("verdict, p, bound, and of each measure the real and simulated means, and how far it lies out")
 def command(

@@ -127,7 +127,7 @@ def _waits(model: Model) -> list[str]:
     known = {
         "for a repair": model.fleet.breaks_down,
         "for a station to open": model.layout.has_hours,
-        "for an edge to open": bool(model.traffic.closures),
+        "for a lane to open": bool(model.traffic.closures),
         "for people": bool(model.people),
     }
     return ["in traffic", *(wait for wait, there in known.items() if there), "for a charger"]

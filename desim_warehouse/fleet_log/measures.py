@@ -34,25 +34,25 @@ class Measure(NamedTuple):
 
 
 MEASURES = {
-    "drops_per_hour": Measure("load units put down an hour", "demand, and whether the fleet keeps up"),
+    "drops_per_hour": Measure("drops per hour", "demand, and whether the fleet keeps up"),
     "trip_mean": Measure("mean time from pick to drop", "speed with a load, waits in aisles and at stations", "time"),
     "trip_p95": Measure(
         "95 % quantile of the time from pick to drop", "queues at stations, breakdowns, blocked aisles", "time"
     ),
-    "approach_mean": Measure("mean time from drop to next pick", "who is sent where: policies.allocation", "time"),
-    "distance_per_hour": Measure("way of a robot in an hour", "who is sent where, and by which way", "length"),
-    "share_empty": Measure("time driving empty", "who is sent where: policies.allocation, policies.parking", "share"),
+    "approach_mean": Measure("mean time from drop to next pick", "dispatching: who is sent where", "time"),
+    "distance_per_hour": Measure("distance per robot-hour", "who is sent where, and by which way", "length"),
+    "share_empty": Measure("time driving empty", "dispatching, and where robots park", "share"),
     "share_loaded": Measure("time driving with a load", "speed with a load, routes, popularity of places", "share"),
     "share_waiting": Measure(
         "time standing on lanes", "a blocked aisle, people, closures, the distance robots keep", "share"
     ),
-    "share_at_nodes_of_work": Measure("time standing at stations", "servers and unloading time", "share"),
+    "share_at_nodes_of_work": Measure("time standing at stations", "packers and unloading time", "share"),
     "share_parked": Measure("time standing at bays", "demand, chargers, how many robots were on", "share"),
-    "share_loading": Measure("time loading", "tasks.load_time", "share"),
-    "share_unloading": Measure("time unloading", "tasks.unload_time", "share"),
+    "share_loading": Measure("time loading", "the load time of the model", "share"),
+    "share_unloading": Measure("time unloading", "the unload time of the model", "share"),
     "share_charging": Measure("time charging", "chargers, consumption, the charging policy", "share"),
-    "share_broken": Measure("time broken down", "fleet.robot.breakdowns", "share"),
-    "charges_per_hour": Measure("charges of a robot in an hour", "the charging policy and its levels"),
+    "share_broken": Measure("time broken down", "breakdowns", "share"),
+    "charges_per_hour": Measure("charges per robot-hour", "the charging policy and its levels"),
 }
 """By name. Shares are of the time of which the log has messages, so gaps do not count."""
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError, SimulationError, first_of, number_of
+from desim_warehouse.errors import ReportError, SimulationError, first_of, number_of, spoken
 from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, measured, parts_of
@@ -130,13 +130,15 @@ class Validation:
             found += [f"look at {called[name]}: {MEASURES[name].look_at}" for name in self.outside[:_LOOKED_AT]]
             edges = self.stood_longer()
             if edges:
-                worst = ", ".join(f"{edge} ({real:.3g} for {sim:.3g})" for edge, (real, sim) in edges.items())
                 unit = self.model.units.time
-                found.append(f"robots stood longer than simulated on {worst}, in {unit} an hour")
+                told = [
+                    f"on {edge} {real:.3g} {unit} an hour, simulated {sim:.3g}" for edge, (real, sim) in edges.items()
+                ]
+                found.append(f"robots stood {'; '.join(told)}")
         needed = {name: self.days_for(name) for name in _TOLD if name in self.names}
-        said = [f"{called[name]} with {n or 'over 1,000'} day{'s' * (n != 1)}" for name, n in needed.items()]
+        said = [f"{n or 'over 1,000'} day{'s' * (n != 1)} for {called[name]}" for name, n in needed.items()]
         if said:
-            found.append(f"power: a {100 * _ERROR:g} % error would be seen in {', '.join(said)} (chance 80 %)")
+            found.append(f"to notice a {100 * _ERROR:g} % error, with a chance of 80 %, takes {spoken(said)}")
         return found
 
 

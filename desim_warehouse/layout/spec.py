@@ -386,7 +386,12 @@ def _one_a_place(count: int | None, info: ValidationInfo) -> int | None:
 
 
 class BaySpec(PlacesSpec):
-    """Parking slots beside a node, entered and left through it; `chargers` of them have a charger."""
+    """Parking slots beside a node, entered and left through it; `chargers` of them have a charger.
+
+    Where its chargers are for some kinds alone, robots of these start there, and leave chargers for all to others while
+    those are free. Others park there only where no other slot is free, and make room. That needs a free slot: have more
+    than robots.
+    """
 
     places: Annotated[Count, limited("robots")] | None = Field(
         None,
@@ -440,7 +445,13 @@ class BaySpec(PlacesSpec):
 
 
 class StationSpec(PlacesSpec):
-    """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time."""
+    """Unloading stations beside nodes: `places` robots fit in, `servers` of them are served at a time.
+
+    Robots inside that are not served when it closes wait in the state `closed`. Tasks are held back at the source
+    until a robot that drives freely finds the station open; one that may go to several stations goes to one that is
+    open. Where there is work on load units, a task is done when its own has been worked on (`tasks.done_when`), and
+    workers keep the hours of the station.
+    """
 
     places: Annotated[Count, limited("robots")] = Field(4, description="robots that fit inside at each node")
     servers: Annotated[Count, AfterValidator(_one_a_place)] = Field(

@@ -52,7 +52,7 @@ def check(plan: StudyPlan) -> None:
         )
     if not 1 < count <= MOST:
         cure = "vary something, such as --vary fleet.size=1..6" if count == 1 else "vary less"
-        raise ReportError(f"a page compares 2 to {MOST} designs (got {count}), {cure}")
+        raise ReportError(f"a page compares 2 to {MOST} options (got {count}), {cure}")
 
 
 def page(

@@ -153,7 +153,7 @@ def _counted(kpis: Mapping[str, float], model: Model) -> float:
 RULES = {
     "CANNOT_KEEP_UP": VerdictRule(
         "backlog",
-        "cannot keep up: the backlog grows by {} an hour",
+        "cannot keep up: open orders grow by {} an hour",
         "tasks arrive at random (`poisson`), and in the counted time the backlog grows by more than "
         f"{ERRORS_OF_ARRIVALS} √n, n the tasks that arrived in it (√n: the standard deviation of such a number), and "
         "by more than one task a robot; what comes in the longest time outside the hours of a station, or of robots "

@@ -66,12 +66,12 @@ def work(model: Model) -> str:
     if model.tasks.flows:
         return "; ".join(f"{name}: {in_words(flow, model.tasks.demand)}" for name, flow in model.tasks.flows.items())
     if isinstance(goods, tuple):
-        return f"{len(goods)} goods, one by one as listed"
+        return f"{len(goods)} items, one by one as listed"
     if isinstance(goods, SaturatedGoods):
-        return f"lifelong, {numbers.number(goods.open(model.fleet.size))} tasks always open"
+        return f"{numbers.number(goods.open(model.fleet.size))} tasks always open, without end"
     for name, text in (
-        ("random", "{} goods drawn at random"),
-        ("poisson", "lifelong, {} tasks an hour on average"),
+        ("random", "{} items drawn at random"),
+        ("poisson", "{} tasks an hour on average, without end"),
     ):
         if hasattr(goods, name):
             rate = model.tasks.demand if name == "poisson" else 1
@@ -111,7 +111,7 @@ def _motion(robot: RobotSpec) -> str:
 
 def _floor(floor: Layout) -> str:
     two_way = len(floor.two_way)
-    lanes = number_of(len(floor.lanes) - two_way, "one-way edge")
+    lanes = number_of(len(floor.lanes) - two_way, "one-way lane")
     lanes += f", {number_of(two_way, 'two-way lane')}" if two_way else ""
     return f"{number_of(len(floor.graph), 'node')}, {lanes}, {number_of(len(floor.storage), 'storage place')}"
 

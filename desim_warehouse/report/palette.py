@@ -11,10 +11,6 @@ STATE_COLOURS = {state.name: state.colour for state in sorted(TIMES.values(), ke
 INK, FAINT = "#222222", "#777777"
 MAP = "cividis"
 """Colour map for amounts: Nuñez, Anderton & Renslow (2018), the same to readers with and without colour blindness."""
-WAITED = ("#DDDDDD", "#F0A860", COLOURS[1], "#5A1E00")
-"""Figures of congestion, from grey for nothing to dark red for much: legible on white, in grey print, and to
-colour-blind readers."""
-
 PAGE = {
     "light": {
         "back": "#f2f4f6",
@@ -148,4 +144,8 @@ HEAT = {
     "light": ["#b8860b", "#c4501b", "#8f1d3f", "#3d0a3a"],
     "dark": ["#a8812f", "#e0873a", "#f2b25c", "#ffe9b0"],
 }
-"""Waiting on the floor of a replay page, a colour for each step: more waiting stands out more."""
+"""Waiting on floors, a colour for each step: more waiting stands out more."""
+NO_WAIT = "#DDDDDD"
+"""Where nobody waits, in figures on white."""
+BAY, CHARGER, STATION = GROUND["light"]["bayLine"], PAGE["light"]["charge"], GROUND["light"]["outLine"]
+"""Places in figures, as on pages."""

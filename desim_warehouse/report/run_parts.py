@@ -16,6 +16,7 @@ from desim_warehouse.report import page as pages
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.text.root_words import root as root_in_words
+from desim_warehouse.states import staff
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -137,7 +138,7 @@ def resources(run: Run) -> Html | None:
     rows = [
         [
             f"{one.zone} ({one.node})",
-            number_of(one.number, "charger" if one.kind == "chargers" else "server"),
+            number_of(one.number, "charger" if one.kind == "chargers" else staff(one.zone)),
             numbers.PERCENT.value(one.utilisation(begin, end)),
             numbers.least(one.mean_queue(begin, end), 2),
         ]
@@ -145,7 +146,7 @@ def resources(run: Run) -> Html | None:
     ]
     if not rows or not run.history.counted:
         return None
-    table = html.table(["where", "servers or chargers", "in use", "robots in the queue"], rows, name="resources")
+    table = html.table(["where", "how many", "in use", "robots in the queue"], rows, name="resources")
     return table if few else table + html.paragraph(f"Of {len(every)} the {_PLACES} that are most in use.", "note")
 
 
@@ -219,14 +220,11 @@ def account(run: Run) -> Html:
         return html.paragraph("No time was counted.", "note")
     unit = run.model.units.time
     doing = (OF_TASKS if by == "task" else OF_ROBOTS)[name].doing
-    said = (
-        f"The largest part of a {by}'s time is {doing}: {numbers.duration(float(parts[name]) / count, unit)} of "
-        f"{numbers.duration(whole / count, unit)}, {numbers.percent(float(parts[name]) / whole, 0)} %, "
-        f"on average over {number_of(count, by)}"
-    )
-    if by == "task":
-        said += "; each from its release to its delivery, or to the end of the run"
-    return html.paragraph(f"{said}.")
+    of = "A task takes" if by == "task" else "A robot was there for"
+    whole_said, part = (numbers.duration(value / count, unit) for value in (whole, float(parts[name])))
+    share = numbers.percent(float(parts[name]) / whole, 0)
+    said = f"{of} {whole_said} on average, of which the largest part is {doing}: {part}, {share} %."
+    return html.paragraph(said)
 
 
 def account_of(run: Run, design: str) -> Html:

@@ -22,7 +22,16 @@ Between = Annotated[Varying, AfterValidator(_not_at_once)]
 
 
 class BreakdownSpec(Part):
-    """How often a robot breaks down, and how long it stands until it is repaired."""
+    """How often a robot breaks down, and how long it stands until it is repaired.
+
+    A breakdown takes effect where the robot next stops or passes: at the end of its edge, behind the robot ahead,
+    before it sets off from where it loads or unloads. There it stands, and goes on with what it was doing when it is
+    repaired. Cleared once, it is repaired in its place if it breaks down there again. Routes by `congestion-aware` go
+    round it where the way round takes less than what is left, on average, until it is repaired or cleared; tasks to
+    which all ways lead past it are not given out as long as that takes longer than the way there. Charge levels and
+    forecasts know nothing of breakdowns to come: a robot with a small battery may run flat as it waits for a repair,
+    and the error says so.
+    """
 
     # AMRs run for some hundred hours between failures, worn fleets need help several times a shift
     every: Annotated[Between, Usual("30 min", "1000 d")] = Field(
@@ -42,7 +51,10 @@ class BreakdownSpec(Part):
 
 
 class OutageSpec(Part):
-    """How often a charger fails, and how long until it is repaired."""
+    """How often a charger fails, and how long until it is repaired.
+
+    It fails by the calendar, in use or not. A robot at it is first in the queue for the next that works.
+    """
 
     every: Annotated[Between, Usual("30 min", "1000 d")] = Field(
         title="time between outages of a charger",

@@ -8,15 +8,27 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.report import validation_page
 from desim_warehouse.report.page import example
+from desim_warehouse.report.text import compare_words, input_words
 from desim_warehouse.report.write import report
+from desim_warehouse.study.designs.directions import BetterDirections, DirectionGain
+from desim_warehouse.study.fit import fit
 from desim_warehouse.study.fleet import plan_fleet
+from desim_warehouse.study.procedures import size
+from desim_warehouse.study.target import read_target
+from desim_warehouse.study.tipping import InputEffect, TippingPoint, TippingPoints
+from desim_warehouse.study.warm_up import settle
 from desim_warehouse.study.why import why
 from tests.browser.pages import Opened
+from tests.kept.test_kept import HERE as KEPT
 from tests.report.replay.floors import busy_run, people_run
+from tests.report.test_days import by_hand
 
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from desim_warehouse.report.answer import Answer
 
 AXE = "const [how, done] = arguments; axe.run(how).then((found) => done(found.violations))"
 EVERY = {"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]}
@@ -57,6 +69,66 @@ def an_answer_of_a_race(folder: Path) -> Path:
     return report(folder, folder / "page.html")
 
 
+def of(answer: Answer, folder: Path) -> Path:
+    answer.save(folder)
+    return report(folder, folder / "page.html")
+
+
+def an_answer_of_size(folder: Path) -> Path:
+    study = dw.Study(example(), {"fleet.size": [1, 2, 3]}, target="on_time >= 70 %")
+    study.plan = study.plan.unreplicated()
+    return of(size(study, "on_time >= 70 %", first=3, cap=6).answer, folder)
+
+
+def an_answer_of_a_search(folder: Path) -> Path:
+    searched = dw.best(
+        example(), "throughput_per_hour", vary={"fleet.size": [1, 2, 3]}, target="on_time >= 60 %", runs=60
+    )
+    return of(searched.answer, folder)
+
+
+def an_answer_of_a_comparison(folder: Path) -> Path:
+    results = dw.Study(example(), {"fleet.size": [1, 2, 3]}, replications=3).run().results
+    return of(compare_words.answer(results, {"T": results.compare("T"), "S": results.compare("S")}), folder)
+
+
+def an_answer_of_tipping_points(folder: Path) -> Path:
+    tip = TippingPoint(3, True, 12.0, 10.0, 14.0, True)
+    inputs = (
+        InputEffect("tasks.load_time", 5.0, 20.0, 2.1, 0.3, (tip,), 0, 900.0),
+        InputEffect("fleet.robot.speed", 0.8, 1.2, -0.4, 0.5, (), 0, 0.0),
+    )
+    goal = read_target("on_time >= 80 %")
+    found = TippingPoints(goal, 0.93, 3, 4, 0.021, 1200.0, True, inputs, 230, 0.95, model=example())
+    return of(found.answer, folder)
+
+
+def an_answer_of_directions(folder: Path) -> Path:
+    gains = [DirectionGain(where, 0.05, low, 0.09, 12, low > 0) for where, low in (("", 0.01), ("6 robots", -0.02))]
+    turned = BetterDirections(example(), {}, ("column B",), 3, "throughput_per_hour", gains[0], (gains[1],), 200, 0.95)
+    return of(turned.answer, folder)
+
+
+def an_answer_of_a_warm_up(folder: Path) -> Path:
+    found = settle(example(), replications=2, observations=50)
+    return of(input_words.warm_up(found, example(), "throughput", 2), folder)
+
+
+def an_answer_of_a_fit(folder: Path) -> Path:
+    return of(input_words.fit(fit([2.0 + number % 7 for number in range(60)]), "picks.csv", "load_s", "s"), folder)
+
+
+def an_answer_of_before(folder: Path) -> Path:
+    return report(KEPT / "plan", folder / "page.html")
+
+
+def a_validation(folder: Path) -> Path:
+    model = example().replace({"run.length": 1800, "run.warm_up": 0, "log": "all"})
+    page = validation_page.page(by_hand(model, [3.0, 9.0], [[3.0 + n % 2, 4.0] for n in range(40)]))
+    (folder / "page.html").write_text(page.html(), encoding="utf-8")
+    return folder / "page.html"
+
+
 def two_replays(folder: Path) -> Path:
     busy_run().replay(folder / "page.html", beside=people_run())
     return folder / "page.html"
@@ -71,10 +143,23 @@ def a_report(folder: Path) -> Path:
     return report(people_run(), folder / "page.html")
 
 
-ANSWERS = (an_answer_of_plan, an_answer_of_why, an_answer_of_a_study, an_answer_of_a_race)
+ANSWERS = (
+    an_answer_of_plan,
+    an_answer_of_why,
+    an_answer_of_size,
+    an_answer_of_a_study,
+    an_answer_of_a_race,
+    an_answer_of_a_search,
+    an_answer_of_a_comparison,
+    an_answer_of_tipping_points,
+    an_answer_of_directions,
+    an_answer_of_a_warm_up,
+    an_answer_of_a_fit,
+    an_answer_of_before,
+)
 
 
-@pytest.mark.parametrize("make", [a_study, a_study_of_words, a_replay, two_replays, a_report, *ANSWERS])
+@pytest.mark.parametrize("make", [a_study, a_study_of_words, a_replay, two_replays, a_report, a_validation, *ANSWERS])
 def test_axe_finds_nothing(browser: Any, tmp_path: Path, make: Any) -> None:
     page = Opened(browser, make(tmp_path))
     browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))

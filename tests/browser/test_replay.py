@@ -74,7 +74,7 @@ def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(br
     run = people_run()
     page = Page(browser, run, tmp_path)
     assert {"closed", "person in the aisle"} <= set(page.text("legend").splitlines())
-    for cause, said in (("waiting_closed", "for an edge to open"), ("waiting_person", "for a person")):
+    for cause, said in (("waiting_closed", "for a lane to open"), ("waiting_person", "for a person")):
         wait = max((one for one in run.history.waits if one.cause == cause), key=lambda one: one.end - one.start)
         time = (wait.start + wait.end) / 2
         page.ask("page.positions(arguments[0])", time)
@@ -304,7 +304,7 @@ def test_a_click_pins_the_panel_of_a_robot(browser: Any, tmp_path: Path) -> None
     task = run.history.tasks[tasks[0].task]
     assert f"Robot {robot}" in panel.text
     assert "driving loaded" in panel.text
-    assert f"Task {task.number}, good {task.good}, to \u2068{task.station}\u2069" in panel.text
+    assert f"Task {task.number}, item {task.good}, to \u2068{task.station}\u2069" in panel.text
     assert re.search(r"Battery \d+ %", panel.text)
     # the route is where it drives until it unloads
     route = page.ask("page.route()")
@@ -468,7 +468,8 @@ def test_the_list_of_what_robots_waited_for_has_its_sums_and_leads_to_the_longes
     assert len(rows) == min(len(table), 60)
     for row, (_, root) in zip(rows, table.head(3).iterrows(), strict=False):
         assert root["root_at"] in row.text
-        assert row.text.endswith(numbers.duration(root["time"], run.model.units.time))
+        share = numbers.PERCENT.value(root["share"])
+        assert row.text.endswith(f"{numbers.duration(root['time'], run.model.units.time)}, {share}")
     rows[0].find_element("tag name", "button").click()
     page.frame()
     robot, time = page.ask("page.chosen()"), page.ask("page.time()")

@@ -156,7 +156,7 @@ def test_pointing_at_a_robot_tells_what_it_does(page: Page) -> None:
     )
     page.frame()
     assert "Robot 0: driving loaded" in page.text("tip")
-    assert "task 0, good 11" in page.text("tip")
+    assert "task 0, item 11" in page.text("tip")
     assert "battery" in page.text("tip")
 
 

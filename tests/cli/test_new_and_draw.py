@@ -138,7 +138,7 @@ def test_a_floor_is_drawn_with_all_its_names(tmp_path):
     from desim_warehouse.layout import build
 
     assert set(build(model.layout).graph) <= words
-    assert {"MiR250", "charging", "parking", "packing", "charger", "bay slot", "station slot"} <= words
+    assert {"MiR250", "charging", "parking", "packing", "charger", "bay", "station"} <= words
 
 
 @pytest.mark.parametrize(("columns", "named"), [(40, True), (90, False)])

@@ -57,7 +57,7 @@ def told(*words: str) -> str:
 def test_a_floor_is_oriented_and_both_are_compared(file: Path) -> None:
     out = file.with_name("one-way.yaml")
     text = told("orient", str(file), "-o", str(out), "--runs", "6")
-    assert "7 two-way lanes are one-way now; trips between goods and stations are 1." in text
+    assert "7 two-way lanes are one-way now; trips between storage and stations are 1." in text
     assert "1 stay two-way, as they alone lead to what is beyond: E-dock" in text
     assert "mean cycle time of 3 runs each: one-way " in text
     assert "by pairs: two-way does better" in text

@@ -221,7 +221,7 @@ def test_the_cause_of_a_flat_battery_names_all_that_a_robot_may_have_waited_for(
     plain, wide = (dw.load(SQUARE, {"battery": lasts, "fleet.size": 2, **over}) for over in ({}, more))
     assert "waited longer than its battery lasts, in traffic or for a charger; " in cause(plain, plain.floor)
     said = cause(wide, wide.floor)
-    assert "in traffic, for a repair, for a station to open, for an edge to open, for people or for a charger; " in said
+    assert "in traffic, for a repair, for a station to open, for a lane to open, for people or for a charger; " in said
 
 
 # Charging that ends below a full battery

@@ -46,7 +46,7 @@ def test_the_right_model_is_not_refuted(days):
     right = validate(model, [day], runs=39)
     assert not right.refuted
     assert right.lines()[0].startswith("not refuted (1 day, 39 simulated")
-    assert "power: a 10 % error would be seen in mean time from pick to drop with" in right.lines()[-1]
+    assert "to notice a 10 % error, with a chance of 80 %, takes " in right.lines()[-1]
 
 
 def test_measures_of_a_run_are_its_indicators(days):

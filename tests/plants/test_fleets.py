@@ -40,7 +40,7 @@ def test_as_many_tasks_are_open_as_there_are_robots(tmp_path):
         )
         released = [task.released for task in run.history.tasks.values()]
         assert released.count(0) == 2 * robots  # one for each robot, and as many again in place of those taken
-        assert f"lifelong, {robots} tasks always open" in work(run.model)
+        assert f"{robots} tasks always open, without end" in work(run.model)
 
 
 @pytest.mark.parametrize("name", ["opentcs", "rmf", "kiva"])

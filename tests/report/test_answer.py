@@ -64,7 +64,7 @@ def made_up_why(number):
 
 
 GOAL = read_target("on_time >= 95 %")
-GROWS = Verdict("CANNOT_KEEP_UP", "cannot keep up: the backlog grows by 20 an hour", 20.0)
+GROWS = Verdict("CANNOT_KEEP_UP", "cannot keep up: open orders grow by 20 an hour", 20.0)
 
 
 def judged(chance, kind, number):
@@ -288,6 +288,19 @@ def test_no_template_has_a_bracket_in_a_bracket():
             if BRACKETS.search(said) and "\n" not in said:
                 nested.append((path.name, said))
     assert nested == []
+
+
+def test_keys_of_a_model_stand_in_commands_only():
+    """A sentence names robots and lanes, not fleet.size and traffic; `input_words` has lines for a model file."""
+    key = re.compile(r"\b(fleet|traffic|tasks|layout|policies|battery|prices|run)\.[a-z_]+")
+    found = []
+    for path in sorted(Path(report_text.__file__).parent.glob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            said = node.value if isinstance(node, ast.Constant) else None
+            is_sentence = isinstance(said, str) and " " in said and "\n" not in said and not said.endswith(".")
+            if is_sentence and key.search(said.partition("desim ")[0]) and path.name != "input_words.py":
+                found.append((path.name, said))
+    assert found == []
 
 
 LONG = [pytest.mark.long]

@@ -51,7 +51,7 @@ def test_cells_have_the_colour_of_what_they_are_for(model):
     ax = floor.layout(model)
     found = drawn(ax)
     assert found[rgba(cells.GOODS)] == at("e")
-    assert found[rgba(palette.COLOURS[2])] == at("r")
+    assert found[rgba(palette.BAY)] == at("r")
     assert found[rgba(cells.AISLE)] == at("e") | at("r") | at(".")
     assert rgba(ax.get_facecolor()) == rgba(cells.SHELF)  # which is what is left of a shelf
     assert not ax.texts

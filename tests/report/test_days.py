@@ -136,7 +136,8 @@ def test_trips_do_not_say_where_robots_drove(model):
 
 def test_the_page_begins_with_the_verdict_and_its_power(wrong):
     html = validation_page.page(wrong, "desim validate m.yaml").html()
-    verdict, power, figure, table = (html.index(words) for words in ("Refuted by", "Power: a 10 %", "<img", "<table"))
+    begins = ("Refuted by", "To notice a 10 %", "<img", "<table")
+    verdict, power, figure, table = (html.index(words) for words in begins)
     assert verdict < power < figure < table
     assert "desim validate m.yaml" in html
     assert html.count("<img") == 4

@@ -113,10 +113,8 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     ]  # fmt: skip
     parts = lifelong.account("task").sum()
     share = numbers.percent(parts.max() / parts.sum(), 0)
-    assert f"The largest part of a task's time is {OF_TASKS[parts.idxmax()].doing}: " in page.text
-    assert (
-        f" steps, {share} %, on average over {numbers.number(len(lifelong.account('task')))} tasks; each" in page.text
-    )
+    assert f"on average, of which the largest part is {OF_TASKS[parts.idxmax()].doing}: " in page.text
+    assert f" steps, {share} %." in page.text
 
 
 def test_a_report_says_when_the_log_has_no_waits_to_account_for(model):
@@ -129,7 +127,7 @@ def test_a_report_says_when_the_log_has_no_waits_to_account_for(model):
 def test_the_account_is_of_robots_where_nothing_was_asked_of_them(model):
 
     run = dw.simulate(model.replace({"tasks.goods": {"poisson": 1e-9}, "run.length": 100}))
-    said = "The largest part of a robot's time is idle: 100 steps of 100 steps, 100 %, on average over 6 robots."
+    said = "A robot was there for 100 steps on average, of which the largest part is idle: 100 steps, 100 %."
     assert said in Page(run_parts.account(run)).text
 
 
@@ -204,7 +202,7 @@ def test_the_notebook_of_a_run_runs_as_shipped_on_something_small():
     assert code[0].source.startswith("folder = None")
     pieces, pictures = shown_by(made)
     assert "an example" in pieces[0]
-    assert any("The largest part of a task's time is " in Page(piece).text for piece in pieces)
+    assert any("of which the largest part is " in Page(piece).text for piece in pieces)
     assert {"Account", "Layout"} <= {words.split()[0] for words in pictures}
 
 

@@ -120,7 +120,7 @@ def test_screen_ranks_factors(tmp_path):
 def test_screen_says_in_words_that_an_indicator_does_not_vary(tmp_path):
     call("what-if", MULTIBOTS, "--vary", "fleet.size=1,2", "--out", tmp_path)
     result = call("screen", tmp_path, "--indicator", "rotations", "--indicator", "T")
-    assert result.stdout.startswith("rotations: 0 on average in every design that ran, so no factor matters\nT: ")
+    assert result.stdout.startswith("rotations: 0 on average in every option that ran, so no factor matters\nT: ")
     assert "nan" not in result.stdout
 
 
@@ -135,7 +135,7 @@ def test_screen_looks_at_what_the_study_does_not_show_and_needs_factors(tmp_path
 def test_one_random_run_of_a_design_promises_no_intervals(tmp_path):
     vary = ["--vary", "fleet.size=1,2", *GOODS, "--indicator", "T"]
     result = call("what-if", MULTIBOTS, *vary, "--out", tmp_path)
-    assert "more replications give intervals" in result.stdout
+    assert "more runs give intervals" in result.stdout
     assert "hold at once" not in call("compare", tmp_path).stdout
     result = call("what-if", MULTIBOTS, *vary, "--replications", "3", "--out", tmp_path)
     assert "Each interval holds with 95 % confidence." in result.stdout
@@ -195,7 +195,8 @@ def test_warm_up_writes_a_plot(tmp_path):
     lifelong = ["--set", "tasks.goods={saturated: 12}", "--set", "run.length=5000"]
     result = call("warm-up", MULTIBOTS, *lifelong, "--replications", "2", "--out", tmp_path)
     assert "observations" in result.stdout
-    assert {path.name for path in tmp_path.iterdir()} == {"warm-up.png", "warm-up.svg", "welch.png", "welch.svg"}
+    figures = {"warm-up.png", "warm-up.svg", "welch.png", "welch.svg"}
+    assert {path.name for path in tmp_path.iterdir()} == figures | {"answer.json"}
 
 
 @pytest.mark.parametrize(
@@ -357,7 +358,7 @@ def test_the_paper_again(tmp_path):
     assert table["S_difference"].abs().max() <= 2
     names = {path.name for path in tmp_path.iterdir()}
     figures = {f"figure_{number}.{ending}" for number in (6, 7, 8) for ending in ("png", "svg")}
-    assert names == figures | {"paper.csv", "paper.parquet"}
+    assert names == figures | {"answer.json", "paper.csv", "paper.parquet"}
     pd.testing.assert_frame_equal(pd.read_csv(tmp_path / "paper.csv"), table, rtol=1e-4, check_dtype=False)
 
 
@@ -380,6 +381,6 @@ def test_quantiles_of_a_study_folder(tmp_path):
     median = call("study", tmp_path, "--quantile", "50%", "--quiet").stdout
     assert "50 % quantiles over runs, 95 % intervals" in median
     assert median == call("study", tmp_path, "--quantile", "0.5", "--quiet").stdout
-    assert "it takes 72 replications for both ends" in call("study", tmp_path, "--quantile", "95 %", "--quiet").stdout
+    assert "it takes 72 runs for both ends" in call("study", tmp_path, "--quantile", "95 %", "--quiet").stdout
     for wrong in ("95", "0", "100%", "most"):
         assert "expected a share between 0 and 1" in call("study", tmp_path, "--quantile", wrong).stderr

@@ -255,7 +255,7 @@ def test_a_relief_that_runs_flat_is_a_row_and_the_rest_goes_on(tmp_path, monkeyp
     assert status == 0, err
     (row,) = [line for line in out.splitlines() if line.strip().startswith("one robot more")]
     assert row.rstrip().endswith("runs flat in 1 of 10 runs")
-    assert "one server more at each node of packing" in out
+    assert "a second packer at each station" in out
     found = json.loads(pages.run_desim("desim why w.yaml --quiet --cap 10 --json")[1])
     robots = next(relief for relief in found["reliefs"] if relief["relief"] == "one robot more")
     assert (robots["failed"], robots["low"], robots["competes"]) == (1, None, False)

@@ -34,7 +34,7 @@ def test_suspects_come_from_the_account_of_time_worst_first(run):
     assert at.waited == pytest.approx(nodes.max() / (run.history.counted * 12))
     # all bay places are taken, so there is no room for a robot more; nine places at stations for twelve robots
     rest = {"station packing", "chargers", "handling", "demand", "places at the stations", "the way out of bays"}
-    rest |= {"where goods lie"}  # its classes are by number
+    rest |= {"where items lie"}  # its classes are by number
     assert {suspect.name for suspect in found if not suspect.name.startswith("intersection")} == rest
     for suspect in found:
         run.model.replace(suspect.overrides)  # every relief is a model
@@ -126,7 +126,7 @@ def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     status, out, _ = pages.run_desim("desim why w.yaml --quiet --out study")
     assert status == 0
     said = next(line for line in out.splitlines() if "holds it up" in line)
-    assert said.startswith("Station packing holds it up most. One server more at each node of packing: throughput ")
+    assert said.startswith("Station packing holds it up most. A second packer at each station: throughput ")
     assert pages.run_desim("desim why run --quiet")[1] == out
     answer = json.loads(pages.run_desim("desim why run --quiet --json")[1])
     assert answer["answer"][0] == said

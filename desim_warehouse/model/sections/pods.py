@@ -57,6 +57,16 @@ class PodsSpec(Part):
     A task of a flow from storage is a line: an item picked from a pod, for `stop_time` of its flow. One of a flow to
     storage puts a bundle of an item onto a pod. Robots lift a pod for `tasks.load_time` and put it down for
     `tasks.unload_time`, in the lane.
+
+    - Every item is on as many pods as another, give or take one. A line's item is drawn by `popularity`.
+    - The oldest order goes to a station, by `policies.order_station`, as long as it has fewer than `orders`; its
+      place there is free when its last line is picked.
+    - A line joins a pod that is bound for its station, or is there, and has its item. Otherwise it waits, and when a
+      robot is free a pod is called, by `policies.pod`, for all the lines that it has. A pod is called only where it
+      stands.
+    - The robot waits for a picker, and takes the pod back when no line is left for it, to a place by
+      `policies.storage`.
+    - `places` of a station are the pods that are there or on their way to it.
     """
 
     count: Annotated[Count, limited("places")] = Field(

@@ -39,7 +39,12 @@ class NodeTraffic(Part):
 class ClosureSpec(Part):
     """A part of the floor that is closed at times: no robot is let in then; one that is in it drives on and out.
 
-    A robot that was let in at its stop line before it closed may enter later.
+    What counts is the claim at the stop line, D before the node: a robot that was let in before it closed may enter
+    later, seconds as a rule, after a repair at worst. All built-in routing policies know the calendars. A robot goes
+    round if it would wait for longer than the way round takes. It decides when it sets out, when something closes
+    while it is under way, and where it is held up, at most three times on a drive; on two-way lanes only where a
+    change is safe. A place is behind a closure if no open way leads there, or, with a routing policy of the user's,
+    if the usual way is closed.
     """
 
     members: Members = Field(
@@ -55,7 +60,11 @@ class ClosureSpec(Part):
 
 
 class SlowSpec(Part):
-    """A part of the floor where robots drive slowly, always or at times."""
+    """A part of the floor where robots drive slowly, always or at times.
+
+    Without hours it is the same as `speed` of the edges, for routes and estimates, too. With hours only
+    `congestion-aware` knows the limit that holds.
+    """
 
     members: Members = Field(
         description="edges as [A, B], in both directions where there are two, and nodes: all edges that lead to them"

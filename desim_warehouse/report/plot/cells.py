@@ -87,9 +87,9 @@ def draw(axes: Axes, floor: Layout, model: Model) -> None:
 
 _KEY = {
     "storage place": GOODS,
-    "bay": palette.COLOURS[2],
-    "charger": palette.COLOURS[4],
-    "station": palette.COLOURS[0],
+    "bay": palette.BAY,
+    "charger": palette.CHARGER,
+    "station": palette.STATION,
 }
 
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 By = Literal["passed", "stood"]
 Line = tuple[tuple[float, float], tuple[float, float]]
-_WORDS = {"passed": "Robots along an edge, an hour", "stood": "Robots standing on an edge, {} an hour"}
+_WORDS = {"passed": "Robots along a lane, an hour", "stood": "Robots standing on a lane, {} an hour"}
 REAL, MORE, LESS = palette.INK, palette.COLOURS[1], palette.COLOURS[0]
 _NAMED = 3
 """Edges outside that are named in a figure."""
@@ -102,7 +102,7 @@ def passages(
     real, simulated = ranks.real.mean(axis=0), ranks.simulated.mean(axis=0)
     across = simulated.mean(axis=0)
     with look.drawing(
-        ax, style, title, (_WIDTH, 3.8), "Robots along each edge in an hour, real over simulated"
+        ax, style, title, (_WIDTH, 3.8), "Robots along each lane in an hour, real over simulated"
     ) as axes:
         axes.hlines(real, simulated.min(axis=0), simulated.max(axis=0), color=palette.FAINT, linewidth=0.8, alpha=0.6)
         most = max(float(real.max()), float(simulated.max())) * 1.05 or 1.0
@@ -117,7 +117,7 @@ def passages(
             axes.annotate(look.text(">".join(edges[edge])), at, beside, textcoords="offset points", fontsize="small")
         axes.set_xlim(0, most)
         axes.set_ylim(0, most)
-        axes.set_xlabel("Simulated: robots along the edge an hour")
+        axes.set_xlabel("Simulated: robots along the lane an hour")
         axes.set_ylabel("Real")
         axes.legend(loc="upper left")
     return axes
@@ -157,7 +157,7 @@ def residuals(
     what = _WORDS[by].format(found.model.units.time)
     width, height = plan.size_of(floor)
     size = _WIDTH, height * _WIDTH / width + _BAR
-    with look.drawing(ax, style, title, size, f"{what}: real less simulated, on each edge") as axes:
+    with look.drawing(ax, style, title, size, f"{what}: real less simulated, on each lane") as axes:
         widths = np.where(ranks.out, 5.0, 2.5).tolist()
         axes.add_collection(LineCollection(list(lines.values()), colors=colours, linewidths=widths, zorder=2))
         plan.arrows(axes, list(lines.values()), palette.FAINT)

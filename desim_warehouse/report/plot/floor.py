@@ -35,8 +35,8 @@ _LETTER, _WIDEST = 0.1, 40.0
 _ARROW = 0.085
 """Inches of an arrow head; half where there are many."""
 _ENDINGS = (".png", ".svg", ".pdf")
-BAY, STATION, GOOD, FETCHED = palette.COLOURS[2], palette.COLOURS[0], "#BBBBBB", palette.COLOURS[1]
-CHARGER = palette.COLOURS[4]
+BAY, CHARGER, STATION = palette.BAY, palette.CHARGER, palette.STATION
+GOOD, FETCHED = "#BBBBBB", palette.PALETTES["safe"]["light"]["good"]
 
 
 def layout(
@@ -310,14 +310,14 @@ def _key(axes: Axes, floor: Layout, model: Model) -> None:
 
     marks = [("unloading node", "o", "white", STATION)]
     if fetched_of(model):
-        marks.append(("good to fetch", "s", FETCHED, FETCHED))
+        marks.append(("item to pick", "s", FETCHED, FETCHED))
     marks.append(("storage place", "s", "white", GOOD))
     if floor.bays:
-        marks.append(("bay slot", "s", BAY, BAY))
+        marks.append(("bay", "s", BAY, BAY))
     if model.battery is not None and chargers_at(model, floor):
         marks.append(("charger", "s", CHARGER, CHARGER))
     if floor.stations:
-        marks.append(("station slot", "s", STATION, STATION))
+        marks.append(("station", "s", STATION, STATION))
     handles = [
         Line2D([], [], linestyle="none", marker=mark, markerfacecolor=face, markeredgecolor=edge, label=label)
         for label, mark, face, edge in marks

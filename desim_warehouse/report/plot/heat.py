@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from desim_warehouse.run import Run
 
 By = Literal["blocked", "waits"]
+_LEAST = 1e-9
+"""The part of the time that counts as waiting."""
 _ROOMY = 1000
 """Nodes up to which there is room for their circles."""
 
@@ -50,7 +52,7 @@ def congestion(
     most = max([*on_edge.values(), *at_node.values(), 0.0]) or 1.0
     shades = _Shades(Normalize(0, most), _map(), most) if by == "waits" else _steps()
     what = "Robots wait here, part of the time" if by == "blocked" else "Waiting episodes"
-    with look.drawing(ax, style, title, plan.size_of(floor), f"{what} on each edge and at each node") as axes:
+    with look.drawing(ax, style, title, plan.size_of(floor), f"{what} on each lane and at each node") as axes:
         plan.draw_goods(axes, floor, step, set())
         _edges(axes, run, on_edge, step, shades)
         _nodes(axes, run, at_node, shades)
@@ -146,15 +148,16 @@ class _Shades:
 def _map() -> Colormap:
     from matplotlib.colors import LinearSegmentedColormap
 
-    return LinearSegmentedColormap.from_list("waiting", palette.WAITED)
+    return LinearSegmentedColormap.from_list("waiting", [palette.NO_WAIT, *palette.HEAT["light"]])
 
 
 def _steps() -> _Shades:
     """A colour for each step of the scale that is the same for all runs."""
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
-    colours = ListedColormap(palette.WAITED)
-    return _Shades(BoundaryNorm([0, *palette.WAITED_STEPS, 1], colours.N), colours, palette.WAITED_STEPS[-1])
+    colours = ListedColormap(palette.HEAT["light"]).with_extremes(under=palette.NO_WAIT)
+    steps = [_LEAST, *palette.WAITED_STEPS, 1]
+    return _Shades(BoundaryNorm(steps, colours.N), colours, palette.WAITED_STEPS[-1])
 
 
 def _bar(axes: Axes, what: str, shades: _Shades) -> None:

@@ -35,7 +35,7 @@ def trade_off(
     by = 1.0 if other is None else other.by
     marks = [(by * x, scale.by * one.mean) for x, one in zip(across, known, strict=True) if math.isfinite(x)]
     name = words.indicator_name(found.indicator)
-    alt = f"{name} of the designs tried" + ("" if goal is None else f", against {words.in_sentence(goal.indicator)}")
+    alt = f"{name} of the options tried" + ("" if goal is None else f", against {words.in_sentence(goal.indicator)}")
     with look.drawing(ax, style, title, (6.4, 4.0), alt) as axes:
         axes.plot(*_columns(marks), linestyle="none", marker="o", color=palette.FAINT, label="tried")
         if goal is not None and other is not None:

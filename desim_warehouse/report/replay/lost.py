@@ -22,7 +22,7 @@ _LONGEST = 12
 
 
 def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
-    """For each root, most time first: in words, the node, how much time in words, and its longest waits in the window.
+    """For each root, most time first: in words, the node, its time and part of all in words, and its longest waits.
 
     Of a wait: its robot, a moment in the middle of it, and its length, in the time of the run.
     """
@@ -30,12 +30,12 @@ def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
     for one in chains.lost(history):
         found[one.root].append(one)
     number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
-    unit = history.model.units.time
+    unit, whole = history.model.units.time, history.counted * history.model.fleet.size
     return [
         {
             "words": in_words(root, history.model),
             "node": number.get(root.at, -1),
-            "time": numbers.duration(time, unit),
+            "time": f"{numbers.duration(time, unit)}, {numbers.PERCENT.value(time / whole)}",
             "robots": robots,
             "longest": [
                 [one.robot, (one.start + one.end) / 2, one.end - one.start]

@@ -54,12 +54,11 @@ def tiles(history: History) -> list[Tile]:
     has, tasks = kpis(history), history.model.tasks
     ends = not tasks.never_end
     saturated = isinstance(tasks.goods, SaturatedGoods)
-    since = " since the warm-up" if history.begin == history.log.begin > 0 else ""
     found = []
     if not saturated:
         found.append(Tile("backlog", "Open tasks", "open", _backlog(history)))
     found += [
-        Tile("tasks", f"Delivered{since}", "count", _count(history, (task.delivered for task in history.delivered))),
+        Tile("tasks", "Delivered", "count", _count(history, (task.delivered for task in history.delivered))),
         Tile("throughput_per_hour", "Delivered an hour", "rate"),
     ]
     if "on_time" in has:
@@ -75,7 +74,7 @@ def tiles(history: History) -> list[Tile]:
         found.append(Tile("share_waiting", "Waiting in traffic", "lost", _waited(history)))
     if history.model.battery is not None:
         found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
-        found.append(Tile("battery", "Battery (lowest)", "battery"))
+        found.append(Tile("battery", "Battery, and the lowest", "battery"))
     if "charger_utilisation" in has:
         found.append(Tile("charger_utilisation", "Chargers in use", "chargers"))
     return found

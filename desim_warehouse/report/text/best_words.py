@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
     from desim_warehouse.study.statistics import Estimate
 
-_LUCK = "Means of the search, few runs each, which flatter the best designs slightly."
+_LUCK = "Means of the search, few runs each, which flatter the best options slightly."
 _COUNTED = 1e15
 """Designs up to which their number is said."""
 

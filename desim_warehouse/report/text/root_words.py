@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.outcome.chains import CROSSING, LANE, RING, TWO_WAY
-from desim_warehouse.states import APART, OPENING, SHOWN, Phase
+from desim_warehouse.states import APART, OPENING, PACKING, SERVER, SHOWN, Phase, staff
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -23,19 +23,23 @@ _HANDLING = (Phase.LOADING, Phase.UNLOADING)
 
 
 def root(of: Root, model: Model) -> str:
-    """What robots waited for: `for a server of packing (R)`, `at the crossing V`, `for robots loading on B>E`."""
+    """What robots waited for: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
     if of.cause in _PLACES:
         return _PLACES[of.cause].format(_with_names(of.at, model))
     if of.cause in APART:
         what, at = APART[of.cause].doing.removeprefix("waiting "), _with_names(of.at, model)
-        return what.replace("an edge", at) if "an edge" in what else f"{what} on {at}"
+        return what.replace("a lane", at) if "a lane" in what else f"{what} on {at}"
     floor = model.floor
     kinds = (floor.stations,) if SHOWN[of.cause].phase in _HANDLING else (floor.bays, floor.stations)
     zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}
     place, state = f"{zones[of.at]} ({of.at})" if of.at in zones else _with_names(of.at, model), SHOWN[of.cause]
     if state.queue is None:
         return f"for robots {state.doing} {'on' if '>' in of.at else 'at'} {place}"
-    return f"for {place} to open" if state.queue == OPENING else f"for {state.queue.what} of {place}"
+    if state.queue == OPENING:
+        return f"for {place} to open"
+    if state.queue == SERVER and zones.get(of.at) == PACKING:
+        return f"for a {staff(PACKING)} at {of.at}"
+    return f"for {state.queue.what} at {place}"
 
 
 def _with_names(at: str, model: Model) -> str:

@@ -12,6 +12,7 @@ from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.root_words import root as in_words
 from desim_warehouse.report.text.sentences import capital, sentence
+from desim_warehouse.states import staff
 from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
@@ -102,7 +103,7 @@ def _busiest(run: Run) -> str:
     if not used:
         return "No time was counted."
     who = max(used, key=lambda name: used[name])
-    doing = _USED.get(who, f"the servers of {who} were the busiest, at work")
+    doing = _USED.get(who, f"the {staff(who)}s of {who} were the busiest, in use")
     waited = numbers.PERCENT.value(run.kpis["share_waiting"])
     return (
         f"{capital(doing)} {numbers.PERCENT.value(used[who])} of the time. "

@@ -12,7 +12,7 @@ from desim_warehouse.study.table import averaged_over, cells, is_numeric
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
 
-UNSETTLED = "not settled by the middle of its runs, and counted from there on; make run.length longer"
+UNSETTLED = "not settled by the middle of its runs, and counted from there on; longer runs may settle"
 """Of a design whose warm-up was to be found."""
 
 

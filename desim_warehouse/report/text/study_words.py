@@ -189,7 +189,8 @@ class _Studied:
             parts.append(form.format(many, end))
         if len(parts) == 1:
             every = parts[0].removeprefix(f"{len(designs)} ")
-            return [f"All {number_of(len(designs), 'option')} {every}.{self._runs_to_tell()}"]
+            whole = "Both options" if len(designs) == 2 else f"All {number_of(len(designs), 'option')}"  # noqa: PLR2004
+            return [f"{whole} {every}.{self._runs_to_tell()}"]
         return [f"Of {number_of(len(designs), 'option')} {spoken(parts)}.{self._runs_to_tell()}"]
 
     def _runs_to_tell(self) -> str:
@@ -336,7 +337,7 @@ class _Studied:
         if study.deterministic:
             return judged.promise("", sure, exact=True)
         if max(len(study.runs(design)) for design in self.tried) == 1:
-            return "One run of a random model says little: more replications give intervals."
+            return "One run of a random model says little: more runs give intervals."
         if self.goal is not None:
             return judged.promise("verdicts", sure, exact=False)
         return judged.each(sure)

@@ -207,9 +207,9 @@ def replications(plan: StudyPlan) -> str:
         return str(rule)
     if isinstance(rule, tuple):
         many = f"{min(rule)} to {max(rule)}" if min(rule) < max(rule) else f"{max(rule)}"
-        return f"{many} of each design, as the procedure asked for"
+        return f"{many} of each option, as the procedure asked for"
     return (
-        f"{rule.minimum} to {rule.cap} of each design, until the half-width of {rule.indicator} is at most "
+        f"{rule.minimum} to {rule.cap} of each option, until the half-width of {rule.indicator} is at most "
         f"{number(100 * rule.half_width)} % of its mean"
     )
 
@@ -224,7 +224,7 @@ def warm_up(study: Results) -> str:
     found, unit = study.warm_ups.values(), study.base.units.time
     if not found:
         return f"{duration(study.base.run.warm_up, unit)}, not counted"
-    return f"{duration(min(found), unit)} to {duration(max(found), unit)}, found for each design, not counted"
+    return f"{duration(min(found), unit)} to {duration(max(found), unit)}, found for each option, not counted"
 
 
 def target(goal: Target) -> str:

@@ -1,4 +1,10 @@
-"""What may hold a warehouse up: each suspect with its relief in the model's own keys, and the dose that it is."""
+"""What may hold a warehouse up: each suspect with its relief in the model's own keys, and the dose that it is.
+
+What is special at a place is in the way; what is so everywhere is work. So a crossing is relieved of the time by
+which robots are longer there than elsewhere: no time at all there gains a little at each busy node of every model
+with a node time. Waits and time of a crossing are one suspect: taking the time away ends the waits too, and both
+intervals overlap wherever the queue is long.
+"""
 
 from __future__ import annotations
 
@@ -8,7 +14,7 @@ from desim_warehouse.feasibility.nearer import nearer
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.sections.goods import PoissonGoods
-from desim_warehouse.states import BROKEN, CHARGER, OPENING, SERVER, SHOWN
+from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, staff
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
 from desim_warehouse.study.reliefs.decisions import decisions
@@ -122,7 +128,9 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
         more: dict[str, Any] = {f"{key}.servers": station.servers + 1}
         if station.places <= station.servers:
             more[f"{key}.places"] = station.servers + 1
-        yield Suspect(f"station {zone}", f"one server more at each node of {zone}", more, share, 1 / station.servers)
+        another = "a second" if station.servers == 1 else "another"
+        said = f"{another} {staff(zone)} at each {'station' if zone == PACKING else f'node of {zone}'}"
+        yield Suspect(f"station {zone}", said, more, share, 1 / station.servers)
     layout = model.floor
     used = [node for node in destinations(model, layout) if node in layout.stations]
     slots = sum(layout.stations[node].places for node in used)
@@ -191,7 +199,7 @@ def _on_the_way(run: Run) -> Iterator[Suspect]:
     edges = enumerate(run.model.layout.edges)
     limits = {f"layout.edges.{rank}.{key}": None for rank, edge in edges for key in _LIMITS if getattr(edge, key)}
     if limits:
-        yield Suspect("limits of speed", "no speed limits on edges", limits)
+        yield Suspect("limits of speed", "no speed limits on lanes", limits)
     if run.model.people:
         yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, run.kpis["share_waiting_person"])
 
@@ -269,7 +277,7 @@ def _plain(model: Model) -> Iterator[Suspect]:
     if model.fleet.exit_time:
         yield Suspect("the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}, dose=-1)
     if classes := nearer(model):
-        yield Suspect("where goods lie", "fast movers nearer", classes)
+        yield Suspect("where items lie", "fast movers nearer", classes)
     even = evenly(model)
     if even:
         yield Suspect("peaks", "the same orders evenly", even)

@@ -53,7 +53,7 @@ class Sizing(Generic[V]):
             values = spoken(str(value) for value, _ in self.vetoed)
             parts.append(f"not {values}: {self.vetoed[0][1]}")
         if self.below is not None and self.below.verdict == "undecided":
-            alone = "" if self.below.outlier is None else f", for replication {self.below.outlier} alone"
+            alone = "" if self.below.outlier is None else f", which replication {self.below.outlier} alone leaves open"
             parts.append(f"{self.below.value} is too close to call after {self.below.n} replications{alone}")
         if self.falls:
             pairs = ", ".join(f"{b} than with {a}" for a, b in self.falls)

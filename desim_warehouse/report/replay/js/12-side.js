@@ -128,6 +128,9 @@ class Side {
   }
 }
 
+// Who serves robots in a place, in the singular.
+const staff = (kind, zone) => kind !== "station" ? "charger" : zone === "packing" ? "packer" : "place";
+
 // A number in two digits, as a clock shows it.
 const two = (n) => String(Math.floor(n)).padStart(2, "0");
 

@@ -71,7 +71,7 @@ class Hover {
     const lines = [[`Robot ${robot}: ${header.states[story.state[row]].doing}`]];
     if (task >= 0) {
       const good = story.good[story.rowOf.get(task)] ?? -1;
-      lines.push([`task ${task}${good >= 0 ? `, good ${story.called(good)}` : ""}`]);
+      lines.push([`task ${task}${good >= 0 ? `, item ${story.called(good)}` : ""}`]);
     }
     if (wait >= 0) lines.push([this.side.why(robot, time)]);
     if (header.capacity !== null) lines.push([`battery ${percent(story.charge(robot, time))}`]);
@@ -91,7 +91,7 @@ class Hover {
     for (const zone of floor.zones.filter((one) => one.node === node)) {
       lines.push([`${zone.kind} `, { name: zone.name }, `, ${zone.places.length} slot${zone.places.length > 1 ? "s" : ""}`]);
       if (zone.resource < 0) continue;
-      const one = resources[zone.resource], what = zone.kind === "bay" ? "charger" : "server";
+      const one = resources[zone.resource], what = staff(zone.kind, zone.name);
       lines.push([`${one.number} ${what}${one.number > 1 ? "s" : ""}, in use ${percent(one.utilisation(time))} of the time`]);
       lines.push([`${one.queue.at(time)} in the queue`]);
     }
@@ -106,7 +106,7 @@ class Hover {
     const there = story.good.some((g, i) => g === good && story.released[i] <= time && time < story.loaded[i]);
     const edge = floor.storageEdge[good];
     const where = edge < 0 ? ["at ", this.name(-1 - edge)] : ["from ", this.name(edges.source[edge]), " → ", this.name(edges.target[edge])];
-    return [[`Good ${story.called(good)}`], [there ? "to be fetched" : "nothing to fetch"], where];
+    return [[`Item ${story.called(good)}`], [there ? "to be picked" : "nothing to pick"], where];
   }
 
   // A line that says in which direction a two-way lane is used now.
@@ -125,7 +125,7 @@ class Hover {
       const off = Math.abs((wx - edges.x[i]) * edges.dy[i] - (wy - edges.y[i]) * edges.dx[i]) / long;
       if (along < 0 || along > long || off > floor.radius * 0.8) continue;
       const { units } = header, waited = percent(heat.shares[i]);
-      const [word, sign] = edges.twin[i] < 0 ? ["Edge ", " → "] : ["Two-way lane ", " ↔ "];
+      const [word, sign] = edges.twin[i] < 0 ? ["Lane ", " → "] : ["Two-way lane ", " ↔ "];
       return [[word, this.name(edges.source[i]), sign, this.name(edges.target[i])],
         ...this.presentDirection(i), [`${shortNumber(edges.length[i])} ${units.length}`], [`a robot waits here ${waited} of the time`]];
     }

@@ -43,7 +43,7 @@ class Panel {
     const { story } = this.side, i = story.rowOf.get(task);
     if (task < 0) return "No task";
     if (i === undefined) return `Task ${task}`;
-    const good = story.good[i] >= 0 ? `, good ${story.called(story.good[i])}` : "", to = story.to[i];
+    const good = story.good[i] >= 0 ? `, item ${story.called(story.good[i])}` : "", to = story.to[i];
     return `Task ${task}${good}${to >= 0 ? `, to ${this.side.place(to)}` : ""}`;
   }
 

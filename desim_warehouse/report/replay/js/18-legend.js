@@ -17,7 +17,7 @@ function signsOf(sides) {
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay"))) signs.push(["bay", "bay"]);
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay" && zone.number))) signs.push(["charger", "charger"]);
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "station"))) signs.push(["out", "station"]);
-  else signs.push(["out", "goods are unloaded"]);
+  else signs.push(["out", "items are unloaded"]);
   if (sides.some(({ story }) => story.shutVisit.some((visit) => visit < 0))) signs.push(["shut", "closed"]);
   if (sides.some(({ story }) => story.shutVisit.some((visit) => visit >= 0))) signs.push(["person", "person in the aisle"]);
   if (some((header) => header.two_way.length > 0))

@@ -9,7 +9,7 @@ class LostTime {
     const table = element("table"), body = table.createTBody();
     found.forEach((one, number) => this.row(body, one, number));
     const list = element("div", { class: "list", tabindex: 0, role: "group", "aria-label": "Waits, most time first" }, table);
-    root.append(element("h2", {}, "What robots waited for"));
+    root.append(element("h2", {}, "What robots waited for, and that part of their time"));
     root.append(list);
   }
 

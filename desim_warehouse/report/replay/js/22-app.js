@@ -64,13 +64,19 @@ class App {
     new Pointer(this, side, side.root.querySelector("canvas"));
   }
 
-  // Two floors stand one above the other where they are larger so.
+  // Two floors stand beside or above one another, with figures beside or below them: whatever makes them largest.
   arrange() {
-    const box = byId("sides"), width = box.clientWidth, height = box.clientHeight;
-    const { left, top, right, bottom } = this.sides[0].view.bounds;
+    if (this.sides.length < 2) return;
+    const box = byId("sides"), { left, top, right, bottom } = this.sides[0].view.bounds;
     const scale = (wide, high) => Math.min(wide / (right - left), high / (bottom - top));
-    const stacked = this.sides.length > 1 && scale(width, height / 2 - 30) > scale(width / 2, height - 30);
-    box.classList.toggle("stacked", stacked);
+    const found = [false, true].flatMap((wide) => {
+      document.body.classList.toggle("wide", wide);
+      const width = box.clientWidth, height = box.clientHeight;
+      return [{ wide, size: scale(width / 2, height - 30) }, { wide, stacked: true, size: scale(width, height / 2 - 30) }];
+    });
+    const best = found.reduce((one, other) => (other.size > 1.02 * one.size ? other : one));
+    document.body.classList.toggle("wide", best.wide);
+    box.classList.toggle("stacked", Boolean(best.stacked));
   }
 
   resized() {
