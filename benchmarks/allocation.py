@@ -17,7 +17,7 @@ from benchmarks import GROUPS
 
 ROOT = Path(__file__).parents[1]
 FIRST_SEED = 1000
-SHOWN = ("T", "S", "C", "distance", "cost")
+SHOWN = ("T", "S", "C", "cost")
 COMPARED = ("T", "S", "cost")
 FLEETS = (6, 3)
 
@@ -62,8 +62,8 @@ def table(results: dict[str, list[dict[str, float]]]) -> list[str]:
         else:
             alike.append(([strategy], runs))
     rows = [
-        "| strategy | T | against | % | S | against | C | distance | cost | against | % |",
-        "|" + "---|" + "---:|" * 10,
+        "| strategy | T | against | % | S | against | C | cost | against | % |",
+        "|" + "---|" + "---:|" * 9,
     ]
     for names, runs in alike:
         cells = [", ".join(names)]

@@ -29,12 +29,6 @@ SHOWN = {
 }
 
 
-def value(form: str, values: list[float]) -> str:
-    """A mean with its interval."""
-    found = estimate(values)
-    return f"{form.format(found.mean)} ± {form.format(found.half_width)}"
-
-
 def difference(form: str, one: list[float], two: list[float]) -> str:
     """How much more two-way streets have, with its interval; in brackets where it may be nothing."""
     found = paired(two, one)
@@ -43,24 +37,25 @@ def difference(form: str, one: list[float], two: list[float]) -> str:
     return text if min(found.interval) > 0 or max(found.interval) < 0 else f"({text})"
 
 
-def rows(table: pd.DataFrame) -> list[str]:
-    """A row for each number of visits, routing policy and indicator."""
-    found = []
-    for (visits, routing), part in table.groupby([VISITS, ROUTING], sort=False):
-        one, two = (part[part["streets"] == kind].sort_values("replication") for kind in ("one-way", "two-way"))
-        for name, form in SHOWN.items():
+def rows(table: pd.DataFrame) -> list[list[str]]:
+    """A row for each indicator: its mean on one-way streets, and the gap to two-way ones, by visits and routing."""
+    parts = table.groupby([VISITS, ROUTING], sort=False)
+    found = [["one-way, and two-way - one-way", *(f"{visits}, {routing}" for (visits, routing), _ in parts)]]
+    for name, form in SHOWN.items():
+        cells = [f"`{name}`"]
+        for _, part in parts:
+            one, two = (part[part["streets"] == kind].sort_values("replication") for kind in ("one-way", "two-way"))
             a, b = one[name].tolist(), two[name].tolist()
-            cells = (visits, routing, f"`{name}`", value(form, a), value(form, b), difference(form, a, b))
-            found.append(f"| {' | '.join(map(str, cells))} |")
+            cells.append(f"{form.format(estimate(a).mean)}, {difference(form, a, b)}")
+        found.append(cells)
     return found
 
 
 def main() -> None:
     """Print the table."""
-    table = dw.Results.load(sys.argv[1] if len(sys.argv) > 1 else FOLDER).table
-    print("| visits an hour | routing | indicator | one-way | two-way | two-way - one-way |")
-    print("|---:|---|---|---:|---:|---:|")
-    print("\n".join(rows(table)))
+    heads, *cells = rows(dw.Results.load(sys.argv[1] if len(sys.argv) > 1 else FOLDER).table)
+    for row in (heads, ["---", *["---:"] * (len(heads) - 1)], *cells):
+        print(f"| {' | '.join(row)} |")
 
 
 if __name__ == "__main__":

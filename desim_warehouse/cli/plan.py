@@ -22,7 +22,7 @@ from desim_warehouse.cli.study_options import (
 )
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.study.limits import CAP, FIRST, MOST_RUNS, UNCERTAIN_RUNS
+from desim_warehouse.study.limits import CAP, MOST_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -63,7 +63,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
     f"[in at most {UNCERTAIN_RUNS} runs more]",
 )
 @with_json()
-@with_first_and_cap(FIRST, CAP)
+@with_first_and_cap(None, CAP)
 @with_question
 @with_execution
 def command(
@@ -79,7 +79,7 @@ def command(
     runs: int,
     uncertain: tuple[str, ...],
     as_json: bool,
-    first: int,
+    first: int | None,
     cap: int,
     question: ModelOptions,
     execution: ExecutionOptions,

@@ -54,7 +54,7 @@ ALIKE = 0.01
     "[default: bisection; for traffic.most_out scan]",
 )
 @with_json()
-@with_first_and_cap(FIRST, CAP)
+@with_first_and_cap(None, CAP)
 @with_question
 @with_execution
 def command(
@@ -64,7 +64,7 @@ def command(
     target: str | None,
     search: str | None,
     as_json: bool,
-    first: int,
+    first: int | None,
     cap: int,
     question: ModelOptions,
     execution: ExecutionOptions,
@@ -90,19 +90,23 @@ def command(
     warn_of_target(target, study.plan.base)
     if target is None:
         with interruptible(study, execution.kept):
-            best = most(study, share=ALIKE, first=first, cap=cap, **execution.where())
+            best = most(study, share=ALIKE, first=first or FIRST, cap=cap, **execution.where())
         smallest = words.level(best.first.labels[key])
         what = f"{words.factor_name(key)} {smallest}"
         alike = f"{what} is the smallest that does as much, within {100 * ALIKE:g} % of the most."
         falls = key == FLEET and best.selection.eliminated_at[len(searched) - 1] is not None
-        capped = _cap(study, best.indicator, first, execution) if falls else ""
+        capped = _cap(study, best.indicator, first or FIRST, execution) if falls else ""
         answer = race_words.answer(best, "size", tuple(filter(None, (alike, capped))))
         give(answer, execution.out, warnings, as_json=as_json)
         return
     search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
     with interruptible(study, execution.kept):
         found = size(study, target, first=first, cap=cap, search=search, **execution.where())
-    capped = "" if found.smallest is not None or key != FLEET else _cap(study, found.target.indicator, first, execution)
+    capped = (
+        ""
+        if found.smallest is not None or key != FLEET
+        else _cap(study, found.target.indicator, first or FIRST, execution)
+    )
     give(size_words.answer(found, capped), execution.out, warnings, as_json=as_json)
     if found.smallest is None:
         short = found.vetoed and study.plan.base.battery is not None

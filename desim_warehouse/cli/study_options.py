@@ -17,7 +17,7 @@ from desim_warehouse.cli.answers import typed
 from desim_warehouse.cli.options import TimeIn, with_overrides, with_study_confidence, with_study_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
-from desim_warehouse.study.limits import MOST_REPLICATIONS
+from desim_warehouse.study.limits import FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS
 
 if TYPE_CHECKING:
     from desim_warehouse.model.messages import Keys
@@ -187,17 +187,21 @@ def with_execution_in(folder: str) -> Callable[[F], F]:
 with_execution = with_execution_in("--out")
 
 
-def with_first_and_cap(first: int, cap: int) -> Callable[[F], F]:
-    """Add `--first` and `--cap`: how many replications of a design a search begins with, and the most."""
+def with_first_and_cap(first: int | None, cap: int) -> Callable[[F], F]:
+    """Add `--first` and `--cap`: how many replications of a design a search begins with, and the most.
+
+    `first` None: by the target, see `desim_warehouse.study.target.first_look`.
+    """
+    said = "" if first is not None else f"  [default: {FIRST} for shares, else {FIRST_OF_MEANS}]"
 
     def add(function: F) -> F:
         few = click.option(
             "--first",
             type=click.IntRange(2, MOST_REPLICATIONS),
             default=first,
-            show_default=True,
+            show_default=first is not None,
             is_eager=True,  # --cap looks at it
-            help="Replications of a design before anything is decided about it.",
+            help=f"Replications of a design before anything is decided about it.{said}",
         )
         many = click.option(
             "--cap",
@@ -213,7 +217,7 @@ def with_first_and_cap(first: int, cap: int) -> Callable[[F], F]:
 
 
 def _not_below_first(context: click.Context, option: click.Parameter, cap: int) -> int:
-    if cap < context.params.get("first", cap):
+    if cap < (context.params.get("first") or cap):
         raise click.BadParameter(f"{cap} is less than --first {context.params['first']}.", context, option)
     return cap
 

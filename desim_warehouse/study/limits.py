@@ -18,3 +18,5 @@ UNCERTAIN_RUNS = 250
 """The most runs that look for where uncertain inputs tip an answer."""
 FIRST, CAP = 5, 40
 """Replications at the first look at a design, and the most of them, by default."""
+FIRST_OF_MEANS = 10
+"""Replications at the first look at what has no upper end, such as a time: fewer do not show how skewed it is."""

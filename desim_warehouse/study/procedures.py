@@ -9,11 +9,11 @@ from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study import statistics
-from desim_warehouse.study.limits import CAP, FIRST, LEAST_DELTA
+from desim_warehouse.study.limits import CAP, LEAST_DELTA
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.study import Study, under, with_answer
-from desim_warehouse.study.target import check_zone, indifference, read_target
+from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -181,7 +181,7 @@ def size(
     target: str,
     *,
     zone: float | str | None = None,
-    first: int = FIRST,
+    first: int | None = None,
     cap: int = CAP,
     search: str = "bisection",
     **where: Any,
@@ -192,7 +192,7 @@ def size(
         study: with one factor, its values upwards.
         target: such as "throughput_per_hour >= 220"; of shares such as "on_time >= 95 %" or "on_time >= 0.95".
         zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
-        first: replications at the first look at a value.
+        first: replications at the first look at a value (default: 5 of a share, else 10).
         cap: most replications of a value.
         search: bisection, or scan through all values from the first.
         where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
@@ -211,7 +211,7 @@ def size(
     (key,) = (factor.key for factor in study.plan.factors)
     values = [point.labels[key] for point in study.points]
     scan = search == "scan"
-    zone = indifference(goal, zone, units)
+    zone, first = indifference(goal, zone, units), first or first_look(goal, cap)
     doubted = set() if scan else _doubted(study, goal, where)
     with study.session(**where) as runner:
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.outcome.indicators import INDICATORS, find, look_up, within
 from desim_warehouse.study import statistics
-from desim_warehouse.study.limits import MOST_ZONE
+from desim_warehouse.study.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
 from desim_warehouse.values.units import SECONDS, UnitNames, quantity
 
 if TYPE_CHECKING:
@@ -84,6 +84,11 @@ def indifference(goal: statistics.Target, zone: float | str | None, units: UnitN
     check_zone(goal.indicator, zone, goal.value)
     least, largest = within(goal.indicator)
     return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
+
+
+def first_look(goal: statistics.Target, cap: int) -> int:
+    """Replications at the first look at a design by default: at what has no upper end more, as it may be skewed."""
+    return min(FIRST if find(goal.indicator).is_share else FIRST_OF_MEANS, cap)
 
 
 def too_short(text: str, model: Model) -> str:

@@ -1,4 +1,11 @@
-"""How long a lifelong model takes to settle: deliveries and cycle times over time, and where MSER-5 cuts."""
+"""How long a lifelong model takes to settle: deliveries and cycle times over time, and where MSER-5 cuts.
+
+For each design the longer cut of throughput and cycle time counts, from five pilot runs in 1,000 equal spans. Of 60
+M/M/1 queues with 3,000 tasks and load 0.8, which settle at once, 1 was then said not to settle; with 200 spans 12.
+Rejected: one warm-up for all, the longest (it throws most away where little is known), and cutting each replication
+by itself (noisy, and biased towards calm starts). A design that does not settle is counted from the middle on and
+named; an error would stop every study that asks how much demand is too much.
+"""
 
 from __future__ import annotations
 

@@ -319,7 +319,7 @@ def test_a_queue_moves_up_from_stand_to_stand(headway, acceleration, speed):
 @pytest.mark.parametrize("looks_ahead", [False, True])
 @pytest.mark.parametrize(("headway", "acceleration", "speed"), SHAPES)
 def test_out_of_a_bay_they_start_as_far_apart_as_at_full_speed(headway, acceleration, speed, looks_ahead):
-    """D at full speed and what gathering it takes: too long where D < v² / 2a, as docs/why.md says."""
+    """D at full speed and what gathering it takes: too long where D < v² / 2a, as `world.traffic.motion` says."""
     motion = Motion(1 / acceleration, 1 / acceleration)
     floor = line("A B", 60, D=headway)
     robots = [floor.robot("A B", PARK, speed=speed, motion=motion, looks_ahead=looks_ahead) for _ in range(3)]

@@ -98,10 +98,18 @@ class _Planned:
         line = f"{name} {_are(sized.best)} the {'cheapest' if cost else 'smallest'} fleet shown to be enough"
         line = f"{line} {self._when(sized)}: {reached}{cost}."
         if close := self._left(sized, "open"):
-            line += f" {close} may also be enough; more runs would tell."
+            line += f" {close} may also be enough; {self._would_tell(sized)}."
         if edge := self._left(sized, "edge"):
             line += f" {edge} may also be enough, within {self._zone()} of the target, where no run will tell."
         return line + self._worse(sized)
+
+    def _would_tell(self, sized: Sized) -> str:
+        """How many runs of a fleet would tell whether it is enough, where those done did not."""
+        needed = [one.to_tell for one in sized.below if standing(one.verdict) == "open"]
+        known = [runs for runs in needed if runs is not None]
+        if not known or len(known) < len(needed):
+            return "even many more runs may not tell"
+        return f"some {10 * math.ceil(max(known) / 10)} runs of a fleet would tell (--cap)"
 
     def _left(self, sized: Sized, kind: Standing) -> str:
         """All fleets that may be enough instead, of many how many there are; empty where there is none."""

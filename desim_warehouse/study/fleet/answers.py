@@ -22,7 +22,7 @@ class Shown:
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
     None where all runs failed. `vetoed`: why it fails in any case. `cost`: of its robots and chargers a year, None
     without prices of them. `wrong`: the verdicts on its runs. `delivered`: tasks an hour, which is what counts of one
-    that cannot keep up.
+    that cannot keep up. `to_tell`: how many runs in all would probably tell, where these did not.
     """
 
     robots: int
@@ -34,6 +34,7 @@ class Shown:
     cost: float | None
     wrong: tuple[Verdict, ...] = ()
     delivered: Estimate | None = None
+    to_tell: int | None = None
 
 
 @dataclass(frozen=True)

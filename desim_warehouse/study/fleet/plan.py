@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import as_model
 from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.outcome.indicators import within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
@@ -20,10 +21,10 @@ from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_m
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, growth_of
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
-from desim_warehouse.study.limits import CAP, FIRST
+from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.procedures import judge_of
 from desim_warehouse.study.study import Study, under, with_answer
-from desim_warehouse.study.target import indifference, read_target
+from desim_warehouse.study.target import first_look, indifference, read_target
 from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
@@ -204,7 +205,11 @@ class _Planner:
         cost = self.designs.cost(counts)
         wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
         done = study.results.estimate(study.results.by_point[number], "throughput_per_hour")
-        return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done)
+        to_tell = None
+        if not verdict.closed:
+            values = [row.measured(self.target.indicator) for row in study.results.by_point[number]]
+            to_tell = statistics.runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
+        return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell)
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
         """What other strategies do with the designs that are too small with the model's own."""
@@ -282,7 +287,7 @@ def plan_fleet(
     confidence: float = 0.95,
     seed: int = 0,
     runs: int = 5000,
-    first: int = FIRST,
+    first: int | None = None,
     cap: int = CAP,
     timeout: float | None = None,
     **where: Any,
@@ -303,7 +308,7 @@ def plan_fleet(
         confidence: that all that is said of one demand is right.
         seed: of all runs.
         runs: the most that may be done.
-        first: replications at the first look at a design.
+        first: replications at the first look at a design (default: 5 for a share, else 10).
         cap: most replications of a design.
         timeout: seconds that a run may take.
         where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
@@ -320,7 +325,9 @@ def plan_fleet(
     more_demand(model, times or 1.0)
     budget = statistics.Budget(runs)
     designs = Designs(model, counts_of(robots, "robots"), counts_of(chargers, "chargers"))
-    planner = _Planner(model, goal, zone, confidence, designs, seed, first, cap, timeout, budget, where)
+    planner = _Planner(
+        model, goal, zone, confidence, designs, seed, first or first_look(goal, cap), cap, timeout, budget, where
+    )
     if strategies is None:
         strategies = {"policies.allocation": list(dict.fromkeys((model.policies.allocation.content(), *STRATEGIES)))}
     today, grown = _sizes(planner, times, {}, "")

@@ -1,4 +1,10 @@
-"""Decisions of the model that may hold a warehouse up: policies, and how often and for how many robots they decide."""
+"""Decisions of the model that may hold a warehouse up: policies, and how often and for how many robots they decide.
+
+Idle robots are no sign that charging cannot matter: below a threshold of 85 % they stand idle waiting for a charger.
+Several policies are one suspect, as of two good ones neither would ever be shown to be better. What batches cost is
+read from rows of their own, written when they are made: the release of the last task of a tour is wrong for a time
+window, and for batches that wait for a robot.
+"""
 
 from __future__ import annotations
 

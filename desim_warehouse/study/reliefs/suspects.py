@@ -1,4 +1,10 @@
-"""What may hold a warehouse up: each suspect with its relief in the model's own keys, and the dose that it is."""
+"""What may hold a warehouse up: each suspect with its relief in the model's own keys, and the dose that it is.
+
+What is special at a place is in the way; what is so everywhere is work. So a crossing is relieved of the time by
+which robots are longer there than elsewhere: no time at all there gains a little at each busy node of every model
+with a node time. Waits and time of a crossing are one suspect: taking the time away ends the waits too, and both
+intervals overlap wherever the queue is long.
+"""
 
 from __future__ import annotations
 

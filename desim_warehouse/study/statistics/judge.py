@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Generic, Literal, TypeVar
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.limits import CAP, FIRST
+from desim_warehouse.study.limits import CAP, FIRST, FIRST_OF_MEANS
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING, bounds_of
 from desim_warehouse.study.statistics.procedure import Procedure, request
@@ -50,10 +50,12 @@ def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
 def looks_by(replications: int) -> list[tuple[int, float]]:
     """The looks that there were after so many replications, where there is no cap: the i-th may use 1 / (i (i + 1)).
 
+    The first is at ten, as waiting costs nothing where runs go on by themselves.
+
     Source: parts that add up to 1 however long it goes on, most of it used at first, as of Lan & DeMets (1983),
     Discrete sequential boundaries for clinical trials, Biometrika 70(3), 659-663.
     """
-    at = takewhile(lambda n: n <= replications, _growing(FIRST))
+    at = takewhile(lambda n: n <= replications, _growing(FIRST_OF_MEANS))
     return [(n, 1 / (i * (i + 1))) for i, n in enumerate(at, 1)]
 
 

@@ -1,9 +1,15 @@
 """Tasks held back at the source while a station or the way is closed, so that no robot sets out only to wait for that.
 
 A robot sent to a station that opens in eight hours would wait there with its load, in a slot that others need. So a
-task is assigned only if the robot, driving freely, finds every station on its way open. Otherwise the task is looked at
-again when a robot would arrive just as the station opens. Where it cannot reach one station before another closes, it
-sets out all the same: the load has to wait somewhere. What lies behind a closure says `cut_off`.
+task is assigned only if the robot, driving freely, finds every station on its way open. Otherwise the task is looked
+at again when a robot would arrive just as the station opens. Where it cannot reach one station before another closes,
+it sets out all the same: the load has to wait somewhere. What lies behind a closure says `cut_off`.
+
+Sent at ten in the evening to a station that opens at six, a robot would stand there for eight hours, uncharged.
+Policies do not see tasks that may not be begun yet: `in-order` would wait for the first of them all night. Where
+hours of two stations of a tour follow one another, held back it could wait for ever. Rejected: sending no robot to a
+station that is closed now (idle for a drive after each opening), and turning round before one that has closed
+meanwhile (loads stranded in the lanes).
 """
 
 from __future__ import annotations

@@ -15,6 +15,10 @@ quarters. The first condition makes turns longer where the level is below that h
 turn gains 1 - m, and after the other half of the round the last has 1 - 0.5 e^0.5, 18 % of what robots have beyond
 the way. So nobody runs flat but for what changing places costs: the time to drive up, and the drive there and back,
 which no proof covers (`tests/laws/test_nights.py` tries it). Swaps are not broken off.
+
+A bay with a charger for each slot keeps its robots at rest full, so they draw nothing, as in the paper's zones.
+Elsewhere one that rests or queues draws as standing ones do, and is charged again at the level at which one that
+leaves its work would go to charge.
 """
 
 from __future__ import annotations

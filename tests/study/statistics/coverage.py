@@ -19,6 +19,7 @@ from desim_warehouse.study.statistics import (
     follow,
     gains_steps,
     kn,
+    looked_at,
     parse_target,
     verdict_steps,
 )
@@ -29,6 +30,8 @@ if TYPE_CHECKING:
 
     from numpy.random import Generator
     from numpy.typing import NDArray
+
+    from desim_warehouse.study.statistics.intervals import Interval
 
 STUDIES = 400
 
@@ -149,6 +152,46 @@ def verdict(rng: Generator, true: float, target: float, tasks: int, alike: float
     judge = Judge(parse_target(f"on_time >= {target}"), zone=(1 - target) / 4, within=(0.0, 1.0))
     follow(verdict_steps([0], judge), lambda _, replication: days[replication])
     return judge.verdicts[0].verdict
+
+
+def ever_met(draw: Callable[[Generator], Sequence[float]], target: str, within: Interval, studies: int) -> float:
+    """How often the live page ever says of a design exactly at its target that it meets it, in `LOOKED_AT` days."""
+    rng, goal = np.random.default_rng(424242), parse_target(target)
+    found = [looked_at(draw(rng), goal, 0.95, within=within) for _ in range(studies)]
+    return float(np.mean([one is not None and one.verdict == "meets" for one in found]))
+
+
+def bad_days(rng: Generator) -> list[float]:
+    """Nine of ten days 99 % on time, the tenth 59 %: 95 % in all."""
+    days = np.where(rng.random(LOOKED_AT) < 0.1, 0.59, 0.99)
+    return _shares(rng.binomial(60, days) / 60, 60)
+
+
+LOOKED_AT = 120
+"""Days of a design on the live page."""
+_ANY, _SHARE = (-np.inf, np.inf), (0.0, 1.0)
+AT_THE_TARGET: tuple[tuple[str, str, Interval, Callable[[Generator], Sequence[float]]], ...] = (
+    ("normal days, mean at most 200", "T <= 200", _ANY, lambda rng: rng.normal(200, 10, LOOKED_AT)),
+    ("exponential days, mean at most 200", "T <= 200", _ANY, lambda rng: 190 + rng.exponential(10, LOOKED_AT)),
+    ("exponential days, mean at least 200", "T >= 200", _ANY, lambda rng: 190 + rng.exponential(10, LOOKED_AT)),
+    (
+        "lognormal days (σ = 1), mean at most 200",
+        "T <= 200",
+        _ANY,
+        lambda rng: 200 - 10 * np.exp(0.5) + 10 * rng.lognormal(0, 1, LOOKED_AT),
+    ),
+    *(
+        (
+            f"95 % on time, {tasks} tasks a day, correlation {alike}",
+            "on_time >= 0.95",
+            _SHARE,
+            lambda rng, tasks=tasks, alike=alike: _shares(day_shares(rng, 0.95, tasks, alike, LOOKED_AT), tasks),
+        )
+        for tasks, alike in ((50, 0.02), (200, 0.1), (200, 0.3))
+    ),
+    ("nine of ten days 99 % on time, the tenth 59 %, 60 tasks a day", "on_time >= 0.95", _SHARE, bad_days),
+)
+"""Designs exactly at a target: what their days are like, the target, the range of the indicator, and days."""
 
 
 ON_TIME = (

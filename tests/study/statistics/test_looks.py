@@ -44,20 +44,20 @@ def ever(name, mean, streams):
 
 
 def test_looks_use_no_more_error_than_there_is_however_long_it_goes_on():
-    assert [n for n, _ in looks_by(100)] == [5, 8, 12, 18, 27, 41, 62, 93]
+    assert [n for n, _ in looks_by(100)] == [10, 15, 23, 35, 53, 80]
     assert math.fsum(part for _, part in looks_by(100_000)) <= 1.0
-    assert looks_by(2) == []
+    assert looks_by(9) == []
     assert [n for n, _ in looks()] == [5, 8, 12, 18, 27, 40]
     assert math.fsum(part for _, part in looks()) == pytest.approx(1.0)
 
 
 def test_a_verdict_that_fell_stands_whatever_comes():
-    good = [1.0, 1.1, 0.9, 1.0, 1.05]
+    good = [1.0, 1.1, 0.9, 1.0, 1.05] * 2
     target = Target("x", ">=", 0.0)
     first = looked_at(good, target, 0.95, within=ANYTHING)
     later = looked_at(good + [-50.0] * 25, target, 0.95, within=ANYTHING)
     assert (first.verdict, later.verdict) == ("meets", "meets")
-    assert first.n == later.n == 5
+    assert first.n == later.n == 10
 
 
 def test_nothing_is_said_before_the_first_look_and_one_run_is_enough_without_chance():

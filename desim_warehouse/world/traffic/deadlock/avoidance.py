@@ -1,13 +1,27 @@
 """The guard of two-way lanes: a step is granted only if all robots that are out can come home afterwards.
 
 What that takes is looked at by a test: `plan` where robots can make way for others on one-way lanes, `acyclic` where
-they cannot. Whatever the test misses is refused needlessly, and no more: in each state that was granted some robot can
-take its next step, so as long as robots are out one of them can move (proof: docs/why.md). This is the banker's
+they cannot. Whatever the test misses is refused needlessly, and no more: in each state that was granted some robot
+can take its next step, so as long as robots are out one of them can move (below). This is the banker's
 algorithm on routes.
 
 It needs that every robot out has declared its whole route, which ends in a reserved slot off the lanes (a bay, or a
 station beside a node). And every step and every change of a route must be checked here. A robot under way counts as
 standing where it is going to.
+
+Why work never stops. With all robots in slots the empty plan will do, and every grant keeps a plan. Suppose robots
+are out and none is under way or handling. Let i be the robot of the first move.
+
+- Its next step is free. i is the first on its stand and claims the next place to stand on its route. All up to there
+  is empty by the plan, or the place is the refuge itself, with room: robots at rest on a lane stand D apart from the
+  stop line on, so room by the plan is room on the lane.
+- It is granted without a search. Put the step before the plan, and the plan still holds: nobody moves before i.
+- It is looked at. A refused claim is looked at again when one of those moves for which it was refused. The claim of
+  the robot that the plan begins with is looked at again at every grant: without that, stalls are rare but real
+  (`tests/laws/test_two_way.py`).
+
+Every grant shortens a finite route, so all come home unless others keep setting out. Therefore departures are held
+back where a claim waits too long, and only they.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""The plan by which all robots that are out come home, kept while they drive (proof: docs/why.md, Two-way lanes).
+"""The plan by which all robots that are out come home, kept while they drive (proof: `avoidance`).
 
 A plan is a list of moves (`layout.way_home`), each with a rank, by which they are ordered. A step is safe if there is a
 plan for the state after it. Three ways to find one, the cheapest first:
