@@ -192,7 +192,7 @@ def test_every_open_fleet_is_named_or_counted():
     sized = Sized("today", 1.0, 200.0, best, (close, *few), {}, False, (), {}, counts=counts)
     plan = FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", sized, None, (), None, "charging", 400)
     assert (
-        "9 other fleets, of 8 to 10 robots and 3 to 5 chargers, may also be enough; more runs would tell."
+        "9 other fleets, of 8 to 10 robots and 3 to 5 chargers, may also be enough; "
         in plan.answer.answer[0]
     )
 
