@@ -16,7 +16,9 @@ from desim_warehouse.cli.options import run_of, with_overrides, with_seed
 @with_seed
 @click.option("-o", "--out", metavar="FILE", help="Default: report.html in DIR, of a MODEL in the working folder.")
 @click.option(
-    "--notebook", metavar="FILE", help="Write its notebook for Jupyter, too: with the path of DIR, not yet run."
+    "--notebook",
+    metavar="FILE",
+    help="Write a notebook for Jupyter, too: the runs of DIR as a pandas table, not yet run.",
 )
 @click.option("--replay", is_flag=True, help="Write a replay of one run beside the page, and link to it.")
 def command(

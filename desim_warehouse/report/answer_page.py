@@ -6,27 +6,23 @@ Nothing is shown of any design but the one that the answer is about; where it is
 from __future__ import annotations
 
 from datetime import UTC, datetime
-from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import ReportError, StudyError, WarehouseError, number_of
+from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.model import load as load_model
-from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import html
-from desim_warehouse.report.answer import Bar, PairGrid, Rows, load
+from desim_warehouse.report.answer import PairGrid, Rows, load
 from desim_warehouse.report.floor_svg import floor
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.kept import PLAN, WHY, kept
 from desim_warehouse.report.model_parts import model_facts
-from desim_warehouse.report.page import example, in_full
-from desim_warehouse.report.palette import HEAT
+from desim_warehouse.report.page import in_full, style
+from desim_warehouse.report.rows_svg import account, rows
 from desim_warehouse.report.run_parts import lost_time, made_with, resources
-from desim_warehouse.report.text import numbers
 from desim_warehouse.report.text.printed import how_sure, table
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
-from desim_warehouse.report.web import colours
 from desim_warehouse.run.folder import ANSWER
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.table import RESULTS
@@ -37,22 +33,16 @@ if TYPE_CHECKING:
     from desim_warehouse.report.answer import Answer
     from desim_warehouse.run import Run
 
-_LEAST = 0.005
-"""Part of a task's time from which on it has a bar of its own."""
 _SIGNS = {"met": "●", "not met": "×", "open": "?", "edge": "~", "overloaded": "×", "drained": "×"}
 """Cells of a grid; of what was not tried they are empty."""
 
 
-def read(folder: str | Path | None) -> Answer:
-    """The answer of a folder, also of versions before 0.4; None: that of a small warehouse.
+def read(folder: str | Path) -> Answer:
+    """The answer of a folder, also of versions before 0.4.
 
     Raises:
         ReportError: where it is damaged.
     """
-    if folder is None:
-        from desim_warehouse.study.why import why
-
-        return why(example(), first=5, cap=5).answer
     if Path(folder, ANSWER).is_file():
         return load(folder)
     old = [path for path in (Path(folder, PLAN), Path(folder, WHY)) if path.is_file()]
@@ -88,11 +78,10 @@ def page(answer: Answer, run: Run | None, replay: str | None = None) -> str:
     if run is not None and replay is not None:
         run.replay(replay)
     now = datetime.now(UTC).astimezone()
-    style = colours() + _heat() + files("desim_warehouse.report").joinpath("templates", "report.css").read_text("utf-8")
-    figures = [] if run is None else [part for part in (_account(run), floor(run)) if part is not None]
+    figures = [] if run is None else [part for part in (account(run), floor(run)) if part is not None]
     return html.template("answer.html").render(
         answer=answer,
-        style=Html(style),
+        style=style(),
         tiles=html.tiles((one.value, one.what, one.note) for one in answer.tiles),
         figure=None if answer.figure is None else _figure(answer.figure),
         about="" if run is None or answer.about is None else capital(answer.about.name),
@@ -103,51 +92,12 @@ def page(answer: Answer, run: Run | None, replay: str | None = None) -> str:
     )
 
 
-def _heat() -> str:
-    """The colours of waiting, as on the floors of replays."""
-    light, dark = (" ".join(f"--w{n}: {colour};" for n, colour in enumerate(HEAT[ground], 1)) for ground in HEAT)
-    return f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
-
-
 def _figure(figure: Rows | PairGrid) -> Html:
     if isinstance(figure, Rows):
         return rows(figure)
     seen = {cell for panel in figure.panels.values() for row in panel for cell in row}
     key = [(_SIGNS[kind], words) for kind, words in WORDS.items() if kind in seen and kind in _SIGNS]
     return html.figure("grid", figure, WORDS, _SIGNS, key)
-
-
-def rows(figure: Rows) -> Html:
-    """Intervals, or bars from 0, one below the other: every row has its words and its number beside it."""
-    ends = [end for one in figure.rows for end in (one.low, one.high, one.mean) if end is not None]
-    low, high = min([*ends, figure.at or 0.0]), max([*ends, figure.at or 0.0])
-    room = 0.04 * (high - low) if figure.at is not None else 0.0
-    low, span = low - room, (high - low + 2 * room) or 1.0
-    return html.figure("rows", figure, lambda value: round(1000 * (value - low) / span, 1))
-
-
-def _account(run: Run) -> Html | None:
-    """Where the time of a task goes, in one unit of time."""
-    if not run.history.tasks:
-        return None
-    account = run.account("task")
-    parts = account.mean().sort_values(ascending=False)
-    whole = float(parts.sum())
-    if not whole:
-        return None
-    unit = numbers.times(run.model.units.time, [float(parts.iloc[0])])
-    marks = tuple(
-        Bar(
-            label=OF_TASKS[str(name)].doing,
-            mean=float(part),
-            text=f"{unit.value(float(part))} · {100 * part / whole:.0f} %",
-            standing="part",
-        )
-        for name, part in parts.items()
-        if part >= _LEAST * whole
-    )
-    tasks = number_of(len(account), "task")
-    return rows(Rows(title=f"Where the {unit.value(whole)} of a task go, mean of {tasks}", rows=marks))
 
 
 def _folded(answer: Answer, run: Run | None) -> Iterator[tuple[str, Html]]:

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.report import html
 from desim_warehouse.report.html import Html
+from desim_warehouse.report.palette import HEAT
 from desim_warehouse.report.web import colours
 
 if TYPE_CHECKING:
@@ -27,32 +28,31 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class ReportPage:
-    """The content of a report: the parts of the first page, then sections by name, then those of the appendix.
+    """The content of a report: the parts of the first page, then what is folded away below, by name.
 
-    A part is HTML or a figure; None: there is nothing to show, and a section without parts is left out.
+    A part is HTML or a figure; None: there is nothing to show, and what has no parts is left out.
     """
 
     title: str
     first: Parts
-    sections: dict[str, Parts]
-    appendix: dict[str, Parts]
+    folded: dict[str, Parts]
 
     def html(self) -> str:
         """The whole page: styles and figures inside, no scripts, no external links."""
-        style = colours() + files("desim_warehouse.report").joinpath("templates", "report.css").read_text("utf-8")
+        made = ((name, _shown(parts)) for name, parts in self.folded.items())
+        folded = [(name, parts) for name, parts in made if parts]
         return html.template("report.html").render(
-            title=self.title,
-            style=Html(style),
-            first=_shown(self.first),
-            sections=_filled(self.sections),
-            appendix=_filled(self.appendix),
+            title=self.title, style=style(), first=_shown(self.first), folded=folded
         )
 
 
-def _filled(sections: dict[str, Parts]) -> list[tuple[str, Html]]:
-    """The sections in which there is something to show."""
-    made = ((name, _shown(parts)) for name, parts in sections.items())
-    return [(name, parts) for name, parts in made if parts]
+def style() -> Html:
+    """The style of a page, with the colours of waiting as on the floors of replays."""
+    light, dark = (" ".join(f"--w{n}: {colour};" for n, colour in enumerate(HEAT[ground], 1)) for ground in HEAT)
+    heat = f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
+    return Html(
+        colours() + heat + files("desim_warehouse.report").joinpath("templates", "report.css").read_text("utf-8")
+    )
 
 
 def _shown(parts: Parts) -> Html:

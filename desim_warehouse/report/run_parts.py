@@ -1,4 +1,4 @@
-"""The sections of a single run's report: on its page, and one by one in the notebook reports/run.ipynb."""
+"""The page of a single run: what it achieved, where the time of a task went, the floor, and all else folded away."""
 
 from __future__ import annotations
 
@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.model.facts.kinds import said
-from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, counted_tasks
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.report import html, plot
 from desim_warehouse.report import page as pages
+from desim_warehouse.report.floor_svg import floor
 from desim_warehouse.report.model_parts import model_facts, work
+from desim_warehouse.report.rows_svg import account
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.text.root_words import root as root_in_words
 from desim_warehouse.states import staff
@@ -23,7 +24,6 @@ if TYPE_CHECKING:
 
     from matplotlib.axes import Axes
 
-    from desim_warehouse.outcome.account import By
     from desim_warehouse.report.html import Html
     from desim_warehouse.report.page import ReportPage
     from desim_warehouse.run import Run
@@ -38,14 +38,11 @@ _SPANS = 400
 """The most states in the Gantt chart; of longer runs a part is shown."""
 
 
-def read(folder: str | Path | Run | None) -> Run:
-    """A run, or that of a folder, with everything logged: again if it was not; None: of a small warehouse."""
+def read(folder: str | Path | Run) -> Run:
+    """A run, or that of a folder, with everything logged: again if it was not."""
     from desim_warehouse.run import Run as Done
-    from desim_warehouse.run import simulate
     from desim_warehouse.run.folder import load_run
 
-    if folder is None:
-        return simulate(pages.example().replace({"log": "all"}))
     run = folder if isinstance(folder, Done) else load_run(folder)
     if run.record.level == "all":
         return run
@@ -59,18 +56,15 @@ def page(folder: str | Path | Run, replay: str | None = None) -> ReportPage:
     run = read(folder)
     return pages.ReportPage(
         title=run.model.name,
-        first=[first_page(run, replay), *first_figures(run)],
-        sections={
-            "Where the time goes": [account(run), *flow_figures(run), *account_figures(run)],
+        first=[first_page(run, replay), account(run), floor(run)],
+        folded={
             "Stations and chargers": [resources(run)],
             "What robots waited for": [lost_time(run)],
             "Robots": [*robot_figures(run), kinds_of_robots(run)],
-        },
-        appendix={
-            "Indicators": [indicators(run)],
-            "The warehouse": [plot.layout(run), warehouse(run)],
             "Warm-up": [*warm_up_figures(run), warm_up(run)],
-            "Method and reproducibility": [method(run, None if run is folder else str(folder))],
+            "All indicators": [indicators(run)],
+            "The warehouse": [model_facts(run.model)],
+            "See it again": [method(run, None if run is folder else str(folder))],
         },
     )
 
@@ -91,40 +85,10 @@ def question(run: Run) -> str:
     return f"What do {words.design_spoken(fleet)} achieve in {run_words.counted_time(run)}?"
 
 
-def short(run: Run) -> Html:
-    """The answer by itself."""
-    return html.bullets(run_words.sentences(run), "answers")
-
-
-def warehouse(run: Run) -> Html:
-    """The model in numbers."""
-    return model_facts(run.model)
-
-
 def indicators(run: Run) -> Html:
     """All indicators with their units."""
     rows = [[words.indicator_name(key), words.value(key, value, run.model), key] for key, value in run.kpis.items()]
     return html.table(["indicator", "value", "name"], rows, words=3, name="indicators")
-
-
-def first_figures(run: Run) -> list[Axes]:
-    """The floor with where robots waited; where nobody did, what came and was delivered."""
-    return congestion_figures(run) or flow_figures(run)
-
-
-def flow_figures(run: Run) -> list[Axes]:
-    """Orders that came and were delivered."""
-    return [plot.arrivals(run)] if run.history.tasks else []
-
-
-def places(run: Run | None) -> dict[str, list[Html | Axes | None]]:
-    """The sections on where robots are served and where they wait."""
-    if run is None:
-        return {}
-    return {
-        "Stations and chargers": [resources(run)],
-        "Where robots wait": [*congestion_figures(run), lost_time(run)],
-    }
 
 
 def resources(run: Run) -> Html | None:
@@ -187,54 +151,6 @@ def kinds_of_robots(run: Run) -> Html | None:
         )
     heads = ["robots", "number", "delivered", "of their time at chargers", "lowest battery"]
     return html.table(heads, rows, name="kinds")
-
-
-def _accounted(run: Run) -> By | None:
-    """By what the report shows the account of time: tasks, robots if there were none; None: the log lacks the waits."""
-    if run.record.level != "all":
-        return None
-    return "task" if counted_tasks(run.history) else "robot"
-
-
-def account_figures(run: Run | None) -> list[Axes]:
-    """Where the time of a task went by flow and by station (of a robot, where there were no tasks), if the log says."""
-    by = None if run is None else _accounted(run)
-    if run is None or by is None:
-        return []
-    if by == "robot":
-        return [plot.account(run, by)]
-    served = {task.station for task in counted_tasks(run.history).values() if not task.stored}
-    served &= run.layout.stations.keys()
-    return [plot.account(run, "flow"), *([plot.account(run, "station")] if 1 < len(served) <= _PLACES else [])]
-
-
-def account(run: Run) -> Html:
-    """The largest part of the time of tasks, or of robots where there were no tasks, in a sentence."""
-    by = _accounted(run)
-    if by is None:
-        return html.paragraph("An account of time needs a run with log: all.", "note")
-    table = run.account(by)
-    parts, count = table.sum(), len(table)
-    name, whole = str(parts.idxmax()), float(parts.sum())
-    if not whole:
-        return html.paragraph("No time was counted.", "note")
-    unit = run.model.units.time
-    doing = (OF_TASKS if by == "task" else OF_ROBOTS)[name].doing
-    of = "A task takes" if by == "task" else "A robot was there for"
-    whole_said, part = (numbers.duration(value / count, unit) for value in (whole, float(parts[name])))
-    share = numbers.percent(float(parts[name]) / whole, 0)
-    said = f"{of} {whole_said} on average, of which the largest part is {doing}: {part}, {share} %."
-    return html.paragraph(said)
-
-
-def account_of(run: Run, design: str) -> Html:
-    """The same of one run of a design."""
-    return account(run) + html.paragraph(f"One run of {design} (seed {run.seed}).", "note")
-
-
-def congestion_figures(run: Run | None) -> list[Axes]:
-    """The map of waits, where anybody waited."""
-    return [] if run is None or not run.kpis["S"] else [plot.congestion(run)]
 
 
 def lost_time(run: Run) -> Html | None:

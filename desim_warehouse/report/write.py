@@ -28,7 +28,7 @@ def report(
     Args:
         source: a run, or what `desim plan`, `why`, `size`, `study`, `what-if`, `best` or `run` wrote with `--out`.
         out: the page; default: report.html in the folder, of a run in the working folder.
-        notebook: write the notebook of this report, which nothing has run, here, too.
+        notebook: write the notebook for people who know pandas, with this folder and not yet run, here, too.
         replay: write a replay of one run beside the page, NAME-replay.html, and link to it on the first page.
 
     Returns:
@@ -54,7 +54,7 @@ def report(
         raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
     _write(path, page)
     if notebook is not None:
-        _write(Path(notebook), _filled_in(kind, folder.resolve()))
+        _write(Path(notebook), _filled_in(folder.resolve()))
     return path
 
 
@@ -77,14 +77,14 @@ def kind_of(folder: Path) -> str:
     )
 
 
-def template(kind: str) -> Path:
-    """The notebook of a kind of report: in the installed package, or in reports/ of the source tree."""
-    return shipped("notebooks") / f"{kind}.ipynb"
+def template() -> Path:
+    """The notebook for any folder of runs: in the installed package, or in reports/ of the source tree."""
+    return shipped("notebooks") / "report.ipynb"
 
 
-def _filled_in(kind: str, folder: Path) -> str:
-    """A kind's notebook with the folder in the cell that sets the parameters."""
-    notebook = json.loads(template(kind).read_text(encoding="utf-8"))
+def _filled_in(folder: Path) -> str:
+    """The notebook with the folder in the cell that sets the parameters."""
+    notebook = json.loads(template().read_text(encoding="utf-8"))
     lines = notebook["cells"][0]["source"]
     lines[0] = f"folder = {str(folder)!r}\n"
     return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"

@@ -48,7 +48,7 @@ def test_a_check_shows_its_findings_with_what_to_do():
     assert found.findings
     for item in found.findings:
         assert {item.code, item.level} <= set(re.findall(r"<td>([^<]*)</td>", page))
-    assert "<h2>The model</h2>" in page
+    assert "<summary>The model</summary>" in page
 
 
 def test_a_cell_shows_the_message_of_an_error_and_not_the_way_through_the_code(capsys):

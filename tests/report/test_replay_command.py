@@ -103,9 +103,9 @@ def test_a_new_user_s_model_is_replayed_and_reported_whatever_its_log_says(tmp_p
     assert "desimReplay" in (tmp_path / "page.html").read_text(encoding="utf-8")
     made = CliRunner().invoke(desim, ["report", str(model), *short, "-o", str(tmp_path / "report.html")])
     assert made.output.strip() == str(tmp_path / "report.html")
-    first = (tmp_path / "report.html").read_text(encoding="utf-8").partition("<h2")[0]
+    first = (tmp_path / "report.html").read_text(encoding="utf-8").partition("<details")[0]
     assert "tasks an hour" in first
-    assert "Robots wait here" in first
+    assert "Where robots wait, part of the time" in first
     refused = CliRunner().invoke(desim, ["report", str(tmp_path), "--set", "fleet.size=2"])
     assert refused.exit_code == 2
     assert "--set is for models" in refused.output

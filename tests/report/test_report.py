@@ -22,6 +22,7 @@ from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import html, run_parts
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.page import ReportPage, example
+from desim_warehouse.report.rows_svg import account
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.write import report, template
 from desim_warehouse.shipped import gallery
@@ -108,27 +109,24 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     assert [row[1] for row in page.tables["lost"][1:]] == [
         numbers.duration(time, lifelong.model.units.time) for time in lost["time"][:10]
     ]
-    assert [picture["alt"].split()[0] for picture in page.pictures] == [
-        "Robots", "Tasks", "Account", "Share", "States", "Energy", "Layout", "Warm-up",
-    ]  # fmt: skip
-    parts = lifelong.account("task").sum()
-    share = numbers.percent(parts.max() / parts.sum(), 0)
-    assert f"on average, of which the largest part is {OF_TASKS[parts.idxmax()].doing}: " in page.text
-    assert f" steps, {share} %." in page.text
+    assert [picture["alt"].split()[0] for picture in page.pictures] == ["Share", "States", "Energy", "Warm-up"]
+    parts = lifelong.account("task").mean()
+    unit = lifelong.model.units.time
+    most = f"{numbers.times(unit, [parts.max()]).value(parts.max())} · {100 * parts.max() / parts.sum():.0f} %"
+    assert OF_TASKS[parts.idxmax()].doing in page.text
+    assert most in page.text
+    assert "Where robots wait, part of the time" in page.text
 
 
-def test_a_report_says_when_the_log_has_no_waits_to_account_for(model):
-
-    run = dw.simulate(model.replace({"log": "tasks"}))
-    assert run_parts.account_figures(run) == []
-    assert "needs a run with log: all" in run_parts.account(run)
+def test_a_run_whose_log_has_no_waits_has_no_account(model):
+    assert account(dw.simulate(model.replace({"log": "tasks"}))) is None
 
 
 def test_the_account_is_of_robots_where_nothing_was_asked_of_them(model):
-
     run = dw.simulate(model.replace({"tasks.goods": {"poisson": 1e-9}, "run.length": 100}))
-    said = "A robot was there for 100 steps on average, of which the largest part is idle: 100 steps, 100 %."
-    assert said in Page(run_parts.account(run)).text
+    said = Page(account(run)).text
+    assert "Where the 100 steps of a robot go, mean of 6 robots" in said
+    assert "100 steps · 100 %" in said
 
 
 def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
@@ -138,7 +136,7 @@ def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
     kpis = run.kpis
     assert kpis["throughput_per_hour"] == pytest.approx(kpis["tasks"] / (1500 * run.model.units.seconds / 3600))
     sentence = f"{kpis['tasks']} tasks delivered in 1,500 steps (75 s) after a warm-up of 500 steps, "
-    assert f"{sentence}{numbers.measured(kpis['throughput_per_hour'])} an hour." in run_parts.short(run)
+    assert f"{sentence}{numbers.measured(kpis['throughput_per_hour'])} an hour." in run_words.sentences(run)[0]
     shown = {row[2]: row[1] for row in Page(run_parts.indicators(run)).tables["indicators"][1:]}
     assert shown == {key: words.value(key, value, run.model) for key, value in kpis.items()}
     assert run.edges["waits"].sum() + run.nodes["waits"].sum() == kpis["S"]
@@ -185,25 +183,34 @@ def test_a_run_that_logged_little_is_simulated_again_for_its_account(model, tmp_
     assert again.kpis == pytest.approx(run.kpis, nan_ok=True)
 
 
-def test_the_notebook_of_an_answer_shows_it_and_a_run_of_its_design():
-    made = nbformat.read(template("answer"), as_version=4)
-    nbformat.validate(made)
-    pieces, pictures = shown_by(made)
-    assert "What holds it up?" in pieces[0]
-    assert {"Account", "Robots"} == {words.split()[0] for words in pictures}
-
-
-def test_the_notebook_of_a_run_runs_as_shipped_on_something_small():
-    made = nbformat.read(template("run"), as_version=4)
+def test_the_notebook_makes_a_small_study_and_shows_its_runs_as_a_table():
+    made = nbformat.read(template(), as_version=4)
     nbformat.validate(made)
     code = [cell for cell in made.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code)
     assert code[0].metadata["tags"] == ["parameters"]
-    assert code[0].source.startswith("folder = None")
     pieces, pictures = shown_by(made)
-    assert "an example" in pieces[0]
-    assert any("of which the largest part is " in Page(piece).text for piece in pieces)
-    assert {"Account", "Layout"} <= {words.split()[0] for words in pictures}
+    assert pieces[0].count("<tr") == 1 + 40
+    assert all(name in pieces[1] for name in ("fleet.size", "nearest", "mean", "count"))
+    assert "±" in pieces[2]
+    assert "iframe" in pieces[-1]
+    assert pictures
+
+
+@pytest.mark.parametrize("make", ["run", "search"])
+def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
+    folder = tmp_path / "folder"
+    if make == "run":
+        dw.simulate(example()).save(folder)
+    else:
+        dw.best(
+            example(), "throughput_per_hour", vary={"fleet.size": [1, 2]}, target="on_time >= 50 %", runs=50, out=folder
+        )
+    report(folder, notebook=tmp_path / "it.ipynb")
+    made = nbformat.read(tmp_path / "it.ipynb", as_version=4)
+    pieces, pictures = shown_by(made)
+    assert "throughput_per_hour" in pieces[0]
+    assert pictures
 
 
 def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):
@@ -215,7 +222,7 @@ def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):
     )
     (wheel,) = tmp_path.glob("*.whl")
     inside = set(zipfile.ZipFile(wheel).namelist())
-    assert {f"desim_warehouse/notebooks/{kind}.ipynb" for kind in ("run", "answer")} <= inside
+    assert "desim_warehouse/notebooks/report.ipynb" in inside
     assert {f"desim_warehouse/gallery/{name}.yaml" for name in gallery()} <= inside
     assert {
         f"desim_warehouse/report/templates/{name}"
@@ -247,8 +254,8 @@ def test_a_folder_with_files_missing_or_damaged_is_one_message(study_folder, tmp
 
 
 def test_a_section_in_which_there_is_nothing_is_left_out():
-    page = ReportPage("t", [html.heading("t")], {"Empty": [None], "Full": [html.code("x")]}, {"None": []}).html()
-    assert re.findall("<h2>(.*)</h2>", page) == ["Full"]
+    page = ReportPage("t", [html.heading("t")], {"Empty": [None], "Full": [html.code("x")], "None": []}).html()
+    assert re.findall("<summary>(.*)</summary>", page) == ["Full"]
 
 
 def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():
@@ -281,6 +288,6 @@ def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():
 def test_the_first_page_of_a_run_has_large_numbers(tmp_path, lifelong):
     said = run_words.numbers_of(lifelong)
     assert next(what for _, what, _ in said) == "tasks an hour"
-    page = report(lifelong, tmp_path / "run.html").read_text(encoding="utf-8").partition("<h2")[0]
+    page = report(lifelong, tmp_path / "run.html").read_text(encoding="utf-8").partition("<details")[0]
     assert all(f"<dt>{what}</dt><dd>{value}" in page for value, what, _ in said)
     assert run_words.waited(lifelong)[0] in Page(page).text

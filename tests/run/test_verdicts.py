@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.outcome.verdicts import RULES, judge
-from desim_warehouse.report import run_parts
+from desim_warehouse.report.text import run_words
 from tests.theory.models import robots_that_serve
 
 TUTORIAL = dw.load("models/tutorial.yaml", {"tasks.goods": {"poisson": 150}, "run": {"length": 36_000}})
@@ -97,7 +97,7 @@ def test_a_run_that_is_over_before_its_warm_up_says_so():
     assert [verdict.code for verdict in run.verdicts] == ["ENDS_IN_WARM_UP"]
     assert run.kpis == whole.kpis
     assert whole.verdicts == []
-    assert "the indicators count the whole run" in run_parts.short(run)
+    assert "the indicators count the whole run" in " ".join(run_words.sentences(run))
 
 
 def test_a_run_that_lasts_longer_than_its_warm_up_says_nothing():
@@ -134,7 +134,7 @@ def test_a_run_says_its_verdicts_once():
 def test_the_report_of_a_run_begins_with_them():
     run = dw.simulate(dw.load("models/tutorial.yaml", BUSY))
     text = run.verdicts[0].text
-    assert f"<li>{text[0].upper()}{text[1:]}.</li>" in run_parts.short(run)
+    assert f"{text[0].upper()}{text[1:]}." in run_words.sentences(run)
 
 
 def test_a_study_says_of_each_design_that_it_cannot_keep_up(tmp_path):
