@@ -8,10 +8,11 @@ else
 VENV := .venv-$(shell $(PYTHON) -c 'import sys; print("%d.%d" % sys.version_info[:2])')
 endif
 BIN := $(VENV)/bin
-READY := $(VENV)/.ready
+EXTRAS := dev,dask,dxf,excel,rl,serve
+READY := $(VENV)/.ready-$(EXTRAS)
 SOURCES := desim_warehouse tests benchmarks studies docs
 
-.PHONY: paper test quick lint tests test-long docs bench bench-long allocation-table validation pictures clean
+.PHONY: paper test quick quick-tests pythons lowest lint tests test-long docs bench bench-long allocation-table validation pictures clean
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
@@ -22,8 +23,20 @@ test: $(READY)  ## lint, types, layers, all tests
 
 quick: $(READY)  ## the inner loop: ruff, and the quick tests of models, layouts, policies and the world
 	$(BIN)/ruff check $(SOURCES)
-	$(BIN)/python -m pytest -n 2 -m "not long and not slow" --exitfirst \
+	@$(MAKE) --no-print-directory quick-tests
+
+quick-tests: $(READY)
+	$(BIN)/python -m pytest -n 2 -m "not long and not slow" --exitfirst $(PYTEST) \
 	    tests/model tests/bad tests/layout tests/policies tests/world tests/golden
+
+pythons:  ## the quick tests on each other Python, 3.11 to 3.14, that is here
+	.ci/pythons
+
+lowest:  ## the quick tests with the lowest versions that pyproject.toml allows; old packages may say that they are old
+	mkdir -p build
+	sed -n '/^dependencies = /,/^test = /s/.*"\(.*\)>=\(.*\)".*/\1==\2/p' pyproject.toml > build/lowest.txt
+	@$(MAKE) --no-print-directory quick-tests VENV=.venv-lowest EXTRAS=test,dxf,excel \
+	    PIP="--constraint build/lowest.txt" PYTEST="-W ignore::DeprecationWarning"
 
 lint: $(READY)
 	$(BIN)/ruff check $(SOURCES)
@@ -60,7 +73,7 @@ pictures: $(READY)  ## the pictures in docs/pictures
 $(READY): pyproject.toml
 	$(PYTHON) -c 'import sys; sys.exit(None if sys.version_info >= (3, 11) else "Python >= 3.11 is needed; make PYTHON=python3.12 chooses another")'
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --disable-pip-version-check --editable ".[dev,dask,dxf,excel,rl,serve]"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check $(PIP) --editable ".[$(EXTRAS)]"
 	touch $(READY)
 
 clean:

@@ -7,11 +7,13 @@ from __future__ import annotations
 
 import gc
 import importlib
+import os
 import re
 import sys
 from typing import Any
 
 import click
+from click.shell_completion import CompletionItem, add_completion_class
 
 from desim_warehouse._version import __version__
 
@@ -69,6 +71,11 @@ class _Commands(click.Group):
         command: click.Command = importlib.import_module(f"desim_warehouse.cli.{module}").command
         return command
 
+    def shell_complete(self, ctx: click.Context, incomplete: str) -> list[CompletionItem]:
+        """Complete subcommands without importing them."""
+        names = [CompletionItem(name, help=line) for name, (_, line) in COMMANDS.items() if name.startswith(incomplete)]
+        return names if incomplete[:1] != "-" else click.Command.shell_complete(self, ctx, incomplete)
+
     def invoke(self, ctx: click.Context) -> object:
         try:
             return super().invoke(ctx)
@@ -123,6 +130,10 @@ def main() -> None:
     from desim_warehouse.errors import WarehouseError, got, reason
     from desim_warehouse.study.execution import threads
 
+    if "_DESIM_COMPLETE" in os.environ:
+        from desim_warehouse.cli.completion import Bash
+
+        add_completion_class(Bash)
     gc.set_threshold(_GARBAGE)
     threads.alone()
     if sys.stdout is not None:  # it is None where the shell has closed it

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.completion import AtPath, indicators
 from desim_warehouse.cli.options import load_model, with_json, write_files
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -32,9 +33,11 @@ if TYPE_CHECKING:
 
 
 @click.command("best")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @with_vary
-@click.option("--indicator", required=True, metavar="NAME", help="The indicator to compare, such as T.")
+@click.option(
+    "--indicator", required=True, shell_complete=indicators, metavar="NAME", help="The indicator to compare, such as T."
+)
 @click.option("--target", help="What must be met besides, such as 'on_time >= 95 %'.")
 @click.option("--place-chargers", type=click.IntRange(1), metavar="K", help="Search K nodes for a charger at each.")
 @click.option("--directions", is_flag=True, help="Search which way aisles lead.")

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_force, write_files
 
 
 @click.command("calibrate")
-@click.argument("logs", nargs=-1, required=True, metavar="LOG...")
+@click.argument("logs", type=AtPath(), nargs=-1, required=True, metavar="LOG...")
 @click.option("--model", required=True, metavar="PLANT", help="The model file of the plant.")
 @click.option("--orders", metavar="ORDERS", help="A file of orders (CSV, Parquet) that demand is taken from as it is.")
 @click.option(

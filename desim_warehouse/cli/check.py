@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 
 if TYPE_CHECKING:
@@ -18,7 +19,7 @@ if TYPE_CHECKING:
 
 
 @click.command("check")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @with_overrides
 @with_json("verdict, findings, quick estimate")
 def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:

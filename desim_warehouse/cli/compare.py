@@ -5,12 +5,13 @@ from __future__ import annotations
 import click
 
 from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_indicator, with_json
 from desim_warehouse.cli.study_options import read_assignments
 
 
 @click.command("compare")
-@click.argument("folder")
+@click.argument("folder", type=AtPath())
 @with_indicator
 @click.option(
     "--baseline",

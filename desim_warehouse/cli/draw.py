@@ -4,11 +4,12 @@ from __future__ import annotations
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import load_model, with_overrides
 
 
 @click.command("draw")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @click.option("-o", "--out", "output", default="floor.svg", show_default=True, metavar="FILE", help="PNG, SVG or PDF.")
 @click.option("--names", is_flag=True, help="Also the names of storage places (layout.storage_names), or numbers.")
 @with_overrides

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_force
 
 if TYPE_CHECKING:
@@ -36,7 +37,7 @@ def _listed(formats: Mapping[str, tuple[str, str]]) -> str:
 
 
 @click.command("export")
-@click.argument("path")
+@click.argument("path", type=AtPath())
 @click.option(
     "--format",
     "form",

@@ -7,11 +7,12 @@ from pathlib import Path
 import click
 
 from desim_warehouse.cli.answers import keep
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.tables import sheet, show
 
 
 @click.command("fit")
-@click.argument("file")
+@click.argument("file", type=AtPath())
 @click.option("--column", required=True, help="The column with the times.")
 @click.option("--unit", default="s", show_default=True, help="What the times are in, for words and figure.")
 @click.option("--out", metavar="DIR", help="For the figure: fit.png and fit.svg.")

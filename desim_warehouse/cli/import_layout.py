@@ -7,6 +7,7 @@ from typing import Any
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_force, write_files
 from desim_warehouse.cli.tables import show_remarks
 from desim_warehouse.errors import number_of
@@ -20,7 +21,7 @@ the file does not say it.
 
 
 @click.command("import", help=_HELP)
-@click.argument("file")
+@click.argument("file", type=AtPath())
 @click.option("-o", "--out", metavar="MODEL", help="The model file to write.  [default: standard output]")
 @with_force
 @click.option(

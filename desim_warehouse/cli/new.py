@@ -2,25 +2,28 @@
 
 from __future__ import annotations
 
+import json
 import sys
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 from click.core import ParameterSource
 
-from desim_warehouse.cli.options import TimeIn, with_force, write_model
+from desim_warehouse.cli.completion import AtPath
+from desim_warehouse.cli.options import TimeIn, with_force, write_files
 from desim_warehouse.shipped import gallery
 
 if TYPE_CHECKING:
     from desim_warehouse.draft import Draft
 
 _WORKED_OUT = "by a quick estimate"
-_OTHERS = ("file", "like", "force")
+_OTHERS = ("file", "like", "schema", "force")
 """Parameters of the command that are no words for a draft."""
 
 
 @click.command("new")
-@click.argument("file", required=False)
+@click.argument("file", type=AtPath(), required=False)
 @click.option("--size", default="60x40", show_default=True, metavar="WxH", help="The floor in metres, width x height.")
 @click.option("--orders", default="200/h", show_default=True, metavar="RATE", help="Orders that arrive at random.")
 @click.option("--aisles", type=int, metavar="N", help="Aisles side by side.  [default: as many as fit]")
@@ -40,9 +43,12 @@ _OTHERS = ("file", "like", "force")
 @click.option("--packers", metavar="N", help="People who pack, in all stations; auto: as many as are needed.")
 @click.option("--inbound", metavar="RATE", help="Loads put away, such as 60/h.  [default: none]")
 @click.option("--like", type=click.Choice(list(gallery())), help="A whole warehouse of the gallery, instead of words.")
+@click.option("--schema", is_flag=True, help="Write the schema beside it, by which editors complete and check keys.")
 @with_force
 @click.pass_context
-def command(context: click.Context, /, file: str | None, *, like: str | None, force: bool, **given: Any) -> None:
+def command(
+    context: click.Context, /, file: str | None, *, like: str | None, schema: bool, force: bool, **given: Any
+) -> None:
     """Write a commented model FILE from a few words, ready for `check`, `draw`, `run` and `plan`.
 
     Without FILE it asks. Example: desim new w.yaml --size 70x45 --orders 420/h --shifts 06-22 --peak 11:30-13x1.6
@@ -59,9 +65,18 @@ def command(context: click.Context, /, file: str | None, *, like: str | None, fo
             file, given = _asked(given)
         text = draft(_words(given))
         said = text.splitlines()[0].removeprefix("# ")
-    write_model(file, text, force=force)
+    write_files(_with_schema(Path(file), text) if schema else {Path(file): text}, force=force)
     click.echo(said)
     click.echo(f"{file} is written; next: desim check {file}")
+
+
+def _with_schema(model: Path, text: str) -> dict[Path, str]:
+    """A model file whose first line leads editors to the schema beside it, and that schema."""
+    from desim_warehouse.model import json_schema
+
+    beside = model.with_suffix(".schema.json")
+    line = f"# yaml-language-server: $schema={beside.name}\n"
+    return {model: line + text, beside: json.dumps(json_schema(), indent=2) + "\n"}
 
 
 def _of_gallery(context: click.Context, like: str) -> str:

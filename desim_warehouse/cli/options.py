@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast, get_args
 
 import click
 
+from desim_warehouse.cli.completion import indicators, keys_then
 from desim_warehouse.errors import ModelError, ReportError, reason
 from desim_warehouse.findings import Acceptable
 
@@ -21,6 +22,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 _set = click.option(
     "--set",
     "assignments",
+    shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY=VALUE",
     help="Change a key of the model, such as fleet.size=3 or tasks.goods=[11,8]; may be repeated.",
@@ -28,6 +30,7 @@ _set = click.option(
 _unset = click.option(
     "--unset",
     "removed",
+    shell_complete=keys_then(""),
     multiple=True,
     metavar="KEY",
     help="Remove a key of the model, such as tasks.goods, as if the file did not have it; may be repeated.",
@@ -82,6 +85,7 @@ def with_json(content: str = "") -> Callable[[F], F]:
 with_indicator = click.option(
     "--indicator",
     "indicators",
+    shell_complete=indicators,
     multiple=True,
     metavar="NAME",
     help="What to look at, or all; may be repeated.  [default: what such runs are judged by]",

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import refuse_files, with_force
 from desim_warehouse.errors import ModelError, number_of
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command("orders")
-@click.argument("file")
+@click.argument("file", type=AtPath())
 @click.option("--model", required=True, metavar="MODEL", help="Whose places the orders name.")
 @click.option("--out", metavar="PATH", help="The orders for the model: Parquet, or CSV by its name.")
 @with_force

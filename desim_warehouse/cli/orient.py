@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.completion import AtPath, indicators
 from desim_warehouse.cli.options import load_model, refuse_files, with_force, with_seed, write_files
 from desim_warehouse.cli.study_options import ExecutionOptions, interruptible, with_execution_in
 from desim_warehouse.cli.tables import NONE_MEETS
@@ -26,9 +27,14 @@ _RUNS, _RUNS_SEARCHED = 5, 500
 
 
 @click.command("orient")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @click.option("-o", "--out", "file", required=True, metavar="FILE", help="The model file to write.")
-@click.option("--indicator", metavar="NAME", help="Search by simulation: what should be best, such as on_time.")
+@click.option(
+    "--indicator",
+    shell_complete=indicators,
+    metavar="NAME",
+    help="Search by simulation: what should be best, such as on_time.",
+)
 @click.option(
     "--prefer", is_flag=True, help="Try two-way lanes that prefer these directions, too; write what does best."
 )

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -37,7 +38,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 
 
 @click.command("plan")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @click.option("--target", required=True, help="What is to be met, such as 'on_time >= 95 %'.")
 @click.option("--growth", metavar="AMOUNT", help="Also with more demand: 30% more, or 1.3 times as much.")
 @with_vary
@@ -57,6 +58,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 )
 @click.option(
     "--uncertain",
+    shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY=LOW..HIGH|FILE",
     help="What is not known exactly, or the ranges that desim calibrate wrote: where does the answer tip?  "

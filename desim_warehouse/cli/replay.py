@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import run_of, with_overrides, with_seed
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 
 @click.command("replay")
-@click.argument("source", metavar="MODEL|RUN_DIR")
+@click.argument("source", type=AtPath(), metavar="MODEL|RUN_DIR")
 @click.option(
     "-o", "--out", "output", metavar="FILE", default="replay.html", show_default=True, help="The page to write."
 )

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import run_of, with_overrides, with_seed
 
 
 @click.command("report")
-@click.argument("source", metavar="MODEL|DIR")
+@click.argument("source", type=AtPath(), metavar="MODEL|DIR")
 @with_overrides
 @with_seed
 @click.option("-o", "--out", metavar="FILE", help="Default: report.html in DIR, of a MODEL in the working folder.")

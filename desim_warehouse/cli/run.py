@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import TimeIn, load_model, with_indicator, with_json, with_overrides, with_seed
 from desim_warehouse.cli.tables import sheet, show
 from desim_warehouse.cli.warned import warn
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 
 @click.command("run")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @with_overrides
 @with_seed
 @with_json("indicators, verdicts, warnings, seed, version")

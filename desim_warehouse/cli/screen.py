@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_indicator
 from desim_warehouse.cli.tables import sheet, show
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 
 @click.command("screen")
-@click.argument("folder")
+@click.argument("folder", type=AtPath())
 @with_indicator
 def command(folder: str, indicators: tuple[str, ...]) -> None:
     """Show which factors of a study FOLDER matter: main effects, and shares of the variance.

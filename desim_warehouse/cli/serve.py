@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
+from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_overrides
 from desim_warehouse.cli.study_options import read_vary
 from desim_warehouse.cli.warned import warn
@@ -17,9 +18,10 @@ if TYPE_CHECKING:
 
 
 @click.command("serve")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @click.option(
     "--vary",
+    shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY[=VALUES]",
     help="What the page offers, with values as in desim what-if; may be repeated.  [default: robots, chargers, demand "

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -35,8 +36,14 @@ ALIKE = 0.01
 
 
 @click.command("size")
-@click.argument("model")
-@click.option("--key", default="fleet.size", show_default=True, help="The key whose smallest value is sought.")
+@click.argument("model", type=AtPath())
+@click.option(
+    "--key",
+    shell_complete=keys_then(""),
+    default="fleet.size",
+    show_default=True,
+    help="The key whose smallest value is sought.",
+)
 @click.option(
     "--range",
     "values",

@@ -9,6 +9,7 @@ import click
 
 from desim_warehouse._version import __version__
 from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_json, with_overrides
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -40,7 +41,7 @@ def _share(context: click.Context, option: click.Parameter, text: str | None) ->
 
 
 @click.command("study")
-@click.argument("study")
+@click.argument("study", type=AtPath())
 @with_overrides
 @click.option(
     "--quantile",

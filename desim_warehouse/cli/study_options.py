@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any, TypeVar, cast
 import click
 
 from desim_warehouse.cli.answers import typed
+from desim_warehouse.cli.completion import keys_then
 from desim_warehouse.cli.options import TimeIn, with_overrides, with_study_confidence, with_study_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
@@ -29,6 +30,7 @@ F = TypeVar("F", bound=Callable[..., Any])
 
 with_vary = click.option(
     "--vary",
+    shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY=VALUES",
     help="What to vary: fleet.size=1..12, battery.threshold=2,3.5,5, or policies.charging=threshold,{name: ...}; "

@@ -6,11 +6,12 @@ from pathlib import Path
 
 import click
 
+from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 
 
 @click.command("validate")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @click.option("--against", "logs", multiple=True, required=True, metavar="LOG", help="A real day; may be repeated.")
 @click.option("--orders", multiple=True, metavar="ORDERS", help="The orders of that day, one file for each LOG.")
 @click.option(

@@ -7,6 +7,7 @@ from typing import Any
 import click
 
 from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.completion import AtPath, indicators
 from desim_warehouse.cli.options import with_indicator, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -26,10 +27,15 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 
 
 @click.command("what-if")
-@click.argument("model")
+@click.argument("model", type=AtPath())
 @with_vary
 @click.option("--replications", default="1", show_default=True, help="Of each design, or with --until the first.")
-@click.option("--until", metavar="NAME", help="Replicate until the mean of this indicator is precise enough:")
+@click.option(
+    "--until",
+    shell_complete=indicators,
+    metavar="NAME",
+    help="Replicate until the mean of this indicator is precise enough:",
+)
 @click.option("--half-width", help="... up to this share of the mean ...  [default: 5 %]")
 @click.option(
     "--cap", type=click.IntRange(2, MOST_REPLICATIONS), help="... but not more often than this.  [default: 200]"

@@ -7,6 +7,7 @@ from pathlib import Path
 import click
 
 from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.completion import AtPath, indicators
 from desim_warehouse.cli.options import load_source, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -21,8 +22,13 @@ from desim_warehouse.study.limits import FIRST
 
 
 @click.command("why")
-@click.argument("source", metavar="MODEL|RUN_DIR")
-@click.option("--indicator", metavar="NAME", help="What costs are counted in.  [default: throughput, cycle time or T]")
+@click.argument("source", type=AtPath(), metavar="MODEL|RUN_DIR")
+@click.option(
+    "--indicator",
+    shell_complete=indicators,
+    metavar="NAME",
+    help="What costs are counted in.  [default: throughput, cycle time or T]",
+)
 @with_json()
 @with_first_and_cap(FIRST, 160)
 @with_question

@@ -198,7 +198,7 @@ def size(
         where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
 
     Raises:
-        StudyError: not one factor, a bad target, or a run that failed.
+        StudyError: not one factor, a bad target, or a run that failed but for a robot that ran flat, which fails.
 
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes: a plan with one count.
     """
@@ -212,26 +212,42 @@ def size(
     values = [point.labels[key] for point in study.points]
     scan = search == "scan"
     zone, first = indifference(goal, zone, units), first or first_look(goal, cap)
-    doubted = set() if scan else _doubted(study, goal, where)
+    designs, each = statistics.line(len(values)), statistics.Budget(len(values))
+    doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, under(where, "scout"))
     with study.session(**where) as runner:
 
         def steps(exact: bool) -> statistics.Procedure[statistics.Sizing[Any]]:
             judge = judge_of(study, runner, goal, exact=exact, zone=zone, first=first, cap=cap)
-            return statistics.smallest_meeting_steps(values, judge, doubted, scan=scan)
+            return statistics.smallest_meeting_steps(values, judge, doubted or (), scan=scan)
 
-        found = study.carry_out(runner, steps, goal.indicator)
+        found = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
     return with_answer(SizeFound(**vars(found), study=study), where)
 
 
-def _doubted(study: Study, goal: statistics.Target, where: Mapping[str, Any]) -> set[int]:
-    """The values that fail on a single day, which is not one of the study."""
+def scouted(
+    study: Study,
+    goal: statistics.Target,
+    designs: Sequence[tuple[int, int]],
+    cost: Callable[[tuple[int, int]], tuple[float, ...]],
+    budget: statistics.Budget,
+    where: Mapping[str, Any],
+    known: str = "",
+) -> set[int] | None:
+    """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
+
+    None: the runs allowed ended before. `known`: what was known before, for those who watch the progress.
+    """
     scout = Study.of(replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated())
-    designs = statistics.line(len(study.points))
 
-    def steps(_: bool) -> statistics.Procedure[set[int]]:
-        return statistics.scout_steps(designs, lambda design: design, goal, statistics.Budget(len(designs)))
+    def steps(_: bool) -> statistics.Procedure[set[int] | None]:
+        try:
+            return (yield from statistics.scout_steps(designs, cost, goal, budget))
+        except statistics.RunsEndedError:
+            return None
 
-    return scout.follow(steps, goal.indicator, **under(where, "scout"))
+    with scout.session(**where) as runner:
+        runner.progress.tell(known)
+        return scout.carry_out(runner, steps, goal.indicator, flat=goal.missed)
 
 
 def judge_of(

@@ -1,5 +1,6 @@
 """A first model from a few words, and the picture of a floor."""
 
+import json
 import shlex
 from xml.etree import ElementTree as ET
 
@@ -182,3 +183,16 @@ def test_words_beside_a_warehouse_of_the_gallery_are_refused(tmp_path):
     assert said.exit_code == 2
     assert "--robots and --due: not with --like" in said.output
     assert not list(tmp_path.iterdir())
+
+
+def test_a_new_model_brings_its_schema_and_the_line_that_editors_read(tmp_path):
+    file, schema = tmp_path / "w.yaml", tmp_path / "w.schema.json"
+    assert call("new", str(file), "--schema").exit_code == 0
+    assert file.read_text().splitlines()[0] == f"# yaml-language-server: $schema={schema.name}"
+    assert json.loads(schema.read_text()) == dw.schema()
+    assert dw.load(file) == dw.Model.model_validate(read_yaml(file.read_text(), "w").data)
+    file.unlink()
+    with pytest.raises(dw.ModelError, match=r"w\.schema\.json: the file exists"):
+        call("new", str(file), "--schema")
+    assert not file.exists()
+    assert call("new", str(file), "--schema", "--force").exit_code == 0

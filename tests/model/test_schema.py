@@ -1,9 +1,11 @@
 """The JSON Schema that editors use, and the text it gives them."""
 
+import re
 from pathlib import Path
 
 import jsonschema
 import pytest
+from jsonschema.exceptions import best_match
 from ruamel.yaml import YAML
 
 from desim_warehouse.model import json_schema, load
@@ -44,15 +46,39 @@ def test_the_forms_that_reading_resolves_are_valid(validator):
     validator.validate(data)
 
 
+def places(error):
+    """The dotted keys that an editor underlines: the value, or the keys that are not known or missing."""
+    here = [str(key) for key in error.absolute_path]
+    ends = {
+        "additionalProperties": lambda: set(error.instance) - set(error.schema["properties"]),
+        "required": lambda: set(error.validator_value) - set(error.instance),
+    }
+    if error.validator in ends:
+        return {".".join([*here, end]) for end in ends[error.validator]()}
+    return {".".join(here)}
+
+
 @pytest.mark.parametrize(
     "name",
     [
-        "unknown_key", "unknown_section", "missing_key", "number_in_quotes", "zero_robots", "unknown_word",
-        "goods_form", "goods_poisson", "consumption_states", "directions_word", "policy_number", "empty_name",
-        "node_with_one_number", "edge_of_three", "table_key", "number_for_name", "empty_list",
+        "unknown_key", "unknown_key_in_bay", "unknown_key_in_list", "unknown_key_of_another_section", "unknown_section",
+        "missing_key", "missing_section", "number_in_quotes", "zero_robots", "negative", "fraction_for_whole_number",
+        "unknown_word", "word_for_number", "list_for_section", "goods_form", "directions_word", "policy_without_name",
+        "popularity_key", "empty_name", "node_with_one_number", "edge_of_three", "table_key", "number_for_name",
+        "empty_list", "unit_of_another_kind",
     ],
 )  # fmt: skip
-def test_editors_see_the_mistakes_that_one_key_can_show(name, validator):
+def test_editors_underline_a_mistake_where_reading_finds_it(name, validator):
+    """The messages of reading are beside the file: file:line:column: key: what is wrong."""
+    read_so = (BAD / f"{name}.txt").read_text(encoding="utf-8")
+    said = set(re.findall(r"^\S+?:\d+:\d+: ([\w.]+): ", read_so, re.MULTILINE))
+    underlined = [places(best_match([error])) for error in validator.iter_errors(read(BAD / f"{name}.yaml"))]
+    assert said
+    assert said <= set().union(*underlined)
+
+
+@pytest.mark.parametrize("name", ["consumption_states", "goods_poisson"])
+def test_of_a_form_among_several_they_underline_the_section(name, validator):
     assert not validator.is_valid(read(BAD / f"{name}.yaml"))
 
 

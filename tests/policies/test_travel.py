@@ -54,7 +54,7 @@ def test_fewest_nodes_are_found_as_algorithm_1_finds_them(monkeypatch, seed, est
     made = graph(seed)
     oracle = RouteOracle(made, "hops", SPEED, NODE_TIME, estimate=estimate)
     for origin in made:
-        before = dict(nx.bfs_predecessors(made, origin))
+        before = {to: at for at, to in nx.bfs_edges(made, origin)}
         for goal in made:
             way = [goal]
             while way[-1] != origin:

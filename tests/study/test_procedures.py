@@ -62,6 +62,13 @@ def test_the_smallest_fleet_for_a_throughput(tmp_path):
     assert means.isna().any()  # bisection leaves some out
 
 
+def test_a_value_with_which_a_robot_runs_flat_is_too_small():
+    tiny = {"battery.threshold": 0, "battery.reserve": 0, "accept": ["BATTERY_TOO_SMALL"], "tasks.goods": {"random": 5}}
+    found = procedures.size(study({"battery.capacity": [1, 10]}, tiny), "T <= 100000")
+    assert found.smallest == 10
+    assert dict(found.vetoed)[1] == "a robot runs flat"
+
+
 def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
     procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, out=tmp_path)
     before = len((tmp_path / "runs.jsonl").read_bytes().splitlines())

@@ -92,6 +92,7 @@ def test_tours_by_order_take_the_lines_of_an_order():
     assert "CHANGES_NOTHING" not in {item.code for item in dw.check(run.model).findings}
 
 
+@pytest.mark.slow
 def test_rates_count_orders_and_hand_figures_their_lines():
     profile = {"profile": {"per_hour": [20, 40], "every": 3600}}
     for arrivals, an_hour in (({"poisson": 30}, 75), (profile, 75), ({"schedule": [{"at": 5, "tasks": 60}]}, 75)):

@@ -219,6 +219,7 @@ def test_an_answer_that_is_none_of_those_given_is_refused(tmp_path, kind):
         dw.simulate(model)
 
 
+@pytest.mark.slow
 def test_pile_on_of_one_slot_is_what_joins():
     """One order of one line at a time, and a share p of pods that have an item: 1 / (1 - p), whatever the policy."""
     storage = [{"edge": ["A", "B"], "offset": 1 + 18 * n / 19} for n in range(20)]
@@ -262,6 +263,7 @@ HALL = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("pod", "lines", "within"), [("random", 2.469, 0.05), ("most-lines", 6.649, 0.02)])
 def test_pile_on_with_one_robot_is_that_of_the_closed_form(pod, lines, within):
     """The closed form takes all open lines to be of different items; random visits come out 3 % above it."""

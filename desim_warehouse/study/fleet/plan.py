@@ -22,7 +22,7 @@ from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, growth_of
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP
-from desim_warehouse.study.procedures import judge_of
+from desim_warehouse.study.procedures import judge_of, scouted
 from desim_warehouse.study.study import Study, under, with_answer
 from desim_warehouse.study.target import first_look, indifference, read_target
 from desim_warehouse.values.streams import whole_seed
@@ -115,7 +115,7 @@ class _Planner:
             factors["chargers"] = {"cases": cases}
         counts = [(first, second) for first in robots for second in chargers]
         study = self.study(name, factors, changes, self.seed)
-        found = self._cheapest(study, self.study(f"{name} scout", factors, changes, self.seed + 1), counts)
+        found = self._cheapest(study, counts)
         if found.design is not None:
             fleet = map(number_of, counts[found.design], _COUNTED.values())
             self.known += f"{name}: {' + '.join(fleet if self.designs.zone is not None else [next(fleet)])}; "
@@ -176,16 +176,10 @@ class _Planner:
         self.budget.take(runs)
         return found
 
-    def _cheapest(self, study: Study, scout: Study, counts: list[Counts]) -> Cheapest:
+    def _cheapest(self, study: Study, counts: list[Counts]) -> Cheapest:
         """The cheapest of the designs of a study, which a scout with other runs looks for first."""
-
-        def scouting() -> Procedure[set[int] | None]:
-            try:
-                return (yield from statistics.scout_steps(counts, self.designs.key, self.target, self.budget))
-            except statistics.RunsEndedError:
-                return None
-
-        doubts = self.follow(scout, lambda *_: scouting())
+        where = under(self.where, f"{study.plan.name} scout".replace(" ", "-"))
+        doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known)
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: statistics.verdict_steps([], judge))
