@@ -12,7 +12,7 @@ EXTRAS := dev,dask,dxf,excel,rl,serve
 READY := $(VENV)/.ready-$(EXTRAS)
 SOURCES := desim_warehouse tests benchmarks studies docs
 
-.PHONY: paper test quick quick-tests pythons lowest lint tests test-long docs bench bench-long allocation-table validation pictures clean
+.PHONY: paper test quick quick-tests pythons lowest lint tests test-long docs release-check bench bench-long allocation-table validation pictures clean
 
 paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and figures in reports/out/paper
 	$(BIN)/desim paper --out reports/out/paper
@@ -30,7 +30,7 @@ quick-tests: $(READY)
 	    tests/model tests/bad tests/layout tests/policies tests/world tests/golden
 
 pythons:  ## the quick tests on each other Python, 3.11 to 3.14, that is here
-	.ci/pythons
+	@for python in $$(.ci/pythons); do $(MAKE) --no-print-directory quick-tests PYTHON=$$python EXTRAS=test || exit 1; done
 
 lowest:  ## the quick tests with the lowest versions that pyproject.toml allows; old packages may say that they are old
 	mkdir -p build
@@ -52,6 +52,14 @@ test-long: $(READY)  ## slow proofs: thousands of random warehouses
 
 docs: $(READY)  ## the site, in build/site: open build/site/index.html
 	NO_MKDOCS_2_WARNING=1 $(BIN)/python -m mkdocs build --strict --quiet
+
+release-check: $(READY)  ## before a release: version, changelog, site, wheel and sdist, lowest versions
+	@version=$$($(BIN)/desim --version | sed 's/.* //'); \
+	case $$version in *dev*) echo "desim_warehouse/_version.py: $$version is a version under way"; exit 1; esac; \
+	grep -q "^## $$version$$" CHANGELOG.md || { echo "CHANGELOG.md: no heading '## $$version'"; exit 1; }; \
+	grep -q "^version: $$version$$" CITATION.cff || { echo "CITATION.cff: its version is not $$version"; exit 1; }
+	@$(MAKE) --no-print-directory docs lowest
+	$(BIN)/python -m pytest tests/cli/test_package.py
 
 bench: $(READY)  ## what people wait for, and speed as ratios to bare SimPy, measured in one process
 	$(BIN)/python -m benchmarks

@@ -31,6 +31,10 @@ if TYPE_CHECKING:
 class WarehouseError(Exception):
     """Anything this package refuses or cannot do."""
 
+    def _render_traceback_(self) -> list[str]:
+        """What Jupyter shows of it: the message, which says where and what to do, and not the way through the code."""
+        return [f"{type(self).__name__}: {self}"]
+
 
 class ModelError(WarehouseError):
     """A model or study file with problems: `problems` lists them all, one line each, with their position."""

@@ -5,11 +5,15 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import gymnasium
 import numpy as np
-from gymnasium import spaces
 
 from desim_warehouse.learn.asktell import Steps
+
+try:
+    import gymnasium
+    from gymnasium import spaces
+except ModuleNotFoundError as error:
+    raise ImportError(f"learning needs {error.name}; pip install 'desim-warehouse[rl]'") from None
 
 if TYPE_CHECKING:
     from collections.abc import Mapping

@@ -25,6 +25,7 @@ from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.report.replay.page import colours
 from desim_warehouse.report.text import words
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
+from desim_warehouse.study.execution.notebook import in_notebook
 from desim_warehouse.study.statistics import looks_by
 from desim_warehouse.study.target import read_target
 
@@ -143,7 +144,7 @@ def serve(
     goal = _target(base, target)
     offered = offers(base, vary)
     main = goal.indicator if goal is not None else _main(base)
-    frames = tuple(embed) if embed is not None else _NOTEBOOKS if _in_notebook() else ()
+    frames = tuple(embed) if embed is not None else _NOTEBOOKS if in_notebook() else ()
     folder = Path(out) if out is not None else _home(base)
     desk = Desk(base, offered, main, goal, workers=workers, folder=folder)
     try:
@@ -244,11 +245,3 @@ def _promise() -> str:
         "of error is shared among these checks, so waiting longer does not raise it. Run r has the same random numbers "
         "in every option, and differences to the pinned option are paired run by run."
     )
-
-
-def _in_notebook() -> bool:
-    import sys
-
-    shell = sys.modules.get("IPython")
-    found = shell.get_ipython() if shell is not None else None
-    return found is not None and "IPKernelApp" in found.config

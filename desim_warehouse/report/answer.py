@@ -184,9 +184,9 @@ class Answer(_Plain):
     def _repr_html_(self) -> str:
         """The page without the run, in a frame of its own."""
         from desim_warehouse.report.answer_page import page
-        from desim_warehouse.report.web import WebPage
+        from desim_warehouse.report.web import StillPage
 
-        return WebPage(self.question, page(self, run=None))._repr_html_()
+        return StillPage(self.question, page(self, run=None))._repr_html_()
 
 
 def load(folder: str | Path) -> Answer:

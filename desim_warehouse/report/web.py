@@ -25,6 +25,8 @@ class WebPage:
 
     sandbox = "allow-scripts"
     """What its frame in Jupyter lets it do."""
+    height = 720
+    """Of that frame, in pixels."""
 
     def __init__(self, title: str, page: str) -> None:
         self.title = title
@@ -47,11 +49,17 @@ class WebPage:
         """The page in a frame of its own."""
         return (
             f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
-            f'sandbox="{self.sandbox}" style="width:100%;height:720px;border:0"></iframe>'
+            f'sandbox="{self.sandbox}" style="width:100%;height:{self.height}px;border:0"></iframe>'
         )
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.title}, {len(self.html) / 1e6:.1f} MB)"
+
+
+class StillPage(WebPage):
+    """A page without scripts, whose frame lets none run."""
+
+    sandbox = ""
 
 
 POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"

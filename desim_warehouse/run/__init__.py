@@ -249,6 +249,12 @@ class Run:
 
         return part(self.history, seconds)
 
+    def _repr_html_(self) -> str:
+        """What Jupyter shows: the first page of its report, and its indicators, in a frame."""
+        from desim_warehouse.report.in_cells import run_page
+
+        return run_page(self)._repr_html_()
+
     def __repr__(self) -> str:
         """The three numbers of the paper."""
         return f"Run({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"
@@ -287,6 +293,12 @@ class Check:
         said += f", {number_of(warnings, 'warning')}" if warnings else ""
         said += f", {number_of(waived, 'error')} accepted" if waived else ""
         return said + (": this model would be refused" if errors else "")
+
+    def _repr_html_(self) -> str:
+        """What Jupyter shows: the verdict, the findings and the quick estimate, in a frame."""
+        from desim_warehouse.report.in_cells import check_page
+
+        return check_page(self)._repr_html_()
 
 
 def check(model: Source) -> Check:

@@ -1,4 +1,4 @@
-"""How far a study is, and what it knows so far: a bar and a line that change on a terminal, plain lines elsewhere."""
+"""How far a study is, and what it knows so far: a bar that moves on a terminal and in Jupyter, else plain lines."""
 
 from __future__ import annotations
 
@@ -7,6 +7,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any, Self, TextIO
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.study.execution.notebook import CellBar, in_notebook
 
 if TYPE_CHECKING:
     from types import TracebackType
@@ -28,10 +29,14 @@ class Progress:
         self.bar: Any = None
         self.task: Any = None
         self.live: Any = None
+        self.cell: CellBar | None = None
+        self.below: list[str] = []
 
     def __enter__(self) -> Self:
         self.begin = self.said = monotonic()
-        if self.shown and self.stream.isatty():
+        if self.shown and in_notebook():
+            self.cell = CellBar()
+        elif self.shown and self.stream.isatty():
             from rich.console import Console, Group
             from rich.live import Live
             from rich.progress import BarColumn, MofNCompleteColumn, TextColumn, TimeRemainingColumn
@@ -84,14 +89,17 @@ class Progress:
         self.done += 1
         self.failed += failed
         now = monotonic()
-        if not self.shown or now - self.said < (_EVERY if self.bar is None else _REFRESH):
+        if not self.shown or now - self.said < (_EVERY if self.bar is None and self.cell is None else _REFRESH):
             return
         self.said = now
+        left = (self.total - self.done) / self.rate
+        line = f"{self.name}: {self.done} of {self.total} runs, {self.pace}, {_time(left)} left"
         if self.bar is not None:
             self.bar.update(self.task, completed=self.done, total=self.total, rate=self.pace)
+        elif self.cell is not None:
+            self._show_in_cell(line, *[self.known] * bool(self.known))
         else:
-            left = (self.total - self.done) / self.rate
-            self.print(f"{self.name}: {self.done} of {self.total} runs, {self.pace}, {_time(left)} left")
+            self.print(line)
 
     def tell(self, known: str) -> None:
         """Show what the runs tell so far beside the bar, and where Ctrl-C ends them."""
@@ -101,11 +109,18 @@ class Progress:
         """A line of its own, beside the bar."""
         if not self.shown:
             return
-        if self.bar is not None:
+        if self.cell is not None:
+            self.below.append(text)
+            self._show_in_cell()
+        elif self.bar is not None:
             self.live.console.print(text, highlight=False, markup=False)
         else:
             self.stream.write(f"{text}\n")
             self.stream.flush()
+
+    def _show_in_cell(self, *lines: str) -> None:
+        assert self.cell is not None
+        self.cell.update(self.done, self.total, [*lines, *self.below])
 
     def summary(self) -> str:
         """A summary of the runs done."""
