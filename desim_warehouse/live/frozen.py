@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError
-from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched
+from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched, label
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.compare_words import difference
 from desim_warehouse.report.text.sentences import capital
-from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.web import WebPage, joined, safe_json
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.fleet.utilisation import busy_shares
@@ -198,7 +197,7 @@ class _Frozen:
             done="all",
             seconds_left=None,
             verdict=option.standing,
-            label=capital(WORDS[option.standing]) or "Simulated",
+            label=label(option.standing),
             sentence=capital(f"{told} with {name}{year}."),
             more=[same] if same else [],
             values=[None if one is None else float(f"{self.scale.by * one:.{_DIGITS}g}") for one in values],
