@@ -245,9 +245,12 @@ class _Frozen:
         )
 
     def _differences(self, base: str) -> list[str | None]:
-        """All designs minus this one."""
+        """All designs minus this one; copies of another as that is."""
         found = self.study.compare_finished(self.main, base)
         rows = {} if found is None else {str(one.design): one for one in found.differences}
+        of = {design: self.study.same.get(design, design) for design in self.designs}
+        texts = {one: difference(self.study, self.main, row).text for one, row in rows.items()}
         return [
-            difference(self.study, self.main, rows[design]).text if design in rows else None for design in self.designs
+            "none" if design != base and of[design] == of[base] else texts.get(of[design], texts.get(design))
+            for design in self.designs
         ]

@@ -70,20 +70,22 @@ def _most(study: Results, indicator: str, found: Comparison, base: str) -> str:
 def _options(study: Results, indicator: str, found: Comparison, base: str) -> Iterator[Option]:
     """A row for each design, those whose runs are equal once; of copies of the baseline that they are."""
     group = f"{words.indicator_name(indicator)}, compared with {base}"
-    first = {str(row.design): study.same.get(str(row.design), str(row.design)) for row in found.differences}
     now = study.same.get(str(found.baseline), str(found.baseline))
-    for row in found.differences:
-        design, runs = str(row.design), row.estimate.n
-        if first[design] == now:
+    equal = [now, *(other for other, first in study.same.items() if first == now)]
+    for design in equal:
+        if design != str(found.baseline):
+            runs = len(study.runs(design))
             yield Option(name=name_of(study, design), group=group, standing="same", said="equal, run by run", runs=runs)
-        elif first[design] == design or first[design] not in first:
-            copies = [other for other, one in first.items() if one == first[design] and other != design]
+    for row in found.differences:
+        design = str(row.design)
+        if design not in equal:
+            copies = [other for other, first in study.same.items() if first == design]
             yield Option(
                 name=name_of(study, design),
                 group=group,
                 standing=_STANDING[row.differs],
                 number=difference(study, indicator, row),
                 p=row.p_adjusted,
-                runs=runs,
+                runs=row.estimate.n,
                 same=tuple(apart_from(study, other, design) for other in copies),
             )
