@@ -50,37 +50,37 @@ def half_width(values: list[float]) -> float:
     return float(t.ppf(0.975, size - 1)) * statistics.stdev(values) / size**0.5
 
 
-def table(results: dict[str, list[dict[str, float]]]) -> list[str]:
-    """Means and paired differences to in-order, a line for each strategy, or for several whose runs are all equal."""
-    base = results["in-order"]
-    alike: list[tuple[list[str], list[dict[str, float]]]] = []
-    for strategy, runs in results.items():
-        for names, others in alike:
-            if runs == others:
+def table(results: dict[int, dict[str, list[dict[str, float]]]]) -> list[str]:
+    """A line for each strategy, or for several whose runs are all equal: means, and paired differences to in-order."""
+    alike: list[list[str]] = []
+    for strategy in results[FLEETS[0]]:
+        for names in alike:
+            if all(runs[names[0]] == runs[strategy] for runs in results.values()):
                 names.append(strategy)
                 break
         else:
-            alike.append(([strategy], runs))
-    rows = [
-        "| strategy | T | against | % | S | against | C | cost | against | % |",
-        "|" + "---|" + "---:|" * 9,
-    ]
-    for names, runs in alike:
+            alike.append([strategy])
+    heads = ["strategy", *(f"{key}, {robots} robots" for robots in results for key in SHOWN)]
+    rows = ["| " + " | ".join(heads) + " |", "|" + "---|" + "---:|" * (len(heads) - 1)]
+    for names in alike:
         cells = [", ".join(names)]
-        for key in SHOWN:
-            mean = statistics.fmean(run[key] for run in runs)
-            differences = [run[key] - other[key] for run, other in zip(runs, base, strict=True)]
-            digits = 1 if key in ("S", "C") else 0
-            cells.append(f"{mean:,.{digits}f}")
-            own = runs is base
-            gap = statistics.fmean(differences)
-            if key in COMPARED:
-                cells.append("" if own else f"{gap:+,.{digits}f} ± {half_width(differences):,.{digits}f}")
-            if key in ("T", "cost"):
-                percent = 100 * gap / statistics.fmean(run[key] for run in base)
-                cells.append("" if own else f"{percent:+.1f}")
+        cells += [cell(key, runs[names[0]], runs["in-order"]) for runs in results.values() for key in SHOWN]
         rows.append("| " + " | ".join(cells) + " |")
     return rows
+
+
+def cell(key: str, runs: list[dict[str, float]], base: list[dict[str, float]]) -> str:
+    """A mean, and where it is compared with in-order the difference with its interval, and in per cent."""
+    digits = 1 if key in ("S", "C") else 0
+    said = f"{statistics.fmean(run[key] for run in runs):,.{digits}f}"
+    if runs is base or key not in COMPARED:
+        return said
+    differences = [run[key] - other[key] for run, other in zip(runs, base, strict=True)]
+    gap = statistics.fmean(differences)
+    said += f", {gap:+,.{digits}f} ± {half_width(differences):,.{digits}f}"
+    if key == "S":
+        return said
+    return f"{said} ({100 * gap / statistics.fmean(run[key] for run in base):+.1f} %)"
 
 
 def main() -> None:
@@ -100,14 +100,14 @@ def main() -> None:
                 for item, seed in goods:
                     keys.append((kind, robots, strategy))
                     cases.append((strategy, robots, item, seed))
-    results: dict[tuple[str, int], dict[str, list[dict[str, float]]]] = {}
+    results: dict[str, dict[int, dict[str, list[dict[str, float]]]]] = {}
     context = multiprocessing.get_context("spawn")
     with concurrent.futures.ProcessPoolExecutor(asked.workers, context) as pool:
         for (kind, robots, strategy), run in zip(keys, pool.map(measure, cases, chunksize=20), strict=True):
-            results.setdefault((kind, robots), {}).setdefault(strategy, []).append(run)
+            results.setdefault(kind, {}).setdefault(robots, {}).setdefault(strategy, []).append(run)
     text = (Path(__file__).parent / "allocation_text.md").read_text(encoding="utf-8").rstrip()
-    for (kind, robots), rows in results.items():
-        text += f"\n\n## {robots} robots, {kind}\n\n" + "\n".join(table(rows))
+    for kind, rows in results.items():
+        text += f"\n\n## {kind[:1].upper()}{kind[1:]}\n\n" + "\n".join(table(rows))
     asked.out.write_text(text + "\n", encoding="utf-8")
 
 

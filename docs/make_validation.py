@@ -84,9 +84,9 @@ In all experiments S is {here:,} here and {there:,} stepped, {more:+.1f} %. Shor
 """
 PAPER = """## The paper's cells
 
-The 30 cells of the paper, 1 to 6 robots and five lists of goods, beside what the authors' program gives; [the
-paper's experiment](../paper.md) has their means, `desim paper` shows them one by one. The program works in steps, so
-theory gives no bound: these are the differences.
+The 30 cells of the paper, 1 to 6 robots and five lists of goods, beside what the authors' program gives; [the paper's
+experiment](../paper.md) has their means, `desim paper` shows them one by one. The program works in steps, so theory
+gives no bound: these are the differences.
 """
 FINER = """
 The stepped reference has the program's T and C in all cells, and S {whole}. With steps cut in 2 and in 4 its T stays

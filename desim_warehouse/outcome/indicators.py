@@ -250,7 +250,7 @@ INDICATORS = {
         ),
         Indicator(
             "backlog",
-            "Backlog at the end",
+            "Open orders at the end",
             "tasks",
             "tasks released and not done, at the end",
             "less",

@@ -42,7 +42,7 @@ test("a call that is refused says why", async () => {
 
 test("the page names what is busiest, nothing where that has time left, and traffic where robots wait in it most", () => {
   assert.equal(heldUp(["chargers", 0.863, "86.3 % (85.2 to 87.1)"]), "The chargers: 86.3 % busy.");
-  assert.equal(heldUp(["stations", 0.5, "50 % (49 to 51)"]), "Nothing: even the servers are free 50 % of the time.");
+  assert.equal(heldUp(["stations", 0.5, "50 % (49 to 51)"]), "Nothing: even the packers are free 50 % of the time.");
   const said = heldUp(["traffic", 0.509, "50.9 % (50.4 to 51.2)"]);
   assert.equal(said, "Traffic: robots wait in it 50.9 % of the time, longer than they are busy.");
 });

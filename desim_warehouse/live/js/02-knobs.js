@@ -1,6 +1,6 @@
 // Sliders for numbers, lists for words, with marks: by estimate, today, pinned.
 
-const KNOWN = { met: "met", "not met": "not-met", overloaded: "not-met", drained: "not-met", fails: "not-met" };
+const KNOWN = { met: "met", "not met": "not-met", overloaded: "not-met", drained: "not-met", fails: "not-met", known: "" };
 
 class Knobs {
   constructor(root, offers, moved) {

@@ -1,6 +1,6 @@
 // What holds a warehouse up: parts, each with its share of the time, and that in words; what holds most up first.
 
-const PARTS = { robots: "Robots", traffic: "Waiting in traffic", chargers: "Chargers", stations: "Servers" };
+const PARTS = { robots: "Robots", traffic: "Waiting in traffic", chargers: "Chargers", stations: "Packers" };
 
 function heldUp([part, share, said]) {
   const [mean] = said.split(" ("), who = PARTS[part].toLowerCase();

@@ -6,6 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.outcome.money import is_fixed
 from desim_warehouse.report.answer import Answer, Folded, Option, Rows
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import number
@@ -29,15 +30,13 @@ _COUNTED = 1e15
 def answer(found: BestOfMany) -> Answer:
     """What a search for the best design found; the page shows it unless it was not shown to meet the target."""
     best, unproven = found.best, found.shown is False
-    sense = "largest" if found.maximise else "smallest"
-    aim = "" if found.target is None else f" with {_aim(found)}"
     head, rows = table(found, in_order(found))
     known = [] if unproven else _numbers(found, best)
     return Answer(
         kind="best",
         name=found.model.name,
         description=found.model.description,
-        question=f"With which option is {words.in_sentence(found.indicator)} {sense}{aim}?",
+        question=_question(found),
         answer=tuple(sentences(found)),
         measures={name: words.in_sentence(name) for name in _judged_by(found)},
         tiles=tuple(judged.tile(one.text, words.in_sentence(one.of)) for one in known),
@@ -52,6 +51,18 @@ def answer(found: BestOfMany) -> Answer:
         indicator=found.indicator,
         shown=found.shown,
     )
+
+
+def _question(found: BestOfMany) -> str:
+    if _best(found) == "cheapest":
+        return f"What is the cheapest option{f' that gives {_aim(found)}' if found.target else ''}?"
+    sense, aim = "largest" if found.maximise else "smallest", f" with {_aim(found)}" if found.target else ""
+    return f"With which option is {words.in_sentence(found.indicator)} {sense}{aim}?"
+
+
+def _best(found: BestOfMany) -> str:
+    """What an option is called that is best."""
+    return "cheapest" if found.indicator == "annual_cost" and not found.maximise else "best"
 
 
 def _option(found: BestOfMany, one: JudgedDesign) -> Option:
@@ -103,7 +114,7 @@ def _answer(found: BestOfMany) -> str:
     if found.shown is None:
         return sentence(f"{best}, {_days(found.best)}")
     if found.shown:
-        return sentence(f"{best}, {_days(found.best)}: shown to give {_aim(found)}")
+        return sentence(f"The {_best(found)} option shown to give {_aim(found)} is {best}, {_days(found.best)}")
     wrong = f"; but {found.best.vetoed}" if found.best.vetoed else ""
     return sentence(f"No option was shown to give {_aim(found)}; best by the search is {best}{wrong}")
 
@@ -117,7 +128,9 @@ def _runner_up(found: BestOfMany, other: JudgedDesign) -> str:
     low, high = apart.interval or (apart.mean, apart.mean)
     if not apart.mean and not apart.sd:
         return sentence(f"{line}; no difference in {number_of(apart.n, 'pair')} of runs: take either")
-    line += f"; the difference is {scale.estimate(apart)} in {number_of(apart.n, 'pair')} of runs"
+    exact = found.indicator == "annual_cost" and is_fixed(found.model.prices)
+    told = scale.value(apart.mean) if exact else scale.within(apart.mean, low, high)
+    line += f"; the difference is {told} in {number_of(apart.n, 'pair')} of runs"
     if max(abs(low), abs(high)) < found.delta:
         line += f", less than {scale.value(found.delta)}: take either"
     return sentence(line)

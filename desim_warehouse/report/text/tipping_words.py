@@ -35,7 +35,7 @@ def answer(found: TippingPoints) -> Answer:
         question=f"How many robots give {words.target(found.target)}, whatever {vary}?",
         answer=tuple(_sentences(found)),
         tiles=tuple(_tiles(found)),
-        measures={_EFFECT: "over its range", _WORTH: "worth knowing, a year"},
+        measures={_EFFECT: "robots over its range", _WORTH: "worth knowing, a year"},
         options=options,
         figure=Rows(title=title, at=0.0, at_words="no difference", rows=bars) if bars else None,
         about=_about(found),
@@ -62,7 +62,7 @@ def tables(found: TippingPoints) -> list[Folded]:
     rows = tuple(
         (_named(found, one), _tips(found, one), _effect(one).text, _worth(found, one.worth)) for one in found.inputs
     )
-    head = ("input", "where the answer tips", "over its range", "worth knowing, a year")
+    head = ("input", "where the answer tips", "robots over its range", "worth knowing, a year")
     note = " ".join(_sentences(found)[:1] if rows else _sentences(found))
     return [Folded(title="What is not known exactly", note=note, head=head, rows=rows)]
 
@@ -181,7 +181,7 @@ def _option(found: TippingPoints, one: InputEffect) -> Option:
 
 def _effect(one: InputEffect) -> SaidNumber:
     """How many robots more the highest value needs than the lowest."""
-    return judged.within(_EFFECT, Scale("robot"), (one.effect, one.effect - one.error, one.effect + one.error), 0.0)
+    return judged.within(_EFFECT, Scale(), (one.effect, one.effect - one.error, one.effect + one.error), 0.0)
 
 
 def _about(found: TippingPoints) -> Subject | None:

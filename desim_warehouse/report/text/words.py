@@ -42,6 +42,7 @@ _AIMS = {
     "worked_on_time": "{} worked on in time",
     "orders_on_time": "{} of orders on time",
     "throughput_per_hour": "{}",
+    "annual_cost": "{} a year",
 }
 """Targets that are said in a way of their own, by indicator."""
 _RATE = "tasks per hour"

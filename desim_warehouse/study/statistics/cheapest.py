@@ -235,9 +235,10 @@ class _Proof:
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate, unless its looks lean to a failure that is not clear.
+        """Judge a candidate, and where that does not tell, the design with most of the second count beside it.
 
-        Then the design with as much of the first count and most of the second is judged: if it fails, all of them do.
+        If that fails, all with as much of the first count do. It is judged as soon as looks at the candidate lean to a
+        failure that is not clear, or where the candidate is not told in the end: those between would not be, either.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -245,7 +246,8 @@ class _Proof:
             yield from judge.look(number)
             if not judge.closed(number) and not judge.target.met_by(judge.verdicts[number].mean):
                 number = most
-        yield from self._meets(number)
+        if not (yield from self._meets(number)) and number != most and not self._told(number):
+            yield from self._meets(most)
 
     def _next(self, best: int) -> int:
         """Of the cheaper designs that nothing rules out yet, the one to judge next."""

@@ -1,7 +1,12 @@
 """Bays beside the nodes, where robots park and charge without standing in anybody's way, and who has which slot.
 
-A slot is reserved before a robot sets out for it. A robot that has a slot may reserve a second one only if every robot
-without one would still find one. So a robot that leaves its work always has somewhere to go, and none queues in a lane.
+A slot is reserved before a robot sets out for it. A robot that has a slot may reserve a second one only if every
+robot without one would still find one. So a robot that leaves its work always has somewhere to go, and none queues in
+a lane.
+
+On two-way lanes a robot at work keeps a slot all the time. If that has a charger which another seeks, it keeps a slot
+elsewhere from its next task on: otherwise the other ran flat on a plant with two robots and one charger. That needs
+one slot more than robots, which parking bays that grow have.
 """
 
 from __future__ import annotations

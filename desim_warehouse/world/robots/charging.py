@@ -19,6 +19,9 @@ which no proof covers (`tests/laws/test_nights.py` tries it). Swaps are not brok
 A bay with a charger for each slot keeps its robots at rest full, so they draw nothing, as in the paper's zones.
 Elsewhere one that rests or queues draws as standing ones do, and is charged again at the level at which one that
 leaves its work would go to charge.
+
+Each turn takes up 5 % of a battery or more, so nothing oscillates. Robots that wait in a bay with more slots than
+chargers take part: without that three queued and ran flat until the fourth was full.
 """
 
 from __future__ import annotations

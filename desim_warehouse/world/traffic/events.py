@@ -56,7 +56,11 @@ class Clock(Environment):
         return False
 
     def stop(self, error: BaseException) -> None:
-        """Raise an error before the next event; from any thread, as pushing to a heap of plain tuples is one step."""
+        """Raise an error before the next event; from any thread, as pushing to a heap of plain tuples is one step.
+
+        An exception raised from outside between any two instructions, as time-outs do it, could leave tables half made
+        that runs of a model share.
+        """
 
         def end(_: Event) -> None:
             raise error

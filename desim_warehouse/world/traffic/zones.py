@@ -1,9 +1,12 @@
 """Zones: intersections of many nodes for one robot at a time, and lines of lanes with one direction at a time.
 
-One robot: nodes and edges of the zone are one intersection, and its edges lie inside. A robot claims all of it together
-with room beyond, so none waits in it for room. Rings turn past it as past a node (`intersection`, `gridlock`). One
-direction: a robot that drives a line of two-way lanes the other way blocks those that have still to enter it
-(`avoidance`).
+One robot: nodes and edges of the zone are one intersection, and its edges lie inside. A robot claims all of it
+together with room beyond, so none waits in it for room. Rings turn past it as past a node (`intersection`,
+`gridlock`). One direction: a robot that drives a line of two-way lanes the other way blocks those that have still to
+enter it (`avoidance`). No lane of it is a refuge. It is in the zone from the step onto its first lane there until the
+step off the node at the end of its last. If nobody stands in i's way, nobody stands against i in the zone that it
+enters, and a robot on its way out is under way, so the step is free. Lanes of the zone are at least 2 D long, so that
+every passage of one is a step of its own.
 """
 
 from __future__ import annotations

@@ -201,6 +201,21 @@ def test_its_statement_holds_as_often_as_it_says():
     assert held >= 380 - 3 * np.sqrt(400 * 0.05 * 0.95)
 
 
+def test_where_runs_do_not_tell_of_a_fleet_it_is_judged_with_all_chargers_and_one_robot_less_is_told():
+    """Five robots are a little better than the target with any number of chargers, six beat it, four fail."""
+    rng = np.random.default_rng(1)
+    means = {5: 0.92, 6: 1.5}
+    doubted = [number for number, (robots, _) in enumerate(GRID) if robots < 5]
+    found = follow(
+        cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH, zone=0.01), doubted),
+        lambda number, _: means.get(GRID[number][0], 0.5 if GRID[number][0] < 5 else 1.5) + 0.2 * rng.standard_normal(),
+    )
+    judged = {GRID[number]: one.verdict for number, one in found.verdicts.items()}
+    assert GRID[found.design] == (6, 1)
+    assert judged == {(5, 1): "undecided", (5, 4): "undecided", (4, 4): "fails", (6, 1): "meets"}
+    assert [GRID[number] for number in found.below] == [(4, 4), (5, 4)]
+
+
 # Where more does worse
 
 
