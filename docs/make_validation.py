@@ -84,9 +84,9 @@ In all experiments S is {here:,} here and {there:,} stepped, {more:+.1f} %. Shor
 """
 PAPER = """## The paper's cells
 
-The 30 cells of the paper, 1 to 6 robots and five lists of goods, beside what the authors' program gives; [the paper's
-experiment](../paper.md) has their means, `desim paper` shows them one by one. The program works in steps, so theory
-gives no bound: these are the differences.
+The 30 cells of the paper, 1 to 6 robots and five lists of goods, beside what the authors' program gives; [the
+paper's experiment](../paper.md) has their means, `desim paper` shows them one by one. The program works in steps, so
+theory gives no bound: these are the differences.
 """
 FINER = """
 The stepped reference has the program's T and C in all cells, and S {whole}. With steps cut in 2 and in 4 its T stays
@@ -105,11 +105,11 @@ MISSES = """A fleet that misses a target by 0.05 points should be said to meet i
 to six times, after 5 to 40 days. That holds for correlations up to 0.1, nearly; beyond, a few days do not show how
 bad days can be:
 """
-LIVE = """
-The live page looks again as days come in, first after ten. Of a design *exactly at* its target it should ever say "met"
-in at most 5 % of sessions, here of 120 days. Where a few days are much worse than the others, the first ten may have
-none of them, and no bound sees a day that has not come. So the promise fails for means with a long tail on the side
-that harms, for tasks of a day that correlate by 0.3, and where one day in ten is bad. There, wait for more days:
+LIVE = """The live page looks again as days come in, first after ten. Of a design *exactly at* its target it should ever say
+"met" in at most 5 % of sessions, here of 120 days. Where a few days are much worse than the others, the first ten may
+have none of them, and no bound sees a day that has not come. So the promise fails for means with a long tail on the
+side that harms, for tasks of a day that correlate by 0.1 and more, and where one day in ten is bad. There, wait for
+more days:
 """
 TAIL = """## What else is checked
 

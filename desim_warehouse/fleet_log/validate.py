@@ -56,7 +56,8 @@ class MeasureRow(NamedTuple):
     @property
     def verdict(self) -> str:
         """Inside its band or not, and how far out."""
-        return f"{'OUTSIDE' if self.outside else 'inside'} ({self.off:+.1f})".replace("-", "−")
+        off = round(self.off, 1) or 0.0  # no −0.0
+        return f"{'OUTSIDE' if self.outside else 'inside'} ({off:+.1f})".replace("-", "−")
 
 
 @dataclass(frozen=True)

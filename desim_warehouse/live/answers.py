@@ -8,13 +8,13 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.live.messages import Measured
+from desim_warehouse.live.messages import Measured, label
 from desim_warehouse.outcome.indicators import judged_by
 from desim_warehouse.outcome.indicators import within as bounds_of
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.report.text import numbers, sentences, words
 from desim_warehouse.report.text.judged import within
-from desim_warehouse.report.text.standing import WORDS, instead, lasts_not, standing
+from desim_warehouse.report.text.standing import instead, lasts_not, standing
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
@@ -37,14 +37,6 @@ FEWEST = 5
 """Runs of a design that cannot last, or of which some fail, before it is given up."""
 _SHOWN = 6
 """Indicators on the page."""
-_APART: dict[Verdict, str] = {
-    "estimate": "Quick estimate",
-    "first run": "First run",
-    "early": WORDS["open"],
-    "met": "Target met",
-    "known": "Simulated",
-}
-"""Labels of the page alone, and of what is before the first look; others are those of all answers."""
 
 
 @dataclass(frozen=True)
@@ -58,7 +50,7 @@ class Said:
     @property
     def label(self) -> str:
         """The verdict for people."""
-        return sentences.capital(_APART.get(self.verdict) or WORDS[self.verdict])  # type: ignore[index] # the others are above
+        return label(self.verdict)
 
 
 @dataclass(frozen=True)

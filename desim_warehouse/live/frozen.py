@@ -8,11 +8,10 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError
-from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched
+from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched, label
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.compare_words import difference
 from desim_warehouse.report.text.sentences import capital
-from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.web import WebPage, joined, safe_json
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.fleet.utilisation import busy_shares
@@ -198,7 +197,7 @@ class _Frozen:
             done="all",
             seconds_left=None,
             verdict=option.standing,
-            label=capital(WORDS[option.standing]) or "Simulated",
+            label=label(option.standing),
             sentence=capital(f"{told} with {name}{year}."),
             more=[same] if same else [],
             values=[None if one is None else float(f"{self.scale.by * one:.{_DIGITS}g}") for one in values],
@@ -246,9 +245,12 @@ class _Frozen:
         )
 
     def _differences(self, base: str) -> list[str | None]:
-        """All designs minus this one."""
+        """All designs minus this one; copies of another as that is."""
         found = self.study.compare_finished(self.main, base)
         rows = {} if found is None else {str(one.design): one for one in found.differences}
+        of = {design: self.study.same.get(design, design) for design in self.designs}
+        texts = {one: difference(self.study, self.main, row).text for one, row in rows.items()}
         return [
-            difference(self.study, self.main, rows[design]).text if design in rows else None for design in self.designs
+            "none" if design != base and of[design] == of[base] else texts.get(of[design], texts.get(design))
+            for design in self.designs
         ]

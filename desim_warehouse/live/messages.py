@@ -8,9 +8,23 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import models_json_schema
 
 from desim_warehouse._version import __version__
-from desim_warehouse.report.text.standing import Standing
+from desim_warehouse.report.text.sentences import capital
+from desim_warehouse.report.text.standing import WORDS, Standing
 
 Verdict = Standing | Literal["estimate", "first run", "early"]
+_APART: dict[Verdict, str] = {
+    "estimate": "Quick estimate",
+    "first run": "First run",
+    "early": WORDS["open"],
+    "met": "Target met",
+    "known": "Simulated",
+}
+"""Labels of the page alone, and of what is before the first look; others are those of all answers."""
+
+
+def label(verdict: Verdict) -> str:
+    """A verdict for people."""
+    return capital(_APART.get(verdict) or WORDS[verdict])  # type: ignore[index] # the others are above
 
 
 class Message(BaseModel):

@@ -61,16 +61,17 @@ def _said_of(found: Validation, number: int) -> str:
     where = f"outside the band of the simulated days in {out} of its {len(found.drops[number].out)} parts"
     held = where if out else "wholly inside the band of the simulated days"
     besides = ", which lies out farthest of all" if len(found.days) > 1 else ""
-    return f"Drops over {found.days[number]}{besides}: {held}."
+    return f"Drops on the day {found.days[number]}{besides}: {held}."
 
 
 def cells(found: Validation) -> list[list[str]]:
-    """The rows of the table below `HEAD`."""
+    """The rows of the table below `HEAD`, those farthest out first."""
     rows = []
-    for row in found.rows():
+    for row in sorted(found.rows(), key=lambda row: -abs(row.off)):
         meaning, _, kind = MEASURES[row.name]
         scale = words.scale_of_kind(kind, found.model, (row.real, row.simulated))
         name = words.with_unit(capital(meaning), "" if scale.is_share else scale.unit)
-        band = f"{scale.bare(row.low)} to {scale.single(row.high)}"
+        high = min(row.high, 1.0) if scale.is_share else row.high
+        band = f"{scale.bare(row.low)} to {scale.single(high)}"
         rows.append([name, scale.single(row.real), scale.single(row.simulated), band, row.verdict])
     return rows

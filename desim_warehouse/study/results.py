@@ -314,6 +314,8 @@ class Results:
     ) -> statistics.Comparison:
         """Paired differences of all designs to the baseline, with intervals that hold all at once.
 
+        Designs whose runs are equal count once, so that copies cost no certainty; copies of the baseline have no row.
+
         Raises:
             StudyError: no such indicator or baseline, or a design without a replication in common with it.
         """
@@ -419,6 +421,9 @@ class Results:
         }
 
     def _compared(self, table: Mapping[str, Any], base: str, method: str) -> statistics.Comparison:
+        first = self.same.get(base, base)
+        once = {one: ours for one, ours in table.items() if one == base or (one not in self.same and one != first)}
+        table = once if len(once) > 1 else table
         kind = cast("Literal['bonferroni', 'holm']", method)
         exact = [design for design in table if _deterministic(self.runs(design))]
         return statistics.compare(table, base, kind, self.plan.confidence, deterministic=exact)

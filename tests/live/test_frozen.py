@@ -53,11 +53,18 @@ def test_every_option_has_the_texts_of_the_answer(study, data):
 
 
 def test_differences_are_those_of_compare(study, data):
-    found = study.results.compare_finished("on_time")
+    """Copies of another option have its difference; from the one that is pinned they have none."""
+    results = study.results
+    rows = {str(row.design): row for row in results.compare_finished("on_time").differences}
     assert data["differences"][0][0] is None
-    for row, text in zip(found.differences, data["differences"][0][1:], strict=True):
-        number = float(re.match(r"\S+", text)[0].replace("−", "-"))
-        assert number == pytest.approx(100 * row.estimate.mean, abs=0.6)
+    for design, text in list(zip(results.designs, data["differences"][0], strict=True))[1:]:
+        row = rows.get(results.same.get(design, design))
+        if row is None:
+            assert text == "none"
+        else:
+            number = float(re.match(r"\S+", text)[0].replace("−", "-"))
+            assert number == pytest.approx(100 * row.estimate.mean, abs=0.6)
+    assert len(rows) == len(results.designs) - 1 - len(results.same)
 
 
 def test_it_begins_with_the_option_of_the_answer_beside_the_baseline(study, data):

@@ -19,7 +19,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.outcome.account import OF_TASKS
-from desim_warehouse.report import html, run_parts
+from desim_warehouse.report import floor_svg, html, run_parts
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.page import ReportPage, example
 from desim_warehouse.report.rows_svg import account
@@ -116,6 +116,12 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     assert OF_TASKS[parts.idxmax()].doing in page.text
     assert most in page.text
     assert "Where robots wait, part of the time" in page.text
+
+
+def test_a_floor_of_many_lanes_is_a_picture(lifelong, monkeypatch):
+    assert "<svg" in floor_svg.floor(lifelong)
+    monkeypatch.setattr(floor_svg, "_LANES", 20)
+    assert "<img" in floor_svg.floor(lifelong)
 
 
 def test_a_run_whose_log_has_no_waits_has_no_account(model):

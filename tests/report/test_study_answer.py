@@ -203,6 +203,18 @@ def option_of(answer, row):
     return next(one.name for one in answer.options if one.number.mean == row.estimate.mean)
 
 
+def test_options_whose_runs_are_equal_are_compared_once():
+    factors = {"fleet.size": [1, 3], "policies.allocation": ["nearest", "hungarian"]}
+    results = dw.Study(example(), factors, replications=3).run().results
+    assert len(results.same) == 2
+    answer = compare_words.answer(results, {"throughput_per_hour": results.compare("throughput_per_hour")})
+    assert is_everywhere(answer)
+    assert [(one.full_name, one.standing == "same") for one in answer.options] == [
+        ("1 robot, dispatching: hungarian", True),
+        ("3 robots, dispatching: nearest (the same: hungarian)", False),
+    ]
+
+
 def test_noise_is_no_difference(model):
     study = Study(model, {"battery.capacity": [100.0, 100.5]}, changes={"tasks.goods": {"random": 4}}, replications=3)
     results = study.run().results

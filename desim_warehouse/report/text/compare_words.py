@@ -8,10 +8,10 @@ from desim_warehouse._version import simulated_with
 from desim_warehouse.report.answer import Answer, Option
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import Scale
-from desim_warehouse.report.text.sentences import capital, name_of
+from desim_warehouse.report.text.sentences import apart_from, capital, name_of
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from desim_warehouse.report.answer import SaidNumber
     from desim_warehouse.report.text.standing import Standing
@@ -34,7 +34,7 @@ def answer(study: Results, found: Mapping[str, Comparison]) -> Answer:
         question=f"How do the options differ from {base}?",
         answer=tuple(_most(study, name, one, base) for name, one in found.items()),
         measures=dict.fromkeys(found, "difference"),
-        options=tuple(_option(study, name, row, base) for name, one in found.items() for row in one.differences),
+        options=tuple(option for name, one in found.items() for option in _options(study, name, one, base)),
         promise=judged.promise("", 0.0, exact=True)
         if study.deterministic
         else " ".join(f"{capital(said)}." for said in statements),
@@ -67,13 +67,25 @@ def _most(study: Results, indicator: str, found: Comparison, base: str) -> str:
     return f"{name}: {by} {'less' if down else 'more'} with {name_of(study, str(most.design))} than with {base}."
 
 
-def _option(study: Results, indicator: str, row: Difference, base: str) -> Option:
-    design = str(row.design)
-    return Option(
-        name=name_of(study, design),
-        group=f"{words.indicator_name(indicator)}, compared with {base}",
-        standing=_STANDING[row.differs],
-        number=difference(study, indicator, row),
-        p=row.p_adjusted,
-        runs=row.estimate.n,
-    )
+def _options(study: Results, indicator: str, found: Comparison, base: str) -> Iterator[Option]:
+    """A row for each design, those whose runs are equal once; of copies of the baseline that they are."""
+    group = f"{words.indicator_name(indicator)}, compared with {base}"
+    now = study.same.get(str(found.baseline), str(found.baseline))
+    equal = [now, *(other for other, first in study.same.items() if first == now)]
+    for design in equal:
+        if design != str(found.baseline):
+            runs = len(study.runs(design))
+            yield Option(name=name_of(study, design), group=group, standing="same", said="equal, run by run", runs=runs)
+    for row in found.differences:
+        design = str(row.design)
+        if design not in equal:
+            copies = [other for other, first in study.same.items() if first == design]
+            yield Option(
+                name=name_of(study, design),
+                group=group,
+                standing=_STANDING[row.differs],
+                number=difference(study, indicator, row),
+                p=row.p_adjusted,
+                runs=row.estimate.n,
+                same=tuple(apart_from(study, other, design) for other in copies),
+            )
