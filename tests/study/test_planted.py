@@ -64,7 +64,7 @@ def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits
         (
             {"layout.edges.1.speed": 0.1},
             "limits of speed",
-            "no speed limits on edges",
+            "no speed limits on lanes",
             {"layout.edges.1.speed": None},
         ),
         (
