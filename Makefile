@@ -34,7 +34,7 @@ pythons:  ## the quick tests on each other Python, 3.11 to 3.14, that is here
 
 lowest:  ## the quick tests with the lowest versions that pyproject.toml allows; old packages may say that they are old
 	mkdir -p build
-	sed -n '/^dependencies = /,/^test = /s/.*"\(.*\)>=\(.*\)".*/\1==\2/p' pyproject.toml > build/lowest.txt
+	sed -n '/^dependencies = /,/^test = /p' pyproject.toml | grep -oE '[a-z.0-9-]+>=[0-9.]+' | sed 's/>=/==/' > build/lowest.txt
 	@$(MAKE) --no-print-directory quick-tests VENV=.venv-lowest EXTRAS=test,dxf,excel \
 	    PIP="--constraint build/lowest.txt" PYTEST="-W ignore::DeprecationWarning"
 

@@ -122,8 +122,8 @@ def serve(
 ) -> Live:
     """Serve a page on which sliders change the model, and its answers come in run by run.
 
-    live = dw.serve("w.yaml", target="on_time >= 95 %")
-    print(live.address)
+        live = dw.serve("w.yaml", target="on_time >= 95 %")
+        print(live.address)
 
     Args:
         model: a model, its file, or its content.

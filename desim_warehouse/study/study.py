@@ -41,9 +41,11 @@ T = TypeVar("T")
 class Study:
     """Many runs of one model, changed factor by factor: `run()` it, then look at `table` and `summary()`.
 
-    study = dw.Study("models/multibots.yaml", {"fleet.size": range(1, 7)}, replications=20)
-    study.run(workers=2, out="reports/out/fleet")
-    study.summary(["T", "S"])
+        study = dw.Study("models/multibots.yaml", {"fleet.size": range(1, 7)}, replications=20)
+        study.run(workers=2, out="reports/out/fleet")
+        study.summary(["T", "S"])
+
+    `Study.open` has the runs of a folder again, in another program or after an interruption.
     """
 
     def __init__(
