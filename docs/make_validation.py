@@ -105,11 +105,11 @@ MISSES = """A fleet that misses a target by 0.05 points should be said to meet i
 to six times, after 5 to 40 days. That holds for correlations up to 0.1, nearly; beyond, a few days do not show how
 bad days can be:
 """
-LIVE = """The live page looks again as days come in, first after ten. Of a design *exactly at* its target it should
-ever say "met" in at most 5 % of sessions, here of 120 days. Where a few days are much worse than the others, the first
-ten may have none of them, and no bound sees a day that has not come. So the promise fails for means with a long tail
-on the side that harms, for tasks of a day that correlate by 0.1 and more, and where one day in ten is bad. There, wait
-for more days:
+LIVE = """The live page looks again as days come in, first after ten. Of a design *exactly at* its target it should ever
+say "met" in at most 5 % of sessions, here of 120 days. Where a few days are much worse than the others, the first ten
+may have none of them, and no bound sees a day that has not come. So the promise fails for means with a long tail on the
+side that harms, for tasks of a day that correlate by 0.1 and more, and where one day in ten is bad. There, wait for
+more days:
 """
 TAIL = """## What else is checked
 

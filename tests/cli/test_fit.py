@@ -29,7 +29,7 @@ def test_what_is_proposed_can_be_put_into_a_model(picks, tmp_path):
     model = dw.load("models/tutorial.yaml", {"tasks.load_time": read_yaml(proposed, "proposed").data})
     assert model.tasks.load_time.kind == "lognormal"
     assert model.tasks.load_time.mean == pytest.approx(8.1, abs=0.3)
-    assert {file.name for file in (tmp_path / "out").iterdir()} == {"fit.png", "fit.svg"}
+    assert {file.name for file in (tmp_path / "out").iterdir()} == {"answer.json", "fit.png", "fit.svg"}
 
 
 def test_where_nothing_fits_the_file_itself_is_proposed(tmp_path):

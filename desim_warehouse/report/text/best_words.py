@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.money import is_fixed
-from desim_warehouse.report.answer import Answer, Folded, Option, Rows
+from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, Rows
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import number
 from desim_warehouse.report.text.sentences import capital, sentence
@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from desim_warehouse.study.statistics import Estimate
 
 _LUCK = "Means of the search, few runs each, which flatter the best options slightly."
+_SHORT = 24
+"""Letters of a design that is a large number."""
 _COUNTED = 1e15
 """Designs up to which their number is said."""
 
@@ -39,7 +41,7 @@ def answer(found: BestOfMany) -> Answer:
         question=_question(found),
         answer=tuple(sentences(found)),
         measures={name: words.in_sentence(name) for name in _judged_by(found)},
-        tiles=tuple(judged.tile(one.text, words.in_sentence(one.of)) for one in known),
+        tiles=tuple(_tiles(found, known)),
         options=tuple(_option(found, one) for one in (best, *found.cheaper, *filter(None, [found.runner_up]))),
         figure=_figure(found),
         about=None if unproven else judged.about(design(best), found.model, found.seed),
@@ -51,6 +53,13 @@ def answer(found: BestOfMany) -> Answer:
         indicator=found.indicator,
         shown=found.shown,
     )
+
+
+def _tiles(found: BestOfMany, known: list[SaidNumber]) -> list[BigNumber]:
+    """What is best, if it is said in few words, and its numbers."""
+    name = design(found.best)
+    first = [BigNumber(value=name, what=f"the {_best(found)} option")] if len(name) <= _SHORT else []
+    return (first if known else []) + [judged.tile(one.text, words.in_sentence(one.of)) for one in known]
 
 
 def _question(found: BestOfMany) -> str:

@@ -112,18 +112,20 @@ class _Planned:
         return f"some {10 * math.ceil(max(known) / 10)} runs of a fleet would tell (--cap)"
 
     def _left(self, sized: Sized, kind: Standing) -> str:
-        """All fleets that may be enough instead, of many how many there are; empty where there is none."""
+        """All fleets that may be enough instead, `4 robots and 2 to 5 chargers`; empty where there is none."""
         found = sorted(counts for counts, known in self._cells(sized).items() if known == kind)
         if not found:
             return ""
-        if len(found) <= _LISTED:
-            return capital(spoken([words.fleet(*one) for one in found], "or"))
         spans = [(min(side), max(side)) for side in zip(*found, strict=True)]
         parts = [
             f"{low} to {high} {what}s" if low < high else number_of(high, what)
             for (low, high), what in zip(spans, ("robot", "charger"), strict=True)
             if high
         ]
+        if len(found) == math.prod(high - low + 1 for low, high in spans):
+            return capital(spoken(parts))
+        if len(found) <= _LISTED:
+            return capital(spoken([words.fleet(*one) for one in found], "or"))
         return f"{len(found)} other fleets, of {spoken(parts)},"
 
     def _ended(self, sized: Sized) -> str:
