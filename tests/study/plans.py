@@ -73,7 +73,7 @@ def on_other_days(described, changes):
     """The mean of on_time over fresh days; 0 for a day on which a robot runs flat, or whose backlog grows on."""
     study = dw.Study(described, changes={**changes}, replications=DAYS, seed=OTHER_SEED)
     study.run()
-    if study.results.verdicts[str(study.points[0])]:
+    if any(said.is_lasting for said in study.results.verdicts[str(study.points[0])]):
         return 0.0
     return sum(0.0 if row.outcome.error else row.value("on_time") for row in study.rows) / DAYS
 
