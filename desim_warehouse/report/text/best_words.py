@@ -101,7 +101,7 @@ def _figure(found: BestOfMany) -> Rows | None:
         return None
     title = f"{capital(words.in_sentence(goal.indicator if goal else found.indicator))} on fresh days"
     at = found.best.value.mean if goal is None and found.best.value else goal and goal.value
-    said = f"target {words.amount(goal.indicator, goal.value, goal.unit)}" if goal else "the best"
+    said = judged.aim(goal) if goal else "the best"
     return Rows(title=title, at=at, at_words=said, rows=tuple(rows))
 
 

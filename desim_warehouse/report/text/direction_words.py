@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.report.answer import Answer, Option, Rows, SaidNumber
+from desim_warehouse.report.answer import Answer, Option, SaidNumber
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import Scale
 
@@ -30,8 +30,7 @@ def answer(found: BetterDirections) -> Answer:
         )
         for one in places
     )
-    bars = tuple(judged.bar(one.name, one.number, one.standing) for one in options if one.number is not None)
-    title = f"What turned aisles gain in {of}, of that as drawn"
+    bars = (judged.bar(one.name, one.number, one.standing) for one in options if one.number is not None)
     return Answer(
         kind="orient",
         name=model.name,
@@ -40,7 +39,7 @@ def answer(found: BetterDirections) -> Answer:
         answer=tuple(sentences(found)),
         measures={found.indicator: f"gain in {of}"},
         options=options,
-        figure=Rows(title=title, at=0.0, at_words="no gain", rows=bars) if bars else None,
+        figure=judged.figure(f"What turned aisles gain in {of}, of that as drawn", bars, 0.0, "no gain"),
         promise=judged.each(found.confidence),
         runs=found.runs,
         confidence=found.confidence,

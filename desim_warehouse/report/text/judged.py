@@ -1,15 +1,17 @@
-"""Parts of an answer: a number with its one interval, a tile, and the design that it is about."""
+"""Parts of an answer: a number with its one interval, a tile, the figure, and the design that it is about."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.report.answer import Bar, BigNumber, SaidNumber, Subject
+from desim_warehouse.report.answer import Bar, BigNumber, Rows, SaidNumber, Subject
 from desim_warehouse.report.text import words
 from desim_warehouse.study.plan import run_seed
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from desim_warehouse.model import Model
     from desim_warehouse.report.text.numbers import Scale
     from desim_warehouse.study.statistics import DesignVerdict, Target
@@ -35,6 +37,17 @@ def within(
 def bar(label: str, found: SaidNumber, standing: str = "") -> Bar:
     """A row of a figure, for a number."""
     return Bar(label=label, mean=found.mean, low=found.low, high=found.high, text=found.text, standing=standing)
+
+
+def figure(title: str, bars: Iterable[Bar], at: float, at_words: str) -> Rows | None:
+    """Rows beside a line at some value; None where there are none."""
+    rows = tuple(bars)
+    return Rows(title=title, at=at, at_words=at_words, rows=rows) if rows else None
+
+
+def aim(goal: Target) -> str:
+    """What stands at the line of a target in a figure: `target 95 %`."""
+    return f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
 
 
 def promise(what: str, confidence: float, *, exact: bool) -> str:

@@ -122,8 +122,6 @@ class _Sized:
         return first, judged.tile(number, words.in_sentence(self.goal.indicator))
 
     def _figure(self) -> Rows | None:
-        rows = [judged.bar(one.name, one.number, one.standing) for one in self.options if one.number is not None]
-        goal = self.goal
-        aim = f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
-        title = capital(words.in_sentence(goal.indicator))
-        return Rows(title=title, at=goal.value, at_words=aim, rows=tuple(rows)) if rows else None
+        title = capital(words.in_sentence(self.goal.indicator))
+        bars = (judged.bar(one.name, one.number, one.standing) for one in self.options if one.number is not None)
+        return judged.figure(title, bars, self.goal.value, judged.aim(self.goal))

@@ -298,7 +298,7 @@ class _Studied:
         ]
         goal = self.goal
         at = goal.value if goal else None
-        aim = f"target {words.amount(goal.indicator, goal.value, goal.unit)}" if goal else ""
+        aim = judged.aim(goal) if goal else ""
         return Rows(title=capital(words.in_sentence(of)), at=at, at_words=aim, rows=tuple(bars))
 
     def _tables(self) -> Iterator[Folded]:

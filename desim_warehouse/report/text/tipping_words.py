@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, Rows
+from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import Scale, number, percent, plural
 from desim_warehouse.report.text.sentences import capital, sentence
@@ -26,7 +26,7 @@ def answer(found: TippingPoints) -> Answer:
     keys = [words.in_words(one.key) for one in found.inputs]
     vary = f"{spoken(keys)} turn{'s' * (len(keys) == 1)} out to be" if keys else "is not known exactly"
     options = tuple(_option(found, one) for one in found.inputs)
-    bars = tuple(judged.bar(one.name, one.number) for one in options if one.number is not None)
+    bars = (judged.bar(one.name, one.number) for one in options if one.number is not None)
     title = "Robots that the highest value needs more than the lowest"
     return Answer(
         kind="tipping",
@@ -37,7 +37,7 @@ def answer(found: TippingPoints) -> Answer:
         tiles=tuple(_tiles(found)),
         measures={_EFFECT: "robots over its range", _WORTH: "worth knowing, a year"},
         options=options,
-        figure=Rows(title=title, at=0.0, at_words="no difference", rows=bars) if bars else None,
+        figure=judged.figure(title, bars, 0.0, "no difference"),
         about=_about(found),
         tables=tuple(tables(found)),
         promise=_promise(found),

@@ -221,12 +221,12 @@ class _Held:
         return rows
 
     def _figure(self) -> Rows | None:
-        rows = [
+        bars = (
             judged.bar(suspect.relief, self._number(gain.each), self._standing(suspect, gain))
             for suspect, gain in self.competing
-        ]
+        )
         title = f"What each change gains in {self.of}, {_PER} of it"
-        return Rows(title=title, at=0.0, at_words="no gain", rows=tuple(rows)) if rows else None
+        return judged.figure(title, bars, 0.0, "no gain")
 
     def _changes(self) -> list[Folded]:
         """How large each change is, how long robots waited there, and what it gains as a whole."""

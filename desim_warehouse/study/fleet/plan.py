@@ -73,12 +73,9 @@ class _Planner:
         how = {"zone": self.zone, "first": self.first, "cap": self.cap, "budget": self.budget}
         before = f"{self.known}{study.plan.name}: "
 
-        def name(number: int) -> str:
-            labels = dict(study.points[number].labels)
-            fleet = [number_of(int(str(labels.pop(key))), what) for key, what in _COUNTED.items() if key in labels]
-            return " + ".join([*fleet, *map(str, labels.values())])
-
-        return judge_of(study, runner, self.target, exact=exact, before=before, name=name, **how)
+        return judge_of(
+            study, runner, self.target, exact=exact, before=before, name=lambda n: _named(study.points[n]), **how
+        )
 
     def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], seed: int) -> Study:
         made = Study(
@@ -117,8 +114,7 @@ class _Planner:
         study = self.study(name, factors, changes, self.seed)
         found = self._cheapest(study, counts)
         if found.design is not None:
-            fleet = map(number_of, counts[found.design], _COUNTED.values())
-            self.known += f"{name}: {' + '.join(fleet if self.designs.zone is not None else [next(fleet)])}; "
+            self.known += f"{name}: {_named(study.points[found.design])}; "
         self.sized[name] = {counts[number]: study.results.by_point[number] for number in found.verdicts}
         shown = {
             number: self._shown(study, number, counts[number], found.verdicts[number], found.vetoed.get(number))
@@ -267,6 +263,13 @@ class _Planner:
             if any(point.overrides.get(key) != own[key] for key in factors):
                 found.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
         return found
+
+
+def _named(point: Point) -> str:
+    """A design for those who wait: `10 robots + 1 charger`."""
+    labels = dict(point.labels)
+    fleet = [number_of(int(str(labels.pop(key))), what) for key, what in _COUNTED.items() if key in labels]
+    return " + ".join([*fleet, *map(str, labels.values())])
 
 
 def plan_fleet(
