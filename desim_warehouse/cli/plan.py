@@ -23,7 +23,7 @@ from desim_warehouse.cli.study_options import (
 )
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.study.limits import CAP, MOST_RUNS, UNCERTAIN_RUNS
+from desim_warehouse.study.limits import CAP, MOST_RUNS, MOST_YEARS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -40,11 +40,21 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 @click.command("plan")
 @click.argument("model", type=AtPath())
 @click.option("--target", required=True, help="What is to be met, such as 'on_time >= 95 %'.")
-@click.option("--growth", metavar="AMOUNT", help="Also with more demand: 30% more, or 1.3 times as much.")
+@click.option(
+    "--growth",
+    metavar="AMOUNT",
+    help="Also with more demand: 30% more, or 1.3 times as much; 20%/year with --years.",
+)
+@click.option("--years", type=click.IntRange(1, MOST_YEARS), help="Years after today that are planned.")
 @with_vary
 @click.option("--robots", metavar="VALUES", help="Fleets that could be bought, such as 1..20.  [default: by estimate]")
 @click.option(
     "--chargers", metavar="VALUES", help="Chargers that could be bought, such as 1..8.  [default: by estimate]"
+)
+@click.option(
+    "--packers",
+    metavar="STATION[=VALUES]",
+    help="Who could work at each node of a station, such as packing=1..4.  [default: as in the model]",
 )
 @click.option(
     "--price-robot",
@@ -72,9 +82,11 @@ def command(
     model: str,
     target: str,
     growth: str | None,
+    years: int | None,
     vary: tuple[str, ...],
     robots: str | None,
     chargers: str | None,
+    packers: str | None,
     price_robot: float | None,
     price_charger: float | None,
     zone: str | None,
@@ -86,7 +98,7 @@ def command(
     question: ModelOptions,
     execution: ExecutionOptions,
 ) -> None:
-    """Find how many robots and chargers MODEL needs, today and after growth, with which strategy, and what limits it.
+    """Find how many robots, chargers and packers MODEL needs, today and later, with which strategy, and what limits it.
 
     `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. With `--uncertain` each
     input is varied within its range: where it needs one robot more, confirmed by runs on both sides, and what it would
@@ -96,7 +108,7 @@ def command(
     """
     from desim_warehouse.report.text import fleet_words
     from desim_warehouse.study.fleet import plan_fleet
-    from desim_warehouse.study.fleet.given import counts_of, growth_of
+    from desim_warehouse.study.fleet.given import counts_of
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, question.assignments, as_json=as_json)
@@ -106,10 +118,12 @@ def command(
         found = plan_fleet(
             loaded,
             target,
-            growth=growth_of(growth, "--growth"),
+            growth=growth,
+            years=years,
             strategies=read_vary(vary) if vary else None,
             robots=counts_of(robots, "--robots"),
             chargers=counts_of(chargers, "--chargers"),
+            packers=packers,
             zone=None if zone is None else _zone(zone, target, loaded),
             runs=runs,
             first=first,

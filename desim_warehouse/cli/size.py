@@ -146,7 +146,7 @@ def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:
 
     if key != FLEET:
         raise click.UsageError(f"--key {key}: needs --range VALUES, as only fleets are estimated")
-    robots, _ = Designs(load_model(model, assignments)).counts(1.0)
+    robots, *_ = Designs(load_model(model, assignments)).counts(1.0)
     click.echo(f"fleets from {robots[0]} to {robots[-1]}, by a quick estimate (--range looks at others)", err=True)
     return f"{robots[0]}..{robots[-1]}"
 

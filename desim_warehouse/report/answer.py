@@ -116,10 +116,11 @@ class PairGrid(_Plain):
 
 
 class Folded(_Plain):
-    """A table that is folded away on the page."""
+    """A table that is folded away on the page; `printed`: the terminal has it, too."""
 
     title: str
     note: str = ""
+    printed: bool = False
     head: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
 

@@ -20,3 +20,5 @@ FIRST, CAP = 5, 40
 """Replications at the first look at a design, and the most of them, by default."""
 FIRST_OF_MEANS = 10
 """Replications at the first look at what has no upper end, such as a time: fewer do not show how skewed it is."""
+MOST_YEARS = 20
+"""Years that a plan looks ahead."""

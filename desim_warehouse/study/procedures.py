@@ -227,26 +227,31 @@ def size(
 def scouted(
     study: Study,
     goal: statistics.Target,
-    designs: Sequence[tuple[int, int]],
-    cost: Callable[[tuple[int, int]], tuple[float, ...]],
+    designs: Sequence[tuple[int, ...]],
+    cost: Callable[[tuple[int, ...]], tuple[float, ...]],
     budget: statistics.Budget,
     where: Mapping[str, Any],
-    known: str = "",
+    told: str = "",
+    known: statistics.Known = statistics.NOTHING,
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 
-    None: the runs allowed ended before. `known`: what was known before, for those who watch the progress.
+    None: the runs allowed ended before. `told`: what was known before, for those who watch the progress.
     """
     scout = Study.of(replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated())
 
-    def steps(_: bool) -> statistics.Procedure[set[int] | None]:
-        try:
-            return (yield from statistics.scout_steps(designs, cost, goal, budget))
-        except statistics.RunsEndedError:
-            return None
-
     with scout.session(**where) as runner:
-        runner.progress.tell(known)
+
+        def hopeless(number: int) -> bool:
+            return cannot_last(scout, runner, number) is not None
+
+        def steps(_: bool) -> statistics.Procedure[set[int] | None]:
+            try:
+                return (yield from statistics.scout_steps(designs, cost, goal, budget, known, hopeless))
+            except statistics.RunsEndedError:
+                return None
+
+        runner.progress.tell(told)
         return scout.carry_out(runner, steps, goal.indicator, flat=goal.missed)
 
 

@@ -29,7 +29,7 @@ from desim_warehouse.report.text.printed import printed
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.write import report
-from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, plan_fleet
+from desim_warehouse.study.fleet import Designs, FleetPlan, Shown, Sized, plan_fleet
 from desim_warehouse.study.procedures import size
 from desim_warehouse.study.reliefs.suspect import Suspect
 from desim_warehouse.study.statistics import DesignVerdict, Estimate, Gain, Gains
@@ -85,7 +85,7 @@ def shown(chance, counts, kind, overloaded=False):
     wrong = (GROWS,) if overloaded else ()
     cost = 1000.0 * counts[0] if chance.random() < 0.5 else None
     return Shown(
-        *counts, {"fleet.size": counts[0]}, one, seen, GROWS.text if overloaded else None, cost, wrong, delivered
+        counts, {"fleet.size": counts[0]}, one, seen, GROWS.text if overloaded else None, cost, wrong, delivered
     )
 
 
@@ -111,7 +111,8 @@ def made_up_plan(number):
     grown = sized("growth", 1.3) if chance.random() < 0.6 else None
     runs = chance.randint(20, 5000)
     today = sized("today", 1.0)
-    return FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", today, grown, (), None, "charging", runs, (), number)
+    demands = (today,) if grown is None else (today, grown)
+    return FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", demands, (), None, Designs(example()), runs, (), number)
 
 
 def text_of(source):
@@ -190,7 +191,7 @@ def test_every_open_fleet_is_named_or_counted():
     few = (shown(chance, (7, 5), "fails"), shown(chance, (14, 2), "fails"))
     counts = tuple((robots, chargers) for robots in range(6, 15) for chargers in range(2, 6))
     sized = Sized("today", 1.0, 200.0, best, (close, *few), {}, False, (), {}, counts=counts)
-    plan = FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", sized, None, (), None, "charging", 400)
+    plan = FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", (sized,), (), None, Designs(example()), 400)
     assert "8 to 10 robots and 3 to 5 chargers may also be enough; " in plan.answer.answer[0]
 
 

@@ -73,7 +73,7 @@ def test_a_larger_demand_never_needs_less(found):
 def test_a_strategy_that_changes_nothing_is_not_judged(found, folder):
     hungarian, earliest = found.strategies
     assert (hungarian.shown, hungarian.saves, earliest.same) == ((), False, ())
-    assert set(hungarian.same) == {(one.robots, one.chargers) for one in found.grown.below}
+    assert set(hungarian.same) == {one.counts for one in found.grown.below}
     runs = dw.Study.open(folder / "out" / "strategies").table.groupby("policies.allocation")["replication"].max()
     assert runs["hungarian"] == 2
     assert runs["earliest-due"] >= 9
@@ -218,11 +218,11 @@ def test_runs_that_end_early_leave_what_is_known_and_a_folder_that_opens(here):
 
 def test_what_is_known_when_runs_end_is_said_of_each_fleet(found):
     """Six robots were judged first and meet it, then three, which do not; four and five were not looked at."""
-    best = replace(found.today.best, robots=6, chargers=0)
-    few = replace(best, robots=3, verdict=replace(best.verdict, verdict="fails"))
+    best = replace(found.today.best, counts=(6, 0))
+    few = replace(best, counts=(3, 0), verdict=replace(best.verdict, verdict="fails"))
     counts = tuple((robots, 0) for robots in range(3, 8))
     ended = replace(found.today, best=best, below=(few,), open=((4, 0), (5, 0)), counts=counts)
-    plan = replace(found, today=ended, grown=None)
+    plan = replace(found, demands=(ended,))
     assert not plan.feasible
     answer = plan.answer
     assert answer.answer[0] == (

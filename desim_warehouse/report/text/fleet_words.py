@@ -8,18 +8,20 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
-from desim_warehouse.report.answer import Answer, BigNumber, Option, PairGrid
+from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, PairGrid
 from desim_warehouse.report.text import cap_words, judged, numbers, tipping_words, words
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet.utilisation import TRIP
+from desim_warehouse.study.statistics.cheapest import Counts, within_counts
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
     from desim_warehouse.report.answer import Subject
     from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
+    from desim_warehouse.study.fleet.hours import Hour
     from desim_warehouse.study.statistics import Estimate
     from desim_warehouse.study.tipping import TippingPoints
 
@@ -27,7 +29,9 @@ _LISTED = 4
 """Fleets that are named one by one."""
 _BUSY = {"robots": "robots", "traffic": "lanes", "chargers": "chargers", "stations": "packers"}
 """What may be the bottleneck."""
-Counts = tuple[int, int]
+ON_TIME = "on_time"
+_WHAT = ("robot", "charger", "packer")
+"""What is counted."""
 
 
 def answer(plan: FleetPlan, unsure: TippingPoints | None = None) -> Answer:
@@ -46,14 +50,19 @@ class _Planned:
 
     def __init__(self, plan: FleetPlan) -> None:
         self.plan, self.model, self.goal = plan, plan.model, plan.target
+        self.packers = plan.designs.packers
+        self.yearly = plan.today.year is not None
         self.demands = [plan.today] if plan.grown is None else [plan.today, plan.grown]
         self.answered = next((sized for sized in reversed(self.demands) if sized.best and not sized.open), None)
 
     def answer(self, unsure: TippingPoints | None) -> Answer:
         plan = self.plan
-        fleet = "robots" if plan.sized is None else "robots and chargers"
-        grown = "" if plan.grown is None else f", today and {more_orders(plan.grown.growth)}"
-        said = [self._sized(sized) for sized in self.demands] + self._strategies() + self._busiest()
+        fleet = spoken(
+            ["robots", *["chargers"] * (plan.designs.zone is not None), *["packers"] * (self.packers is not None)]
+        )
+        later = f"in {len(plan.demands) - 1} years" if self.yearly else more_orders(self.demands[-1].growth)
+        grown = "" if plan.grown is None else f", today and {later}"
+        said = [self._sized(sized) for sized in self.demands] + self._lasts() + self._strategies() + self._busiest()
         return Answer(
             kind="plan",
             name=self.model.name,
@@ -65,7 +74,7 @@ class _Planned:
             options=tuple(option for sized in self.demands for option in self._options(sized)),
             figure=self._grid(),
             about=self._about(),
-            tables=() if unsure is None else tuple(tipping_words.tables(unsure)),
+            tables=(*self._years(), *self._hours(), *([] if unsure is None else tipping_words.tables(unsure))),
             promise=self._promise(),
             notes=tuple(self._rare()),
             runs=plan.runs + (unsure.runs if unsure else 0),
@@ -77,13 +86,15 @@ class _Planned:
             strategy=plan.strategy.label if plan.strategy else plan.own,
             today=self._facts(plan.today),
             grown=None if plan.grown is None else self._facts(plan.grown),
+            **({"years": [self._facts(sized) for sized in plan.demands]} if self.yearly else {}),
             **({"uncertain": _uncertain(unsure)} if unsure else {}),
         )
 
     # Sentences
 
     def _when(self, sized: Sized) -> str:
-        when = "today" if sized is self.plan.today else more_orders(sized.growth)
+        later = more_orders(sized.growth) if sized.year is None else f"in year {sized.year}"
+        when = "today" if sized is self.plan.today else later
         return when if sized.rate is None else f"{when} ({numbers.number(sized.rate)} an hour)"
 
     def _sized(self, sized: Sized) -> str:
@@ -94,9 +105,9 @@ class _Planned:
             return self._none(sized)
         cost = "" if sized.best.cost is None else f", {self._money(sized.best.cost)} a year"
         reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
-        name = capital(_fleet(sized.best))
+        name = capital(self._fleet(sized.best.counts))
         line = f"{name} {_are(sized.best)} the {'cheapest' if cost else 'smallest'} fleet shown to be enough"
-        line = f"{line} {self._when(sized)}: {reached}{cost}."
+        line = f"{line} {self._when(sized)}: {reached}{cost}.{self._worst(sized)}"
         if close := self._left(sized, "open"):
             line += f" {close} may also be enough; {self._would_tell(sized)}."
         if edge := self._left(sized, "edge"):
@@ -117,21 +128,22 @@ class _Planned:
         if not found:
             return ""
         spans = [(min(side), max(side)) for side in zip(*found, strict=True)]
+        nodes = (1, 1, 1 if self.packers is None else self.packers.nodes)
         parts = [
-            f"{low} to {high} {what}s" if low < high else number_of(high, what)
-            for (low, high), what in zip(spans, ("robot", "charger"), strict=True)
+            f"{low * each} to {high * each} {what}s" if low < high else number_of(high * each, what)
+            for (low, high), what, each in zip(spans, _WHAT, nodes, strict=False)
             if high
         ]
         if len(found) == math.prod(high - low + 1 for low, high in spans):
             return capital(spoken(parts))
         if len(found) <= _LISTED:
-            return capital(spoken([words.fleet(*one) for one in found], "or"))
+            return capital(spoken([self._fleet(one) for one in found], "or"))
         return f"{len(found)} other fleets, of {spoken(parts)},"
 
     def _ended(self, sized: Sized) -> str:
         """What is known where the runs allowed ended before an answer."""
-        few = [_fleet(one) for one in sized.below]
-        known = f" {capital(_fleet(sized.best))} are enough." if sized.best else ""
+        few = [self._fleet(one.counts) for one in sized.below]
+        known = f" {capital(self._fleet(sized.best.counts))} are enough." if sized.best else ""
         known += f" {capital(spoken(few))} are too few." if 0 < len(few) <= _LISTED else ""
         left = f"{len(sized.open)} of {number_of(len(sized.counts), 'fleet')} remain open"
         runs = number_of(self.plan.runs, "run")
@@ -140,7 +152,7 @@ class _Planned:
     def _none(self, sized: Sized) -> str:
         """What the largest fleet does, where none is enough, and what more robots would not cure."""
         largest = sized.below[-1]
-        line = f"{capital(self._when(sized))}: no fleet is enough. {capital(_fleet(largest))}: "
+        line = f"{capital(self._when(sized))}: no fleet is enough. {capital(self._fleet(largest.counts))}: "
         text = self._text(sized, largest)
         line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
         line += "" if sized.capped is None else f" {cap_words.capped(sized.capped, self.model)}."
@@ -162,7 +174,7 @@ class _Planned:
             return ""
         scale = words.scale(self.goal.indicator, self.model, (one.mean for *_, one in sized.worse))
         said = [
-            f"{words.fleet(*more)} do worse than {words.fleet(*less)} by {scale.value(abs(one.mean))}"
+            f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(one.mean))}"
             for more, less, one in sized.worse
         ]
         return f" More is not always better here: {spoken(said)}."
@@ -193,7 +205,7 @@ class _Planned:
             return []
         (first, most), *others = sized.utilisation.items()
         rest = spoken([f"{_BUSY[part]} {_share(one)}" for part, one in others]) if others else ""
-        busy = f"With {_fleet(sized.best)} the {_BUSY[first]} are busiest: {_share(most)} {_time(sized)}"
+        busy = f"With {self._fleet(sized.best.counts)} the {_BUSY[first]} are busiest: {_share(most)} {_time(sized)}"
         return [f"{busy}; {rest}." if rest else f"{busy}."]
 
     def _promise(self) -> str:
@@ -202,6 +214,8 @@ class _Planned:
         if plan.ended or self.answered is None:
             return f"Each answer above holds with {sure}."
         alike = "" if any(one.worse for one in self.demands) else " This takes it that more never does worse."
+        if self.yearly:
+            alike += " What fails with less demand is taken to fail with more."
         return (
             f"With {sure}, each fleet reaches {words.target(self.goal)}, and no smaller one is better than that by "
             f"{self._zone()} or more.{alike}"
@@ -245,6 +259,9 @@ class _Planned:
         found = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}", note=self._when(sized))]
         if best.chargers:
             found.append(BigNumber(value=str(best.chargers), what=f"charger{'s' * (best.chargers != 1)}"))
+        if self.packers is not None:
+            packers = best.packers * self.packers.nodes
+            found.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
         found.append(judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator)))
         return found + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
 
@@ -253,14 +270,14 @@ class _Planned:
         last = sized is self.demands[-1]
         found = []
         for one in [*([sized.best] if sized.best else []), *sized.below]:
-            same = [item.label for item in self.plan.strategies if (one.robots, one.chargers) in item.same]
-            found.append(self._option(sized, one, _fleet(one), sized.overrides, same if last else []))
+            same = [item.label for item in self.plan.strategies if one.counts in item.same]
+            found.append(self._option(sized, one, self._fleet(one.counts), sized.overrides, same if last else []))
         if sized.capped is not None:
             found.append(self._capped(sized))
         for strategy in self.plan.strategies if last else ():
             for one in strategy.shown:
                 changes = {**self._without_better(sized), **strategy.overrides}
-                found.append(self._option(sized, one, f"{_fleet(one)}, {_choice(strategy)}", changes, []))
+                found.append(self._option(sized, one, f"{self._fleet(one.counts)}, {_choice(strategy)}", changes, []))
         return found
 
     def _without_better(self, sized: Sized) -> dict[str, Any]:
@@ -290,7 +307,7 @@ class _Planned:
         assert found is not None
         scale = words.scale(self.goal.indicator, self.model, (found.mean,))
         return Option(
-            name=f"{_fleet(largest)}, at most {found.cap} under way",
+            name=f"{self._fleet(largest.counts)}, at most {found.cap} under way",
             standing="known",
             number=judged.within(self.goal.indicator, scale, (found.mean, None, None)),
             runs=found.gain.n,
@@ -302,22 +319,25 @@ class _Planned:
 
     def _cells(self, sized: Sized) -> dict[Counts, Standing]:
         """What each fleet was shown to be, or what follows from others where more never does worse."""
-        best = None if sized.best is None else (sized.best.robots, sized.best.chargers)
-        known = {(one.robots, one.chargers): self._lasting(one) or standing(one.verdict) for one in sized.below}
+        best = None if sized.best is None else sized.best.counts
+        known: dict[Counts, Standing] = dict.fromkeys(sized.failed_before, "not met")
+        known |= {one.counts: self._lasting(one) or standing(one.verdict) for one in sized.below}
         follows = not sized.worse
         return {one: _stands(one, best, known, set(sized.open), follows=follows) for one in sized.counts}
 
     def _grid(self) -> PairGrid | None:
-        """Every fleet searched, by robots and chargers."""
-        pairs = dict.fromkeys(counts for sized in self.demands for counts in sized.counts)
-        if not pairs:
+        """Every fleet searched, by robots and chargers; of packers those of the answer, or the most."""
+        searched = dict.fromkeys(counts for sized in self.demands for counts in sized.counts)
+        if not searched:
             return None
-        robots, chargers = (sorted(set(side)) for side in zip(*pairs, strict=True))
+        robots, chargers, *_ = (sorted(set(side)) for side in zip(*searched, strict=True))
         panels = {}
         for sized in self.demands:
             cells = self._cells(sized)
-            panels[self._when(sized)] = tuple(
-                tuple(cells.get((first, second), "untried") for first in robots) for second in reversed(chargers)
+            packers = (max(sized.counts) if sized.best is None else sized.best.counts)[2:]
+            panels[f"{self._when(sized)}{self._with_packers(packers)}"] = tuple(
+                tuple(cells.get((first, second, *packers), "untried") for first in robots)
+                for second in reversed(chargers)
             )
         down = tuple(str(number) if number else "" for number in reversed(chargers))
         how = "robots across, chargers down" if any(chargers) else "by number of robots"
@@ -329,7 +349,7 @@ class _Planned:
         if sized is None or sized.best is None:
             return None
         made = self.model.replace({**sized.overrides, **sized.best.overrides})
-        return judged.about(f"{_fleet(sized.best)}, {self._when(sized)}", made, self.plan.seed)
+        return judged.about(f"{self._fleet(sized.best.counts)}, {self._when(sized)}", made, self.plan.seed)
 
     def _facts(self, sized: Sized) -> dict[str, Any]:
         best = sized.best
@@ -337,11 +357,81 @@ class _Planned:
             "study": sized.name.replace(" ", "-"),
             "growth": sized.growth,
             "orders_per_hour": sized.rate,
-            "best": best and {"robots": best.robots, "chargers": best.chargers, "cost": best.cost},
+            "best": best and {**self._counted(best.counts), "cost": best.cost},
             "capped": None if sized.capped is None else asdict(sized.capped),
-            "open": [{"robots": robots, "chargers": chargers} for robots, chargers in sized.open],
+            "open": [self._counted(counts) for counts in sized.open],
             "busy": {part: one.mean for part, one in sized.utilisation.items()},
         }
+
+    # Packers, hours and years
+
+    def _fleet(self, counts: Counts) -> str:
+        """The counts of a design: `6 robots, 2 chargers and 3 packers`."""
+        return words.fleet(*counts, nodes=1 if self.packers is None else self.packers.nodes)
+
+    def _counted(self, counts: Counts) -> dict[str, int]:
+        """The counts of a design as JSON has them, packers in all nodes of their station."""
+        found = dict(zip(("robots", "chargers"), counts, strict=False))
+        return found if self.packers is None else {**found, "packers": counts[2] * self.packers.nodes}
+
+    def _with_packers(self, packers: Counts) -> str:
+        return f", {number_of(packers[0] * self.packers.nodes, 'packer')}" if packers and self.packers else ""
+
+    def _worst(self, sized: Sized) -> str:
+        """The worst part of the day with the fleet of an answer: `11:30 to 13:00: 97 % (95 to 98).`."""
+        if not sized.hours:
+            return ""
+        worst = min(sized.hours, key=lambda one: one.share.mean)
+        return f" {worst.named(self.model)}: {words.reached(ON_TIME, self._on_time(worst))}."
+
+    def _on_time(self, hour: Hour) -> str:
+        low, high = hour.share.interval or (None, None)
+        scale = words.scale(ON_TIME, self.model, (hour.share.mean,))
+        return judged.within(ON_TIME, scale, (hour.share.mean, low, high)).text
+
+    def _hours(self) -> list[Folded]:
+        """How many orders come by the hour, and how many of them are done on time."""
+        sized = self.answered
+        if sized is None or sized.best is None or not sized.hours:
+            return []
+        rows = [(one.named(self.model), numbers.number(one.orders), self._on_time(one)) for one in sized.hours]
+        note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold at once."
+        return [
+            Folded(title="On time by the hour", note=note, head=("time", "orders", "done on time"), rows=tuple(rows))
+        ]
+
+    def _lasts(self) -> list[str]:
+        """How long the fleet for today is enough."""
+        first = self.plan.today.best
+        if not self.yearly or first is None or self.plan.ended:
+            return []
+        later = [one for one in self.plan.demands if one.best is None or one.best.counts != first.counts]
+        if not later:
+            return ["The fleet for today is enough in all of these years."]
+        known = self._cells(later[0]).get(first.counts)
+        too_small = "is too small" if known == "not met" else "is not shown to be enough"
+        return [f"The fleet for today {too_small} in year {later[0].year}."]
+
+    def _years(self) -> list[Folded]:
+        """The answer year by year."""
+        if not self.yearly:
+            return []
+        parts = [
+            what for what, most in zip(_WHAT, map(max, zip(*self.plan.today.counts, strict=True)), strict=False) if most
+        ]
+        priced = any(sized.best and sized.best.cost is not None for sized in self.plan.demands)
+        head = ("year", "orders an hour", *(f"{what}s" for what in parts), *["a year"] * priced)
+        return [Folded(title="Year by year", head=head, rows=tuple(map(self._year, self.plan.demands)), printed=True)]
+
+    def _year(self, sized: Sized) -> tuple[str, ...]:
+        when = (
+            "today" if not sized.year else f"{sized.year}",
+            "" if sized.rate is None else numbers.number(sized.rate),
+        )
+        if sized.best is None or sized.open:
+            return (*when, "open" if sized.open else "none")
+        counts = [f"{count}" for count in self._counted(sized.best.counts).values() if count]
+        return (*when, *counts, *([] if sized.best.cost is None else [self._money(sized.best.cost)]))
 
 
 def _uncertain(unsure: TippingPoints) -> dict[str, Any]:
@@ -353,11 +443,11 @@ def _stands(
     one: Counts, best: Counts | None, known: Mapping[Counts, Standing], left: set[Counts], *, follows: bool
 ) -> Standing:
     """What a fleet is: none smaller than one that is too small is enough, and all larger than one that is are."""
-    if one == best or (follows and best is not None and one[0] >= best[0] and one[1] >= best[1]):
+    if one == best or (follows and best is not None and within_counts(best, one)):
         return "met"
     if one in known or not follows:
         return known.get(one, "open" if one in left else "untried")
-    over = {verdict for other, verdict in known.items() if one[0] <= other[0] and one[1] <= other[1]}
+    over = {verdict for other, verdict in known.items() if within_counts(one, other)}
     if over & {"not met", "overloaded", "drained", "fails"}:
         return "not met"
     if one in left or "open" in over:
@@ -365,13 +455,8 @@ def _stands(
     return "edge" if "edge" in over else "untried"
 
 
-def _fleet(shown: Shown) -> str:
-    """The robots and chargers of a design."""
-    return words.fleet(shown.robots, shown.chargers)
-
-
 def _are(shown: Shown) -> str:
-    return "is" if shown.robots == 1 and not shown.chargers else "are"
+    return "is" if shown.robots == 1 and not any(shown.counts[1:]) else "are"
 
 
 def _choice(strategy: Strategy) -> str:

@@ -25,6 +25,7 @@ _GAP = 2
 def printed(answer: Answer, width: int = WIDTH) -> str:
     """The lines of an answer in so many columns."""
     parts = ["\n".join(answer.answer)]
+    parts += [_printed_table(one.title, one.head, one.rows, width) for one in answer.tables if one.printed]
     for group, options in answer.groups().items():
         parts += _tables(capital(group), answer.measures, options, width)
     return "\n\n".join([*parts, "\n".join([*answer.notes, how_sure(answer)])])

@@ -188,17 +188,22 @@ def setting(key: str, value: Any) -> str:
     return f"{known.label}{':' * isinstance(value, str)} {said}"
 
 
-def fleet(robots: int, chargers: int) -> str:
-    """Robots, and chargers if there are some, as one says it: `6 robots and 2 chargers`."""
-    return design_spoken({"fleet.size": robots, **({"chargers": chargers} if chargers else {})})
+def fleet(robots: int, chargers: int, packers: int = 0, *, nodes: int = 1) -> str:
+    """Robots, and chargers and packers if there are some, as one says it: `6 robots and 2 chargers`.
+
+    `packers`: at each of `nodes` of a station.
+    """
+    counts = {"fleet.size": robots, "chargers": chargers, "packers": packers * nodes}
+    said = design_spoken({key: count for key, count in counts.items() if count})
+    return said if packers == 0 or nodes == 1 else f"{said} ({packers} at each of {nodes})"
 
 
 def _counted(key: str, value: Any) -> str:
-    """What a factor counts, in the singular; empty if it is not a number of robots or chargers."""
+    """What a factor counts, in the singular; empty if it is not a number of robots, chargers or packers."""
     if not str(value).isdecimal():
         return ""
     charger = key == "chargers" or key.endswith(".total_chargers")
-    return "robot" if key == "fleet.size" else "charger" if charger else ""
+    return "robot" if key == "fleet.size" else "charger" if charger else "packer" if key == "packers" else ""
 
 
 def replications(plan: StudyPlan) -> str:

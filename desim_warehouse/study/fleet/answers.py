@@ -12,21 +12,23 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.fleet.capped import Capped
+    from desim_warehouse.study.fleet.designs import Designs
+    from desim_warehouse.study.fleet.hours import Hour
     from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
+    from desim_warehouse.study.statistics.cheapest import Counts
 
 
 @dataclass(frozen=True)
 class Shown:
-    """A design that was judged: its robots and chargers, what changes the model into it, and what its runs say.
+    """A design that was judged: its counts (`Designs`), what changes the model into it, and what its runs say.
 
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
-    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of its robots and chargers a year, None
-    without prices of them. `wrong`: the verdicts on its runs. `delivered`: tasks an hour, which is what counts of one
+    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of what is counted a year, None
+    without prices of it. `wrong`: the verdicts on its runs. `delivered`: tasks an hour, which is what counts of one
     that cannot keep up. `to_tell`: how many runs in all would probably tell, where these did not.
     """
 
-    robots: int
-    chargers: int
+    counts: Counts
     overrides: Mapping[str, Any]
     verdict: DesignVerdict[int]
     estimate: Estimate | None
@@ -35,6 +37,21 @@ class Shown:
     wrong: tuple[Verdict, ...] = ()
     delivered: Estimate | None = None
     to_tell: int | None = None
+
+    @property
+    def robots(self) -> int:
+        """How many robots it has."""
+        return self.counts[0]
+
+    @property
+    def chargers(self) -> int:
+        """How many chargers, 0 where they are not sized."""
+        return self.counts[1]
+
+    @property
+    def packers(self) -> int:
+        """How many packers at each node of the station, 0 where they are not sized."""
+        return self.counts[2] if len(self.counts) > 2 else 0  # noqa: PLR2004
 
 
 @dataclass(frozen=True)
@@ -49,7 +66,8 @@ class Sized:
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
     `worse`: designs that do worse than one with fewer robots or chargers, with that one, and by how much.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
-    `counts`: robots and chargers of all designs searched.
+    `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
+    `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
     """
 
@@ -62,25 +80,28 @@ class Sized:
     in_hours: bool
     shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
-    open: tuple[tuple[int, int], ...] = ()
-    worse: tuple[tuple[tuple[int, int], tuple[int, int], Estimate], ...] = ()
+    open: tuple[Counts, ...] = ()
+    worse: tuple[tuple[Counts, Counts, Estimate], ...] = ()
     capped: Capped | None = None
     trip: Estimate | None = None
-    counts: tuple[tuple[int, int], ...] = ()
+    counts: tuple[Counts, ...] = ()
+    hours: tuple[Hour, ...] = ()
+    year: int | None = None
+    failed_before: frozenset[Counts] = frozenset()
 
 
 @dataclass(frozen=True)
 class Strategy:
     """Another strategy at designs that are too small with the model's own: whether they would do with it.
 
-    `same`: robots and chargers of those whose first runs it leaves as they are, in every indicator; only the others
+    `same`: the counts of those whose first runs it leaves as they are, in every indicator; only the others
     were judged with it.
     """
 
     label: str
     overrides: Mapping[str, Any]
     shown: tuple[Shown, ...]
-    same: tuple[tuple[int, int], ...] = ()
+    same: tuple[Counts, ...] = ()
 
     @property
     def saves(self) -> bool:
@@ -92,7 +113,7 @@ class Strategy:
 class FleetPlan:
     """What `plan_fleet` found; `strategy` is the better one that the sizes are for, None: the model's own.
 
-    `untried`: strategies for which the runs allowed did not suffice.
+    `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice.
     """
 
     model: Model
@@ -100,14 +121,23 @@ class FleetPlan:
     zone: float
     confidence: float
     own: str
-    today: Sized
-    grown: Sized | None
+    demands: tuple[Sized, ...]
     strategies: tuple[Strategy, ...]
     strategy: Strategy | None
-    sized: str | None
+    designs: Designs
     runs: int
     untried: tuple[str, ...] = ()
     seed: int = 0
+
+    @property
+    def today(self) -> Sized:
+        """The answer for the model's own demand."""
+        return self.demands[0]
+
+    @property
+    def grown(self) -> Sized | None:
+        """The answer for the last of the demands that grew; None: none did."""
+        return self.demands[-1] if len(self.demands) > 1 else None
 
     @property
     def answer(self) -> Answer:
@@ -123,9 +153,9 @@ class FleetPlan:
     @property
     def feasible(self) -> bool:
         """Whether a design was found for every demand."""
-        return self.today.best is not None and (self.grown is None or self.grown.best is not None) and not self.ended
+        return all(sized.best is not None for sized in self.demands) and not self.ended
 
     @property
     def ended(self) -> bool:
         """Whether the runs allowed ended before an answer."""
-        return bool(self.today.open or (self.grown is not None and self.grown.open))
+        return any(sized.open for sized in self.demands)

@@ -1,36 +1,97 @@
-"""The fleets that could be bought: robots and chargers, what they change in the model, and what they cost."""
+"""The designs that could be built: robots, chargers and packers, what they change in the model, what they cost."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors
 from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
+from desim_warehouse.model.facts.stations import open_share
 from desim_warehouse.outcome.money import equipment
 from desim_warehouse.run.quick import estimate
 
 if TYPE_CHECKING:
     from collections.abc import Mapping, Sequence
 
+    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.model import Model
     from desim_warehouse.study.statistics.cheapest import Counts
 
 ROOM = 2.5
 """How far robots are searched by default, as a multiple of what the quick estimate needs."""
+ROOM_TO_PACK = 1.5
+"""The same of packers."""
+
+
+@dataclass(frozen=True)
+class Packers:
+    """Who packs in a station, at each of its nodes: `key` of the model says how many, `values` could be (None: any)."""
+
+    station: str
+    key: str
+    nodes: int
+    most: float
+    open: float
+    values: tuple[int, ...] | None
+
+    @classmethod
+    def of(cls, model: Model, station: str, values: Sequence[int] | None) -> Packers:
+        """Those of a station of a model: its workers where loads are worked on there, else its servers.
+
+        Raises StudyError where the model has no such station, or it has no room for so many.
+        """
+        spec = model.layout.stations.get(station)
+        if spec is None:
+            known = ", ".join(model.layout.stations) or "none"
+            raise StudyError(f"--packers {station}: no station of this model, expected one of its stations: {known}")
+        of_work = spec.work_time is not None
+        most = spec.places if not of_work else spec.buffer or math.inf
+        if values is not None and values[-1] > most:
+            room = "buffer" if of_work else "places"
+            raise StudyError(f"--packers {station}={values[-1]}: more than its {room}, expected at most {most}")
+        return cls(
+            station,
+            f"layout.stations.{station}.{'workers' if of_work else 'servers'}",
+            sum(item.zone == station for item in model.floor.stations.values()),
+            most,
+            open_share(model, spec),
+            None if values is None else tuple(values),
+        )
+
+    def searched(self, found: QuickEstimate, model: Model) -> list[int]:
+        """How many are searched: by default from those without whom work piles up to more than a peak needs."""
+        if self.values is not None:
+            return list(self.values)
+        at = [load for load in found.stations if model.floor.stations[load.node].zone == self.station]
+        of_work = self.key.endswith("workers")
+        busy = [
+            (load.work_busy or 0) * load.workers if of_work else (load.serve_busy or 0) * load.servers for load in at
+        ]
+        needed = math.fsum(busy) / self.nodes
+        peak = 1.0 if not found.rate or found.peak is None else found.peak / found.rate
+        most = int(min(max(math.ceil(ROOM_TO_PACK * peak * needed) + 1, 2), self.most))
+        return list(range(min(max(math.ceil(needed), 1), most), most + 1))
 
 
 class Designs:
-    """The designs that could be built of a model: robots, and chargers in the bays that have most of them.
+    """The designs that could be built of a model, by their counts: robots, chargers and, where asked for, packers.
 
-    Robots that are bought are of no kind, so chargers are too, where some are for kinds alone.
+    Chargers are those in the bays that have most of them, 0 where there are none. Robots that are bought are of no
+    kind, so chargers are too, where some are for kinds alone. Packers are those at each node of one station.
     """
 
     def __init__(
-        self, model: Model, robots: Sequence[int] | None = None, chargers: Sequence[int] | None = None
+        self,
+        model: Model,
+        robots: Sequence[int] | None = None,
+        chargers: Sequence[int] | None = None,
+        packers: tuple[str, Sequence[int] | None] | None = None,
     ) -> None:
         self.model = model
+        self.packers = None if packers is None else Packers.of(model, *packers)
         self._now = _chargers(model)
         for_all = [zone for zone in self._now if not model.layout.bays[zone].kinds]
         zones = (for_all or list(self._now)) if model.battery is not None else []
@@ -41,8 +102,24 @@ class Designs:
 
     def overrides(self, design: Counts) -> dict[str, Any]:
         """What makes the model into a design."""
-        robots, chargers = design
-        return {"fleet.size": robots, **self.of_chargers(chargers)}
+        robots, chargers, *packers = design
+        return {"fleet.size": robots, **self.of_chargers(chargers), **self.of_packers(*packers)}
+
+    def of_packers(self, packers: int | None = None) -> dict[str, Any]:
+        """The change that gives the station so many packers, none where they are not sized."""
+        return {} if self.packers is None or packers is None else {self.packers.key: packers}
+
+    def factors(self, counts: Sequence[Sequence[int]]) -> dict[str, Any]:
+        """The factors of a study of all designs with these counts; packers are all those of the station."""
+        robots, chargers, *packers = counts
+        found: dict[str, Any] = {"fleet.size": robots}
+        if self.zone is not None:
+            found["chargers"] = {"cases": {f"{number}": self.of_chargers(number) for number in chargers}}
+        if self.packers is not None:
+            found["packers"] = {
+                "cases": {f"{number * self.packers.nodes}": self.of_packers(number) for number in packers[0]}
+            }
+        return found
 
     def of_chargers(self, chargers: int) -> dict[str, Any]:
         """The changes that give the model this number of chargers, and slots for those beyond its slots alone.
@@ -64,24 +141,29 @@ class Designs:
         return found
 
     def cost(self, design: Counts) -> float | None:
-        """What the robots and chargers of a design cost a year, or None without prices."""
-        prices = self.model.prices
-        if prices is None or not prices.of_fleet:
+        """What the robots, chargers and packers of a design cost a year, or None without prices."""
+        prices, who = self.model.prices, self.packers
+        if prices is None or not (prices.of_fleet or (who and prices.station_hour)):
             return None
-        robots, chargers = design
+        robots, chargers, *packers = design
         special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
         others = sum(self._now.values()) - self.today
         kinds, spare = [*special, *[""] * (robots - len(special))], sum(spare_batteries(self.model).values())
-        return equipment(prices, kinds, others + chargers, spare)
+        wages = 0.0 if who is None else prices.station_hour * prices.hours * packers[0] * who.nodes * who.open
+        return equipment(prices, kinds, others + chargers, spare) + wages
 
     def key(self, design: Counts) -> tuple[float, ...]:
-        """What to sort designs by: cost, then robots, then chargers."""
+        """What to sort designs by: cost, then robots, chargers and packers."""
         return (self.cost(design) or 0.0, *map(float, design))
 
-    def counts(self, growth: float) -> tuple[list[int], list[int]]:
-        """Robots and chargers that are searched, by default from the quick estimate."""
+    def counts(self, growth: float) -> list[list[int]]:
+        """Robots, chargers and packers that are searched, by default from the quick estimate."""
         model = self.model.replace(more_demand(self.model, growth))
         found = estimate(model)
+        packers = [] if self.packers is None else [self.packers.searched(found, model)]
+        if packers:
+            model = model.replace(self.of_packers(packers[0][-1]))
+            found = estimate(model)
         needed = found.robots_busy
         if found.robots_needed is not None and math.isfinite(found.robots_needed):
             needed = found.robots_needed  # else chargers are too few, and searched as well
@@ -97,12 +179,12 @@ class Designs:
         if not robots:
             raise StudyError("no such fleet can be simulated; `desim check` says why, --robots which are searched")
         if self.zone is None:
-            return robots, [0]
+            return [robots, [0], *packers]
         if self._chargers is not None:
-            return robots, list(self._chargers)
+            return [robots, list(self._chargers), *packers]
         short = 0 if found.power is None or found.power.needed is None else found.power.needed * robots[-1]
         most = max(math.ceil(1.5 * short / max(model.fleet.size, 1)), self.today, 2) + 1
-        return robots, list(range(1, min(most, robots[-1]) + 1))
+        return [robots, list(range(1, min(most, robots[-1]) + 1)), *packers]
 
     @property
     def today(self) -> int:

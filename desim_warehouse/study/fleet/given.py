@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import StudyError, got
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.factors import listed
+from desim_warehouse.study.limits import MOST_YEARS
 from desim_warehouse.values.units import UnitNames, quantity
 
 if TYPE_CHECKING:
@@ -15,6 +16,7 @@ if TYPE_CHECKING:
 
 MOST_TIMES = 10.0
 """Times today's demand; a larger number without % was probably meant in per cent."""
+A_YEAR = "/year"
 
 
 def growth_of(given: float | str | None, named: str) -> float | None:
@@ -37,6 +39,37 @@ def growth_of(given: float | str | None, named: str) -> float | None:
         meant = f"{number:g}%" if number > MOST_TIMES else f"{100 * number:g}% or {1 + number:g}"
         raise StudyError(f"{named}: {text} times as much: did you mean {meant}?")
     return grown
+
+
+def demands_of(growth: float | str | None, years: int | None, named: str) -> list[float]:
+    """The factors of the demands after today's: of one growth, or of each of so many years that grow by `20%/year`.
+
+    Raises as `growth_of`.
+    """
+    text = "" if growth is None else f"{growth}".strip()
+    each = text.removesuffix(A_YEAR)
+    if (years is None) == (each != text):
+        raise StudyError(f"{named}: {text or 'none'}: years need a growth such as 20%/year, and that how many years")
+    if years is None:
+        times = growth_of(growth, named)
+        return [] if times is None else [times]
+    if not 1 <= years <= MOST_YEARS:
+        raise StudyError(f"years: {years}, expected 1 to {MOST_YEARS}")
+    times = growth_of(each, named)
+    if times is None or times <= 1:
+        raise StudyError(f"{named}: {text}: expected demand that grows, such as 20%/year")
+    return [round(times**year, 9) for year in range(1, years + 1)]
+
+
+def packers_of(given: str | None, named: str) -> tuple[str, list[int] | None] | None:
+    """A station and how many packers it could have, such as `packing=1..4`; `packing`: by estimate; None: not given.
+
+    Raises as `growth_of`.
+    """
+    if given is None:
+        return None
+    station, _, values = (part.strip() for part in given.partition("="))
+    return station, counts_of(values or None, f"{named} {station}")
 
 
 def counts_of(given: Sequence[int] | str | None, named: str) -> list[int] | None:

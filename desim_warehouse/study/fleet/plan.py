@@ -1,4 +1,4 @@
-"""How many robots and chargers a warehouse needs, today and with more demand, with which strategy, and what limits it.
+"""How many robots, chargers and packers a warehouse needs, today and later, with which strategy, and what limits it.
 
 Sizes are found by `statistics.scout_steps` and shown by `statistics.cheapest_meeting_steps`; nothing else is judged
 here. Designs that cannot keep up, or run down their batteries (see `outcome.verdicts`), do not count as meeting
@@ -7,31 +7,35 @@ a target, however well the run looks.
 
 from __future__ import annotations
 
+import itertools
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import as_model
-from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.outcome.indicators import within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
-from desim_warehouse.study.fleet.given import counts_of, growth_of
+from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
+from desim_warehouse.study.fleet.hours import DAYS, by_hour, parts_of_the_day
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.procedures import judge_of, scouted
+from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.study import Study, under, with_answer
 from desim_warehouse.study.target import first_look, indifference, read_target
 from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+    from collections.abc import Callable, Iterable, Mapping, Sequence
 
     from desim_warehouse.model import Model, Source
     from desim_warehouse.study.design import Point
+    from desim_warehouse.study.fleet.hours import Hour
     from desim_warehouse.study.runner import StudyRunner
     from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Procedure, Target
     from desim_warehouse.study.statistics.cheapest import Counts
@@ -39,12 +43,24 @@ if TYPE_CHECKING:
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
+ENDS = 2
+"""Years, the first and the last, that are planned before those between."""
 CAPPED = 20
 """Most replications of each cap on the robots under way."""
-_COUNTED = {"fleet.size": "robot", "chargers": "charger"}
+_COUNTED = {"fleet.size": "robot", "chargers": "charger", "packers": "packer"}
 """Factors of a plan, and what each counts."""
 SAME = 0.2
 """Part of the zone by which days with another strategy may differ from those with the model's own and be alike."""
+
+
+@dataclass(frozen=True)
+class _Demand:
+    """A demand in times today's: the designs that failed, those that a scout or a close verdict doubts, the answer."""
+
+    growth: float
+    failing: frozenset[Counts]
+    doubted: frozenset[Counts]
+    best: Counts | None
 
 
 @dataclass
@@ -65,6 +81,8 @@ class _Planner:
     untried: tuple[str, ...] = ()
     sized: dict[str, dict[Counts, Sequence[Row]]] = field(default_factory=dict)
     """The runs of the designs that were judged, by the name of a demand."""
+    shared: list[_Demand] = field(default_factory=list)
+    """What is known of other demands, with which runs are shared; see `_known`."""
     known: str = ""
     """What is known of the demands before, as people who wait see it."""
 
@@ -102,17 +120,18 @@ class _Planner:
                 flat=self.target.missed,
             )
 
-    def size(self, growth: float, changes: Mapping[str, Any], name: str) -> Sized:
-        """The cheapest design for a demand."""
+    def size(self, growth: float, changes: Mapping[str, Any], name: str, year: int | None = None) -> Sized:
+        """The cheapest design for a demand; for that of a year with what is known of other years."""
         changes = {**changes, **more_demand(self.model, growth)}
-        robots, chargers = self.designs.counts(growth)
-        factors: dict[str, Any] = {"fleet.size": robots}
-        if self.designs.zone is not None:
-            cases = {f"{number}": self.designs.of_chargers(number) for number in chargers}
-            factors["chargers"] = {"cases": cases}
-        counts = [(first, second) for first in robots for second in chargers]
-        study = self.study(name, factors, changes, self.seed)
-        found = self._cheapest(study, counts)
+        ranges = self.designs.counts(growth)
+        counts = list(itertools.product(*ranges))
+        study = self.study(name, self.designs.factors(ranges), changes, self.seed)
+        known = statistics.NOTHING if year is None else self._known(growth, counts)
+        found, doubts = self._cheapest(study, counts, known)
+        if year is not None:
+            fails = {counts[n] for n, one in found.verdicts.items() if one.verdict == "fails"}
+            answer = None if found.design is None or found.open else counts[found.design]
+            self.shared.append(_Demand(growth, frozenset(fails), frozenset(counts[n] for n in doubts), answer))
         if found.design is not None:
             self.known += f"{name}: {_named(study.points[found.design])}; "
         self.sized[name] = {counts[number]: study.results.by_point[number] for number in found.verdicts}
@@ -152,6 +171,41 @@ class _Planner:
             capped,
             trip,
             tuple(counts),
+            self._by_hour(study, best),
+            year,
+            frozenset(counts[number] for number in known.failing),
+        )
+
+    def _by_hour(self, study: Study, best: Shown | None) -> tuple[Hour, ...]:
+        """How orders fare by the hour with the design that was found, where they come by the clock."""
+        if best is None or due_within(self.model) is None:
+            return ()
+        model = study.plan.base.replace(best.overrides)
+        if not parts_of_the_day(model) or not self.budget.allows(DAYS):
+            return ()
+        self.budget.take(DAYS)
+        return by_hour(model, self.seed, DAYS, self.confidence)
+
+    def _known(self, growth: float, counts: list[Counts]) -> statistics.Known:
+        """What other years say of designs: what fails with less demand fails, what is enough for more is enough.
+
+        Larger designs are compared in the first and the last year alone, which are planned first.
+        """
+        less = [one for one in self.shared if one.growth <= growth]
+        number = {design: n for n, design in enumerate(counts)}
+        enough = [number[one.best] for one in self.shared if one.growth >= growth and one.best in number]
+
+        largest = max(counts)  # which is judged each year, for its number
+
+        def among(designs: Iterable[Counts]) -> frozenset[int]:
+            smaller = (n for design in designs for n, one in enumerate(counts) if within_counts(one, design))
+            return frozenset(n for n in smaller if counts[n] != largest)
+
+        return statistics.Known(
+            among(design for one in less for design in one.failing),
+            among(design for one in less for design in one.doubted),
+            min(enough, key=lambda n: self.designs.key(counts[n]), default=None),
+            compare=len(self.shared) < ENDS,
         )
 
     def _capped(self, study: Study, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
@@ -172,19 +226,19 @@ class _Planner:
         self.budget.take(runs)
         return found
 
-    def _cheapest(self, study: Study, counts: list[Counts]) -> Cheapest:
-        """The cheapest of the designs of a study, which a scout with other runs looks for first."""
+    def _cheapest(self, study: Study, counts: list[Counts], known: statistics.Known) -> tuple[Cheapest, set[int]]:
+        """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
         where = under(self.where, f"{study.plan.name} scout".replace(" ", "-"))
-        doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known)
+        doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: statistics.verdict_steps([], judge))
-            return statistics.Cheapest(None, (), {}, {}, 0, self.confidence, self.zone, tuple(order))
+            return statistics.Cheapest(None, (), {}, {}, 0, self.confidence, self.zone, tuple(order)), set()
         found: Cheapest = self.follow(
             study,
-            lambda judge, _: statistics.cheapest_meeting_steps(counts, self.designs.key, judge, doubts),
+            lambda judge, _: statistics.cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known),
         )
-        return found
+        return found, doubts
 
     def _shown(
         self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
@@ -199,16 +253,18 @@ class _Planner:
         if not verdict.closed:
             values = [row.measured(self.target.indicator) for row in study.results.by_point[number]]
             to_tell = statistics.runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
-        return Shown(*counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell)
+        return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell)
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
         """What other strategies do with the designs that are too small with the model's own."""
-        counts = [(shown.robots, shown.chargers) for shown in sized.below] if sized.best and not sized.open else []
+        counts = [shown.counts for shown in sized.below] if sized.best and not sized.open else []
         if not counts or not factors:
             return ()
         cases = {
-            f"{robots} robots, {chargers} chargers": self.designs.overrides((robots, chargers))
-            for robots, chargers in counts
+            ", ".join(number_of(n, what) for n, what in zip(one, _COUNTED.values(), strict=False)): (
+                self.designs.overrides(one)
+            )
+            for one in counts
         }
         study = self.study("strategies", {**factors, "design": {"cases": cases}}, sized.overrides, self.seed)
         others = self._others(study, factors)
@@ -277,9 +333,11 @@ def plan_fleet(
     target: str,
     *,
     growth: float | str | None = None,
+    years: int | None = None,
     strategies: Mapping[str, Any] | None = None,
     robots: Sequence[int] | str | None = None,
     chargers: Sequence[int] | str | None = None,
+    packers: str | None = None,
     zone: float | str | None = None,
     confidence: float = 0.95,
     seed: int = 0,
@@ -289,17 +347,20 @@ def plan_fleet(
     timeout: float | None = None,
     **where: Any,
 ) -> FleetPlan:
-    """Find how many robots and chargers meet a target, today and with more demand, and with which strategy.
+    """Find how many robots, chargers and packers meet a target, today and with more demand, and with which strategy.
 
     Args:
         model: the warehouse, or its file. Its bays with most chargers are those whose chargers are sized. Where its
-            section `prices` has prices of robots or chargers, the cheapest are sought, else fewest robots, then
-            chargers.
+            section `prices` has prices of them, the cheapest are sought, else fewest robots, then chargers, then
+            packers.
         target: such as "on_time >= 95 %".
-        growth: demand in times today's, such as 1.3 or "30%"; None: today's only.
+        growth: demand in times today's, such as 1.3 or "30%"; with years "20%/year"; None: today's only.
+        years: that are planned after today's. What fails with less demand is taken to fail with more.
         strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
         robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
         chargers: likewise.
+        packers: a station and who may work there, at each of its nodes, such as "packing=1..4": its servers, or its
+            workers where it has a work time; "packing": by the quick estimate; None: as many as the model has.
         zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target. At most half
             of what is possible beyond the target: for 99.5 % it is 0.25 %.
         confidence: that all that is said of one demand is right.
@@ -318,24 +379,27 @@ def plan_fleet(
     model, seed = as_model(model), whole_seed(seed)
     goal = read_target(target, model.units.names)
     zone = indifference(goal, zone, model.units.names)
-    times = growth_of(growth, "growth")
-    more_demand(model, times or 1.0)
+    times = demands_of(growth, years, "growth")
+    more_demand(model, max(times, default=1.0))
     budget = statistics.Budget(runs)
-    designs = Designs(model, counts_of(robots, "robots"), counts_of(chargers, "chargers"))
+    designs = Designs(
+        model, counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
+    )
     planner = _Planner(
         model, goal, zone, confidence, designs, seed, first or first_look(goal, cap), cap, timeout, budget, where
     )
     if strategies is None:
         strategies = {"policies.allocation": list(dict.fromkeys((model.policies.allocation.content(), *STRATEGIES)))}
-    today, grown = _sizes(planner, times, {}, "")
-    tried = planner.strategies(grown or today, strategies)
+    demands = _sizes(planner, times, {}, "", yearly=years is not None)
+    tried = planner.strategies(demands[-1], strategies)
     better = max(
         (strategy for strategy in tried if strategy.saves),
         key=lambda strategy: max(goal.sign * one.verdict.mean for one in strategy.shown),
         default=None,
     )
     if better is not None:
-        today, grown = _sizes(planner, times, better.overrides, f" with {better.label}")
+        planner.shared.clear()
+        demands = _sizes(planner, times, better.overrides, f" with {better.label}", yearly=years is not None)
     own = ", ".join(str(level_of(model, key)) for key in strategies)
     found = FleetPlan(
         model,
@@ -343,11 +407,10 @@ def plan_fleet(
         zone,
         confidence,
         own,
-        today,
-        grown,
+        demands,
         tried,
         better,
-        designs.zone,
+        designs,
         budget.spent,
         planner.untried,
         seed,
@@ -356,7 +419,12 @@ def plan_fleet(
 
 
 def _sizes(
-    planner: _Planner, growth: float | None, changes: Mapping[str, Any], suffix: str
-) -> tuple[Sized, Sized | None]:
-    today = planner.size(1.0, changes, f"today{suffix}")
-    return today, None if growth is None else planner.size(growth, changes, f"growth{suffix}")
+    planner: _Planner, times: Sequence[float], changes: Mapping[str, Any], suffix: str, *, yearly: bool
+) -> tuple[Sized, ...]:
+    """The answers for today's demand and those after it, of years the last one before those between."""
+    if not yearly:
+        today = planner.size(1.0, changes, f"today{suffix}")
+        return today, *(planner.size(growth, changes, f"growth{suffix}") for growth in times)
+    years = {0: 1.0, len(times): times[-1], **dict(enumerate(times, 1))}
+    found = {n: planner.size(growth, changes, f"year {n}{suffix}", n) for n, growth in years.items()}
+    return tuple(found[n] for n in sorted(found))

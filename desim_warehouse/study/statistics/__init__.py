@@ -23,7 +23,14 @@ sent their values, so that the batch can be spread over workers; `follow` carrie
 
 from __future__ import annotations
 
-from desim_warehouse.study.statistics.cheapest import Cheapest, Larger, cheapest_meeting_steps, scout_steps
+from desim_warehouse.study.statistics.cheapest import (
+    NOTHING,
+    Cheapest,
+    Known,
+    Larger,
+    cheapest_meeting_steps,
+    scout_steps,
+)
 from desim_warehouse.study.statistics.comparison import Comparison, Difference, compare, holm, paired
 from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
@@ -73,6 +80,7 @@ from desim_warehouse.study.statistics.warmup import WarmUp, averaged, mser, welc
 __all__ = [
     "GLANCE",
     "MOST_TO_TELL",
+    "NOTHING",
     "Between",
     "Budget",
     "Cheapest",
@@ -85,6 +93,7 @@ __all__ = [
     "Gains",
     "Judge",
     "Knee",
+    "Known",
     "Larger",
     "MainEffect",
     "MainEffects",

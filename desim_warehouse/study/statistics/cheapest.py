@@ -1,11 +1,11 @@
-"""The cheapest of designs with two counts, such as robots and chargers, that meets a target.
+"""The cheapest of designs with some counts, such as robots, chargers and packers, that meets a target.
 
 A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout names
 and those that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
 
 A fleet close to the target costs tens of runs, and with fewer robots than needed each number of chargers is
 close. So a candidate whose looks lean to failing waits for the design with as much of the first count and all of the
-second. If that fails, all are settled at once; if it meets the target, the second count is halved. Going there after
+others. If that fails, all are settled at once; if it meets the target, the others are halved. Going there after
 any open look costs more, as a candidate that leans to meeting the target mostly does.
 
 A design is vetoed after three runs if half of what its backlog grows, or its batteries fall, is still too much. Where
@@ -18,6 +18,8 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
+
+import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.comparison import paired
@@ -32,15 +34,34 @@ if TYPE_CHECKING:
     from desim_warehouse.study.statistics.procedure import RunNumber
     from desim_warehouse.study.statistics.targets import Target
 
-Counts: TypeAlias = tuple[int, int]
-"""The two counts of a design."""
+Counts: TypeAlias = tuple[int, ...]
+"""The counts of a design, as many for each."""
 Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 """What a design costs: a key to sort by, which no count may lower."""
 
 
 @dataclass(frozen=True)
+class Known:
+    """What is known of designs before they are judged, by number: `failing` fail, `doubted` may, `enough` may suffice.
+
+    `compare`: whether the answer is held against larger designs.
+    """
+
+    failing: frozenset[int] = frozenset()
+    doubted: frozenset[int] = frozenset()
+    enough: int | None = None
+    compare: bool = True
+
+
+NOTHING = Known()
+
+
+@dataclass(frozen=True)
 class Larger:
-    """A design with more of one count than `base`: by how much its indicator differs, and whether it is shown worse."""
+    """A design with more of one count than `base`: by how much its indicator differs, and whether it does worse.
+
+    That is shown, and on the mean it is by no less than the indifference zone.
+    """
 
     base: int
     number: int
@@ -56,9 +77,9 @@ class Cheapest:
     designs that rule out all cheaper ones, each of them judged. `close` are those of them that could not be told
     from the target. `vetoed`: why designs fail whatever the target says. `open`: designs of which nothing is known, as
     the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`:
-    designs with one more of a count than the answer, those with more of the second that rule out others with as much of
-    it as the answer, or the largest where it fails and does worse than one with half of the first count; where one of
-    them does worse, no design was ruled out by another.
+    designs with one more of a count than the answer, those with more of the others than the first that rule out designs
+    with as much of them as the answer, or the largest where it fails and does worse than one with half of the first
+    count; where one of them does worse, no design was ruled out by another.
     """
 
     design: int | None
@@ -77,78 +98,82 @@ class Cheapest:
         return tuple(number for number in self.below if self.verdicts[number].verdict == "undecided")
 
 
-def scout_steps(designs: Sequence[Counts], cost: Cost, target: Target, budget: Budget) -> Procedure[set[int]]:
+def scout_steps(
+    designs: Sequence[Counts],
+    cost: Cost,
+    target: Target,
+    budget: Budget,
+    known: Known = NOTHING,
+    hopeless: Callable[[int], bool] = lambda _: False,
+) -> Procedure[set[int]]:
     """Look for the cheapest design with a single run of each probe; returns the numbers of those that failed.
 
-    It bisects the first count with the most of the second, then the second count. Where a larger first count may cost
-    less than what it saves of the second, it looks there, too. A single run is no proof.
+    Each probe leaves fewest designs, whichever way it turns out. A single run is no proof. One that is `hopeless` by it
+    fails whatever it says of the target.
 
     Raises:
         RunsEndedError: a budget that ends before the search does.
     """
-    number = {design: rank for rank, design in enumerate(designs)}
-    firsts, seconds = sorted({first for first, _ in designs}), sorted({second for _, second in designs})
-    found: dict[Counts, bool] = {}
-
-    def meets(first: int, second: int) -> Generator[list[RunNumber], Sequence[float], bool]:
-        design = firsts[first], seconds[second]
-        if design not in found:
-            budget.take(1)
-            (value,) = yield from request([(number[design], 0)])
-            found[design] = target.met_by(value)
-        return found[design]
-
-    low, first = -1, len(firsts)
-    while first - low > 1:
-        probe = (low + first) // 2
-        if (yield from meets(probe, len(seconds) - 1)):
-            first = probe
+    order = sorted(range(len(designs)), key=lambda number: cost(designs[number]))
+    if known.enough is not None:
+        order = order[: order.index(known.enough)]
+    failed = {*known.failing, *known.doubted}
+    order = [n for n in order if not any(within_counts(designs[n], designs[other]) for other in failed)]
+    while order:
+        rank = _halving([designs[number] for number in order])
+        probe = order[rank]
+        budget.take(1)
+        (value,) = yield from request([(probe, 0)])
+        if target.met_by(value) and not hopeless(probe):
+            order = order[:rank]
         else:
-            low = probe
-    second = len(seconds) - 1
-    best = None
-    while first < len(firsts):
-        low = -1
-        while second - low > 1:
-            probe = (low + second) // 2
-            if (yield from meets(first, probe)):
-                second = probe
-            else:
-                low = probe
-        best = firsts[first], seconds[second]
-        # A larger first count is worth a look where the cheapest design that saves a second one is cheaper.
-        first += 1
-        while first < len(firsts) and second and cost((firsts[first], seconds[0])) < cost(best):
-            affordable = [j for j in range(second) if cost((firsts[first], seconds[j])) < cost(best)]
-            if (yield from meets(first, affordable[-1])):
-                second = affordable[-1]
-                break
-            first += 1
-        else:
-            break
-    return {number[design] for design, met in found.items() if not met}
+            failed.add(probe)
+            order = [number for number in order if not within_counts(designs[number], designs[probe])]
+    return failed
+
+
+def within_counts(one: Counts, other: Counts) -> bool:
+    """Whether a design has no more of any count than another."""
+    return all(map(int.__le__, one, other))
+
+
+def _halving(designs: Sequence[Counts]) -> int:
+    """Which of designs, the cheapest first, leaves fewest of them: those cheaper if it meets, none smaller if not."""
+    places = [np.unique(side, return_inverse=True)[1] for side in zip(*designs, strict=True)]
+    smaller = np.zeros([place.max() + 1 for place in places], int)
+    smaller[tuple(places)] = 1
+    for axis in range(smaller.ndim):
+        smaller = smaller.cumsum(axis)
+    return int(np.argmax(np.minimum(smaller[tuple(places)], np.arange(len(designs), 0, -1))))
 
 
 def cheapest_meeting_steps(
-    designs: Sequence[Counts], cost: Cost, judge: Judge, doubted: Iterable[int] = (), *, scan: bool = False
+    designs: Sequence[Counts],
+    cost: Cost,
+    judge: Judge,
+    doubted: Iterable[int] = (),
+    *,
+    scan: bool = False,
+    known: Known = NOTHING,
 ) -> Procedure[Cheapest]:
     """The cheapest design whose mean indicator meets the target, and that no cheaper one does by more than its zone.
 
     Args:
-        designs: every pair of counts that could be built.
+        designs: all counts that could be built.
         cost: what one costs.
         judge: knows the target, and has judged nothing yet.
         doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
         scan: judge all designs, the cheapest first, until one meets the target: none is ruled out by another.
+        known: what other demands have shown; the designs that fail by it are not judged, nor are larger ones compared.
 
     Source: see `Judge`.
-    Assumes: as `Judge`; that no design does worse than one with less of both counts. Where one that was compared does
+    Assumes: as `Judge`; that no design does worse than one with less of all counts. Where one that was compared does
     (`Cheapest.larger`), the cheaper ones are judged one after the other, the cheapest first.
     """
     if not designs or any(a == b for i, a in enumerate(designs) for b in designs[:i]):
         raise StudyError(f"designs {list(designs)[:6]!r}: expected at least one, none twice")
     before = judge.budget.spent
-    proof = _Proof(designs, cost, judge, set(doubted))
+    proof = _Proof(designs, cost, judge, set(doubted), known)
     try:
         yield from proof.scan(proof.order) if scan else proof.steps()
     except RunsEndedError:
@@ -169,12 +194,13 @@ def cheapest_meeting_steps(
 class _Proof:
     """The state of `cheapest_meeting_steps`: the best design so far, and those known to fail."""
 
-    def __init__(self, designs: Sequence[Counts], cost: Cost, judge: Judge, doubts: set[int]) -> None:
+    def __init__(self, designs: Sequence[Counts], cost: Cost, judge: Judge, doubts: set[int], known: Known) -> None:
         self.designs = designs
         self.judge = judge
         self.doubts = doubts
+        self.known = known
         self.order = sorted(range(len(designs)), key=lambda n: cost(designs[n]))
-        self.failing: set[int] = set()
+        self.failing = set(known.failing)
         self.best: int | None = None
         self.open: list[int] = []
         self.larger: tuple[Larger, ...] = ()
@@ -225,7 +251,7 @@ class _Proof:
 
     def _told(self, number: int) -> bool:
         """Whether a design was shown to fail."""
-        return self.judge.verdicts[number].verdict == "fails"
+        return number in self.known.failing or self.judge.verdicts[number].verdict == "fails"
 
     def scan(self, numbers: Sequence[int]) -> Procedure[None]:
         """Judge designs one after the other, until one meets the target; none rules out another."""
@@ -235,7 +261,7 @@ class _Proof:
                 break
 
     def _try(self, number: int) -> Procedure[None]:
-        """Judge a candidate, and where that does not tell, the design with most of the second count beside it.
+        """Judge a candidate, and where that does not tell, the design with most of all counts but the first beside it.
 
         If that fails, all with as much of the first count do. It is judged as soon as looks at the candidate lean to a
         failure that is not clear, or where the candidate is not told in the end: those between would not be, either.
@@ -246,30 +272,38 @@ class _Proof:
             yield from judge.look(number)
             if not judge.closed(number) and not judge.target.met_by(judge.verdicts[number].mean):
                 number = most
-        if not (yield from self._meets(number)) and number != most and not self._told(number):
+        if (yield from self._meets(number)) or number == most:
+            return
+        if not self._told(number):
             yield from self._meets(most)
+        elif len(self.designs[number]) > 2:  # noqa: PLR2004 - with all packers, as with one more so little changes
+            as_many = [n for n in self.order if self.designs[n][:-1] == self.designs[number][:-1]]
+            yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
     def _next(self, best: int) -> int:
         """Of the cheaper designs that nothing rules out yet, the one to judge next."""
         first = self.designs[best][0]
         beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
         if beside:  # halve them: the best is one that was judged for them all
-            return sorted(beside, key=lambda n: self.designs[n])[len(beside) // 2]
-        return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of both
+            return beside[_halving([self.designs[n] for n in beside])]
+        return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of all
 
     def _more(self, best: int) -> list[tuple[Counts, Counts]]:
         """The best design, with those that have one more of a count."""
-        first, second = self.designs[best]
-        return [((first, second), (first + 1, second)), ((first, second), (first, second + 1))]
+        counts = self.designs[best]
+        return [(counts, (*counts[:i], counts[i] + 1, *counts[i + 1 :])) for i in range(len(counts))]
 
     def _named_beside_most(self, best: int) -> list[tuple[Counts, Counts]]:
-        """Designs with as much of the second count as the best that one with more of it rules out, with that one."""
-        first, second = self.designs[best]
+        """Designs with less of the first count than the best that one with more of the others rules out, with that."""
+        first, *others = self.designs[best]
         below = [self.designs[number] for number in self.needed()]
-        return [((less, second), (less, most)) for less, most in below if less < first and most > second]
+        pairs = [((less[0], *others), less) for less in below if less[0] < first]
+        return [(less, more) for less, more in pairs if less != more and within_counts(less, more)]
 
     def _compare(self, pairs: Sequence[tuple[Counts, Counts]]) -> Procedure[None]:
         """Hold designs against those with more of a count, day by day, as none of these is taken to do worse."""
+        if not self.known.compare:
+            return
         numbers = {design: number for number, design in enumerate(self.designs)}
         known = [(numbers[less], numbers[more]) for less, more in pairs if less in numbers and more in numbers]
         found = yield from together([self._larger(*pair) for pair in known])
@@ -277,8 +311,8 @@ class _Proof:
 
     def _largest(self, top: int) -> Procedure[None]:
         """Hold the largest design, where that fails, against the one with half of the first count."""
-        firsts = sorted({first for first, _ in self.designs})
-        middle = (firsts[(len(firsts) - 1) // 2], self.designs[top][1])
+        firsts = sorted({design[0] for design in self.designs})
+        middle = (firsts[(len(firsts) - 1) // 2], *self.designs[top][1:])
         half = next((n for n, design in enumerate(self.designs) if design == middle and n != top), None)
         found = None if half is None else (yield from self._larger(half, top))
         self.larger = (found,) if found is not None and found.worse else ()
@@ -302,7 +336,8 @@ class _Proof:
             less, more = zip(*pairs, strict=True)
             difference = paired(more, less, 1 - (1 - judge.confidence) / 2 * part, deterministic=judge.deterministic)
             low, high = difference.interval or (difference.mean, difference.mean)
-            found = Larger(base, number, difference, (high if judge.target.sign > 0 else -low) < 0)
+            shown = (high if judge.target.sign > 0 else -low) < 0
+            found = Larger(base, number, difference, shown and abs(difference.mean) >= judge.zone)
             if found.worse or judge.target.sign * difference.mean >= 0:
                 break
         return found
@@ -319,7 +354,7 @@ class _Proof:
         """
         among = self.failing & set(self._before_best())
         told = set(filter(self._told, among))
-        kept = (n for n in among if not self._covers(n, (told if n in told else among) - {n}))
+        kept = (n for n in among - self.known.failing if not self._covers(n, (told if n in told else among) - {n}))
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
@@ -340,9 +375,8 @@ class _Proof:
         return [] if self.best is None else [n for n in self._before_best() if not self._ruled_out(n)]
 
     def _ruled_out(self, number: int, doubts: Iterable[int] = ()) -> bool:
-        """Whether a design with as much of both counts fails, or is doubted."""
+        """Whether a design with as much of all counts fails, or is doubted."""
         return self._covers(number, self.failing.union(doubts)) if self.monotone else number in self.failing
 
     def _covers(self, number: int, by: set[int]) -> bool:
-        first, second = self.designs[number]
-        return any(first <= self.designs[other][0] and second <= self.designs[other][1] for other in by)
+        return any(within_counts(self.designs[number], self.designs[other]) for other in by)

@@ -83,9 +83,9 @@ def smallest_meeting_steps(
     return _sizing(values, found, judge.target)
 
 
-def line(number: int) -> list[tuple[int, int]]:
-    """Designs with one count, as those with two."""
-    return [(position, 0) for position in range(number)]
+def line(number: int) -> list[tuple[int, ...]]:
+    """Designs with one count."""
+    return [(position,) for position in range(number)]
 
 
 def _sizing(values: Sequence[V], found: Cheapest, target: Target) -> Sizing[V]:

@@ -1,4 +1,4 @@
-"""The cheapest of designs with two counts: cases worked out by hand, then laws on random surfaces."""
+"""The cheapest of designs with two counts, and three: cases worked out by hand, then laws on random surfaces."""
 
 import numpy as np
 import pytest
@@ -100,7 +100,7 @@ def test_the_budget_is_kept():
     budget = Budget(120)
     found = search(at_least(5, 2), noise=0.2, budget=budget)
     assert budget.spent <= 120
-    assert found.design is None or found.close
+    assert found.design is None or found.close or found.open
     with pytest.raises(StudyError, match="the runs allowed ended"):
         search(at_least(5, 2), budget=Budget(3))
 
