@@ -79,6 +79,7 @@ CODES: dict[str, Code] = {
         "robots carry several loads and no tasks go together, or tasks go together and no robot carries several",
     ),
     "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
+    "NEVER_CHARGED": Code("warning", "no bay has a charger, and by the quick estimate the batteries do not last"),
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
     "NO_SPARE_SLOT": Code(
         "warning",
