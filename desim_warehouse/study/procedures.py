@@ -30,7 +30,7 @@ ZONE = 0.01
 
 @dataclass(frozen=True)
 class Best:
-    """The best design, those shown to be less than delta worse, and the history of the elimination."""
+    """The best design, those shown to be less than delta worse, and when others were eliminated."""
 
     point: Point
     within: tuple[Point, ...]
@@ -103,7 +103,7 @@ def best(
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
 
-    Source: KN, Kim & Nelson (2001); see `statistics.kn` for what is promised and assumed.
+    Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
     """
     find(indicator)
     if delta is not None and not delta >= LEAST_DELTA:
