@@ -17,6 +17,7 @@ from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
 from desim_warehouse.report.replay.lost import lost_to
+from desim_warehouse.report.replay.pods import pod_columns
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.stops import stops
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
@@ -59,6 +60,7 @@ def payload(history: History, start: float, end: float) -> tuple[dict[str, Any],
         **tile_columns(shown, scale),
         **_resource_columns(places, scale),
         **_storage_columns(history, scale),
+        **pod_columns(history, scale),
     }
     return _header(history, positions, shown, places, scale), columns
 
