@@ -129,7 +129,7 @@ def test_pods_queue_at_the_station():
 def test_the_time_of_a_line_is_accounted_for():
     run = with_pods_at([0, 2], [(0, 6)], [2, 4], fleet__size=2, **THREE)
     parts = run.account("task").loc[[row.task for row in run.history.rows("delivered")]]
-    # both lifted at 8 and 22; the second pod queues from 37 to 53, and its last line is picked after three others
+    # lifted at 8 and 22; the second pod queues from 37 to 53, and its last line is picked after three others
     assert parts["waiting_for_lines"].tolist() == [0, 10, 0, 10, 20, 30]
     assert parts["unloading"].tolist() == [10] * 6
     assert parts["queueing_server"].tolist() == [0, 0, 16, 16, 16, 16]
@@ -139,7 +139,8 @@ def test_the_time_of_a_line_is_accounted_for():
 
 def test_a_run_says_how_many_lines_a_visit_served():
     run = with_pods_at([0], [(0, 2)])
-    assert sentences(run)[-1] == "A pod served 2 lines a visit; pickers had none 86.2 % of the time."  # 20 of 145 s
+    said = "A pod served 2 lines a visit; pickers had none 86.2 % of the time."  # 20 of 145 s
+    assert sentences(run)[-1] == said
     nothing = dw.simulate(dw.load(RING, {"run.length": 20}))  # no pod was put down
     assert "A pod served" not in " ".join(sentences(nothing))
 

@@ -128,7 +128,8 @@ def _pods(run: Run) -> list[str]:
     pile, idle = run.kpis.get("pile_on", math.nan), run.kpis.get("station_idle", math.nan)
     if not math.isfinite(pile) or not math.isfinite(idle):
         return []
-    return [f"A pod served {numbers.measured(pile)} lines a visit; pickers had none {numbers.PERCENT.value(idle)} of the time."]
+    none = numbers.PERCENT.value(idle)
+    return [f"A pod served {numbers.measured(pile)} lines a visit; pickers had none {none} of the time."]
 
 
 def _breakdowns(run: Run) -> list[str]:
