@@ -70,7 +70,7 @@ def pile_on(model: Model) -> PileOn:
     """The bounds for a model; they hold with one robot, as others take the best pods away."""
     pods = model.pods
     assert pods is not None
-    p = pods.per_pod / pods.items
+    p = pods.held
     k = _open_lines(model)
     joined = 1 / (1 - p) if p < 1 else k
     some = k * p / (1 - (1 - p) ** k)

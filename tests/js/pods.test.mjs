@@ -4,7 +4,7 @@ import assert from "node:assert/strict";
 import { test } from "node:test";
 import { load } from "./load.mjs";
 
-const { Pods } = load("replay", ["01-unpack", "09-pods"], ["Pods"]);
+const { Pods } = load("replay", ["01-unpack", "09-pods", "12-side"], ["Pods"]);
 
 // Two pods on places 4 and 2: robot 3 lifts the first at 10 and puts it down on 5 at 50; two lines are picked meanwhile.
 const pods = () => new Pods({
@@ -31,4 +31,7 @@ test("a pod says what it holds and for whom it goes", () => {
   assert.deepEqual(plain(pods().said(0, 20, place)), ["for node 6: lines 11 (item 9), 12 (item 7)", "holds items 7 (3), 9 (1)"]);
   assert.deepEqual(plain(pods().said(0, 60, place)), ["for no line", "holds item 7 (5)"]); // 9 is gone, two of 7 were put there
   assert.deepEqual(plain(pods().said(1, 60, place)), ["for no line", "holds item 7"]);
+  const named = pods();
+  named.names = { 7: "tea", 9: "milk" };
+  assert.deepEqual(plain(named.said(0, 60, place)), ["for no line", "holds item \u2068tea\u2069 (5)"]);
 });

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.pods import stations_of
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.model.facts.demand import flow_rates
+from desim_warehouse.model.facts.demand import end_of_schedule, flow_rates
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.values.fields import parts_in
 
@@ -46,18 +46,20 @@ def _not_read(model: Model) -> Iterator[Finding]:
 
 
 def _stock(model: Model, found: QuickEstimate) -> Iterator[Finding]:
-    """More of the most popular item is picked in the run than pods hold of it and get."""
+    """More of an item is picked in the run than pods hold of it and get."""
     pods, rates = model.pods, flow_rates(model)
     assert pods is not None
-    if pods.stock is None or not found.rate or math.isinf(model.run.end):
+    there = pods.units
+    if there is None or not found.rate:
         return
-    flows, hours = model.tasks.flows.items(), model.run.end / model.units.hour
+    flows, hours = model.tasks.flows.items(), (model.run.length or end_of_schedule(model)) / model.units.hour
     taken = sum(-pods.bundle * rates[n] if isinstance(flow.target, StorageEnd) else rates[n] for n, flow in flows)
-    most = float(pods.item_shares.max())
-    asked, there = taken * hours * most, pods.stock * pods.count * pods.per_pod / pods.items
-    if asked > there:
-        text = f"in this run {amount(asked)} units of the most popular item are picked beyond what is put onto pods, "
-        text += f"which hold about {amount(there)}: lines will wait without end"
+    asked = taken * hours * pods.item_shares
+    worst = int((asked - there).argmax())
+    if asked[worst] > there[worst]:
+        name = pods.names[worst] if pods.names else worst
+        text = f"in this run {amount(asked[worst])} units of item {name} are picked beyond what is put onto pods, "
+        text += f"which hold about {amount(there[worst])}: lines will wait without end"
         yield Finding("STOCK_RUNS_OUT", "pods.stock", text, "more stock, or a flow to storage that brings as much")
 
 

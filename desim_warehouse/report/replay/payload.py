@@ -106,6 +106,7 @@ def _header(
         "fastest": model.fleet.fastest,
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         **({"called": {str(number): name for number, name in layout.called.items()}} if layout.called else {}),
+        **({"items": list(model.pods.names)} if model.pods is not None and model.pods.names else {}),
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [
             {"name": state.name, "doing": state.doing, "role": state.role, "drives": state.phase in _DRIVING}

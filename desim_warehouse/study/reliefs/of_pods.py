@@ -40,9 +40,10 @@ def of_pods(model: Model) -> Iterator[Suspect]:
         more = _tenth(pods.orders)
         relief = f"{more - pods.orders} more of {pods.orders} orders at each station"
         yield Suspect("orders at the stations", relief, {"pods.orders": more}, dose=more / pods.orders - 1)
-    more = _tenth(pods.per_pod)
-    relief = f"{more - pods.per_pod} more of {pods.per_pod} items on each pod"
-    yield Suspect("what pods hold", relief, {"pods.per_pod": more}, dose=more / pods.per_pod - 1)
+    if pods.holds is None:
+        more = _tenth(pods.per_pod)
+        relief = f"{more - pods.per_pod} more of {pods.per_pod} items on each pod"
+        yield Suspect("what pods hold", relief, {"pods.per_pod": more}, dose=more / pods.per_pod - 1)
     if pods.stock is not None:
         yield Suspect("stock", "stock without end", {"pods.stock": None})
     yield from _fewer_places(model)

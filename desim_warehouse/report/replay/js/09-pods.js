@@ -1,7 +1,8 @@
 // Pods at any time (in ticks): where each is, what it holds, and the lines that a robot brings it for.
 
 class Pods {
-  constructor(columns) {
+  constructor(columns, items) {
+    this.names = items; // of items, where a file calls them by name
     this.at = Int32Array.from(columns.pod_at ?? []);
     this.begin = this.at.slice();
     this.time = totals(columns.move_time ?? []);
@@ -53,11 +54,15 @@ class Pods {
     return held;
   }
 
+  name(item) {
+    return this.names ? isolated(this.names[item]) : `${item}`;
+  }
+
   // For whom a pod goes and what it holds, in words; `place` says where a node is.
   said(pod, time, place) {
     const some = this.lines(time, pod), held = [...this.holds(pod, time)].filter(([, units]) => units > 0).sort(([a], [b]) => a - b);
-    const items = held.map(([item, units]) => (Number.isFinite(units) ? `${item} (${units})` : `${item}`)).join(", ");
-    const lines = some.map((i) => `${this.task[i]} (item ${this.asked[i]})`).join(", ");
+    const items = held.map(([item, units]) => (Number.isFinite(units) ? `${this.name(item)} (${units})` : this.name(item))).join(", ");
+    const lines = some.map((i) => `${this.task[i]} (item ${this.name(this.asked[i])})`).join(", ");
     const goes = some.length ? `for ${place(this.node[some[0]])}: line${some.length > 1 ? "s" : ""} ${lines}` : "for no line";
     return [goes, `holds ${held.length === 1 ? "item" : "items"} ${items || "none"}`];
   }

@@ -10,7 +10,7 @@ class Side {
     const edges = new Edges(header);
     this.story = new Story(header, columns);
     this.tracks = new Tracks(header, columns, edges);
-    this.pods = new Pods(columns);
+    this.pods = new Pods(columns, header.items);
     this.resources = resourcesOf(header, columns);
     this.span = Math.round((header.end - header.start) / header.tick);
     this.heat = new Heat(this.story, edges, colours.steps, this.span);
