@@ -45,7 +45,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     """
     if model.pods is not None:
         pile = pile_on(model)
-        return by_line(estimate(driven(model, pile.most), waiting), pile)
+        return by_line(estimate(driven(model, pile.most), waiting), pile, model)
     layout, kinds = model.floor, model.fleet.kinds_of_robots()
     count = {kind: kinds.count(kind) for kind in kinds if not model.tasks.flows or flows_of(model, kind)}
     found = {kind: probe(model, kind, waiting or _known(model)) for kind in count}

@@ -408,12 +408,17 @@ class World:
             for robot in self.robots
             if robot.body.lane is not None
         )
-        reasons = f"{self._in_no_batch()}{self._hours()}{self._unable()}{self._closed()}"
+        reasons = f"{self._in_no_batch()}{self._hours()}{self._unable()}{self._closed()}{self._out_of_stock()}"
         return (
             f"stalled at time {self.env.now:g}: {self.dispatcher.done} of {self.demand.total} tasks are done and "
             f"nothing is scheduled; on the lanes: {blocked or 'nobody'}; "
             f"open tasks: {list(self.dispatcher.open)[:10]}{reasons or self._doing()}"
         )
+
+    def _out_of_stock(self) -> str:
+        """The items that lines wait for and no pod has any more."""
+        gone = [] if self.pods is None else self.pods.out_of_stock()
+        return f"; lines wait for items of which no pod has any left (pods.stock): {gone[:10]}" if gone else ""
 
     def _doing(self) -> str:
         """What there is to say if nothing else explains it: that nothing was asked for, or what robots do."""
