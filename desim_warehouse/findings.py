@@ -78,7 +78,10 @@ CODES: dict[str, Code] = {
         "warning",
         "robots carry several loads and no tasks go together, or tasks go together and no robot carries several",
     ),
+    "STOCK_RUNS_OUT": Code("warning", "more of an item is picked in the run than pods hold of it, and get"),
+    "PODS_QUEUE": Code("warning", "more pods may be bound for a station than keep its pickers busy"),
     "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
+    "NEVER_CHARGED": Code("warning", "no bay has a charger, and by the quick estimate the batteries do not last"),
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
     "NO_SPARE_SLOT": Code(
         "warning",
@@ -106,7 +109,9 @@ CODES: dict[str, Code] = {
     "BREAK_BEYOND_DUE": Code("warning", "nobody works for longer than tasks have until they are due"),
     "NEVER_LATE": Code("warning", "tasks are due so late that none can be late in this run"),
     "WAITS_BEYOND_DUE": Code("warning", "a policy lets tasks wait for longer than they have until they are due"),
-    "MORE_THAN_FIT": Code("warning", "more robots than the lanes hold, loads than a robot, or chargers than robots"),
+    "MORE_THAN_FIT": Code(
+        "warning", "more robots than the lanes hold, loads than a robot, or chargers or stations of pods than robots"
+    ),
     "KINDS_AND_SIZE": Code("warning", "kinds of robots that nearly add up to the fleet, so that a few are of no kind"),
     "NARROW_AISLES": Code("warning", "an aisle leaves less than 10 cm on either side of a robot"),
     "ENDS_SWAPPED": Code("warning", "rows of orders that go to where their flow begins, from where it ends"),

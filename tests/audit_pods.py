@@ -25,7 +25,13 @@ class Reader:
         self.places = len(layout.storage)
         self.puts = {name for name, flow in self.flows.items() if not isinstance(flow.target, tuple)}
         self.item, self.robot_of, self.carried, self.place_of, self.pod_at, self.at = {}, {}, {}, {}, {}, {}
-        self.net = defaultdict(Counter)
+        self.net, self.holds = defaultdict(Counter), None
+        if (file := model.pods.holds) is not None:
+            self.holds = defaultdict(Counter)
+            for row, pod in enumerate(file.pod):
+                self.holds[pod][file.item[row]] += file.units[row] if file.units else model.pods.stock or 10**9
+            self.place_of = dict(enumerate(file.places))
+            self.pod_at = {place: pod for pod, place in self.place_of.items()}
         self.done = {}
         self.faults = []
 
@@ -68,6 +74,10 @@ class Reader:
         self.expect(row.node in nodes, row, f"its flow goes to {nodes}")
         net = self.net[row.other]
         net[self.item[row.task]] += self.pods.bundle if flow in self.puts else -1
+        if self.holds is not None:
+            there = self.holds[row.other]
+            self.expect(net[self.item[row.task]] >= -there[self.item[row.task]], row, f"pod {row.other} has none left")
+            return
         if self.pods.stock is not None:
             self.expect(net[self.item[row.task]] >= -self.pods.stock, row, f"pod {row.other} has none left")
         given = sum(units < 0 for units in net.values())

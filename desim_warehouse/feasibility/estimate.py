@@ -78,6 +78,8 @@ class StationLoad:
     work_busy: float | None = None
     open: float = 1.0
     """The part of the run in which it is open."""
+    handling: str = "unloading"
+    """What its servers do."""
 
     @property
     def limited_by_work(self) -> bool:
@@ -97,7 +99,7 @@ class StationLoad:
     @property
     def doing(self) -> str:
         """What limits it, in words."""
-        return f"{'work' if self.limited_by_work else 'unloading'} at {self.node}"
+        return f"{'work' if self.limited_by_work else self.handling} at {self.node}"
 
     @property
     def staff(self) -> str:

@@ -8,10 +8,14 @@ chosen at random k p / (1 - (1 - p)^k), of the one with most lines the expected 
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.feasibility.estimate import StationLoad
 from desim_warehouse.findings import amount
+from desim_warehouse.model.facts.demand import arrival_rate, flow_rates
+from desim_warehouse.model.facts.stations import open_share, specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
     PoissonArrivals,
@@ -25,6 +29,7 @@ from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
+    from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
     from desim_warehouse.model.sections.flows import FlowSpec
@@ -63,9 +68,9 @@ class PileOn:
 
 def pile_on(model: Model) -> PileOn:
     """The bounds for a model; they hold with one robot, as others take the best pods away."""
-    pods, flows = model.pods, model.tasks.flows.values()
+    pods = model.pods
     assert pods is not None
-    p = pods.per_pod / pods.items
+    p = pods.held
     k = _open_lines(model)
     joined = 1 / (1 - p) if p < 1 else k
     some = k * p / (1 - (1 - p) ** k)
@@ -73,8 +78,9 @@ def pile_on(model: Model) -> PileOn:
     for lines in range(k):
         below += math.comb(k, lines) * p**lines * (1 - p) ** (k - lines)
         most += 1 - min(below, 1.0) ** pods.count
-    weights = [flow.mean_lines for flow in flows]
-    pick = math.fsum(w * mean_of(flow.stop_time) for w, flow in zip(weights, flows, strict=True)) / sum(weights)
+    rates = flow_rates(model)
+    pick = math.fsum(rates[name] * mean_of(flow.stop_time) for name, flow in model.tasks.flows.items())
+    pick /= math.fsum(rates.values())
     servers = sum(item.servers for item in model.floor.stations.values())
     return PileOn(max(some, 1.0) * joined, max(most, some, 1.0) * joined, pick, pods.change_time, servers)
 
@@ -98,14 +104,22 @@ def driven(model: Model, lines: float = 1.0) -> Model:
         return model
     flows = {}
     for name, flow in model.tasks.flows.items():
-        nodes = flow.target if isinstance(flow.source, StorageEnd) else flow.source
-        assert isinstance(nodes, tuple)
+        nodes = stations_of(flow)
         time = lines * mean_of(flow.stop_time) + (model.pods.change_time if lines > 1 else 0.0)
         visits = _arrivals(model, flow, flow.mean_lines / lines / len(nodes))
         changes = {"from": "storage", "to": "storage", "lines": 1, "stop_time": time, "arrivals": visits}
         for rank, node in enumerate(nodes):
             flows[f"{name} {node}" if rank else name] = {**flow.content(), **changes, "via": [node]}
-    return model.replace({"pods": None, "tasks.flows": flows})
+    several = {f"fleet.kinds.{name}.capacity": None for name, kind in model.fleet.kinds.items() if kind.capacity}
+    uniform = {"tasks.popularity": "uniform"}
+    return model.replace({"pods": None, "tasks.flows": flows, "fleet.robot.capacity": 1, **several, **uniform})
+
+
+def stations_of(flow: FlowSpec) -> tuple[str, ...]:
+    """The nodes to which pods are brought for a flow."""
+    nodes = flow.target if isinstance(flow.source, StorageEnd) else flow.source
+    assert isinstance(nodes, tuple)
+    return nodes
 
 
 def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
@@ -125,14 +139,10 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
     return {"schedule": [{"at": found.last, "tasks": max(round(found.tasks * share), 1)}]}
 
 
-def by_line(found: QuickEstimate, pile: PileOn) -> QuickEstimate:
-    """An estimate of visits as one of lines, so many at each."""
+def by_line(found: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimate:
+    """An estimate of visits as one of lines, so many at each; what limits stations are their pickers."""
     most = pile.most
     cycle = replace(found.cycle, **{part: value / most for part, value in vars(found.cycle).items()})
-    stations = tuple(
-        replace(item, serve_capacity=item.serve_capacity * most, work_capacity=item.work_capacity * most)
-        for item in found.stations
-    )
     return replace(
         found,
         cycle=cycle,
@@ -141,6 +151,31 @@ def by_line(found: QuickEstimate, pile: PileOn) -> QuickEstimate:
         charging=None if found.charging is None else found.charging / most,
         fleet_capacity=found.fleet_capacity * most,
         crossing_capacity=None if found.crossing_capacity is None else found.crossing_capacity * most,
-        stations=stations,
+        stations=_pickers(model),
+        power=None if found.power is None else _of_line(found.power, most),
         pile_on=pile,
     )
+
+
+def _pickers(model: Model) -> tuple[StationLoad, ...]:
+    """Each station by the lines that it picks: those of a flow come to its stations evenly."""
+    of, rate = specs(model, model.floor), arrival_rate(model)
+    lines, time = defaultdict[str, float](float), defaultdict[str, float](float)
+    for name, count in flow_rates(model).items():
+        flow = model.tasks.flows[name]
+        for node in (nodes := stations_of(flow)):
+            lines[node] += count / len(nodes)
+            time[node] += count / len(nodes) * mean_of(flow.stop_time)
+    every, loads = math.fsum(lines.values()), []
+    for node, count in lines.items():
+        spec = of[node]
+        part, share = open_share(model, spec), count / every
+        most = part * spec.servers * count / time[node] if time[node] else math.inf
+        busy = None if rate is None or not most else rate * share / most
+        loads.append(StationLoad(node, share, spec.servers, most, busy, open=part, handling="picking"))
+    return tuple(loads)
+
+
+def _of_line(power: Power, most: float) -> Power:
+    kinds = {kind: _of_line(one, most) for kind, one in power.kinds.items()}
+    return replace(power, task=power.task / most, share=power.share / most, kinds=kinds)

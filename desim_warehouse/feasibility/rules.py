@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import hours, of_kinds, starts
-from desim_warehouse.feasibility.flow_mix import FlowMix
-from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.feasibility.mistakes import clashes, crowds, magnitudes, unused
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
@@ -195,12 +194,14 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
             ),
             f"at least {math.ceil(need)} robots are needed to keep up with it",
         )
-    served = [(item.serve_busy or 0.0, item, item.servers, "server", "unload_time") for item in found.stations]
-    worked = [(item.work_busy or 0.0, item, item.workers, "worker", "work_time") for item in found.stations]
-    for staff, does in ((served, "unloading"), (worked, "work on what is put down")):
-        busy, worst, count, who, time_key = max(staff, key=lambda one: one[0], default=(0.0, None, 0, "", ""))
+    handled = "unload_time" if found.pile_on is None else "stop_time"
+    served = [(item.serve_busy or 0.0, item, item.servers, "server") for item in found.stations]
+    worked = [(item.work_busy or 0.0, item, item.workers, "worker") for item in found.stations]
+    for staff, time_key in ((served, handled), (worked, "work_time")):
+        busy, worst, count, who = max(staff, key=lambda one: one[0], default=(0.0, None, 0, ""))
         if worst is None or busy <= 1:
             continue
+        does = worst.handling if staff is served else "work on what is put down"
         spec = specs(model, model.floor).get(worst.node)
         time = "time" if spec is None or spec.hours is None else "opening time"
         needed = math.floor(count * busy * (1 + _ROUNDING)) + 1

@@ -601,4 +601,4 @@ def _check_orders(model: Model) -> None:
 
 def reading(model: Model, layout: Layout) -> Reading:
     """How files of orders are understood on a layout of a model."""
-    return Reading.of(layout, model.run.start, model.units.seconds)
+    return Reading.of(layout, model.run.start, model.units.seconds, model.pods)

@@ -16,6 +16,7 @@ from desim_warehouse.model import layout_file
 from desim_warehouse.model.messages import FilePositions, Keys, Position, Problem, from_pydantic
 from desim_warehouse.model.sections.flows import MatrixFile
 from desim_warehouse.model.sections.orders import sha256
+from desim_warehouse.model.sections.pods import HoldsFile
 from desim_warehouse.model.sections.policy import KINDS
 from desim_warehouse.model.sections.popularity import WeightsFile
 from desim_warehouse.policies import catalogue
@@ -129,6 +130,9 @@ def _named(data: dict[str, Any]) -> list[tuple[dict[str, Any], Keys, Reader]]:
         found.append((layout, STORAGE, _storage))
     if isinstance(layout, dict) and _names_file(layout.get("storage_names")):
         found.append((layout, ("layout", "storage_names"), _place_names))
+    pods = data.get("pods")
+    if isinstance(pods, dict) and _names_file(pods.get("holds")):
+        found.append((pods, ("pods", "holds"), _holds))
     return [*found, *_below(data.get("tasks"), ("tasks",))]
 
 
@@ -221,13 +225,38 @@ def _place_names(named: dict[str, Any], keys: Keys, folder: Path, positions: Fil
         table.require(column, (*keys, "file"))
     found: dict[str, Any] = {}
     for row in table.rows:
-        number = row.number("place")
+        number = _whole(row.number("place"))
         if (name := row.cells["name"]) in found:
             text = f"name '{name}' given twice in '{table.name}', expected it once"
             raise _RefusedError(Problem((*keys, "file"), text))
-        found[name] = int(number) if isinstance(number, float) and number.is_integer() else number
+        found[name] = number
         positions.values[*keys, "places", name] = row.at["place"]
     return {"places": found}
+
+
+def _holds(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:
+    """What pods hold: a row for each item on a pod. Pods and items are numbered as the file first names them."""
+    form = HoldsFile.model_validate(named)
+    table = _Table.read(folder / form.file, (*keys, "file"), positions)
+    for column in ("pod", "item"):
+        table.require(column, (*keys, "file"))
+    given = [column for column in ("place", "units") if column in table.header]
+    pods, names, places = dict[str, int](), dict[str, int](), dict[str, Any]()
+    found: dict[str, list[Any]] = {"pod": [], "item": [], **({"units": []} if "units" in given else {})}
+    for rank, row in enumerate(table.rows):
+        pod = row.cells["pod"]
+        if places.setdefault(pod, row.cells.get("place")) != row.cells.get("place"):
+            text = f"pod '{pod}' is on two places in '{table.name}', expected one"
+            raise _RefusedError(Problem((*keys, "file"), text))
+        if "place" in given:
+            positions.values[*keys, "places", pods.get(pod, len(pods))] = row.at["place"]
+        found["pod"].append(pods.setdefault(pod, len(pods)))
+        found["item"].append(names.setdefault(row.cells["item"], len(names)))
+        if "units" in given:
+            positions.values[*keys, "units", rank] = row.at["units"]
+            found["units"].append(_whole(row.number("units")))
+    stand = {"places": [_whole(_number(place)) for place in places.values()]} if "place" in given else {}
+    return {"names": list(names), **stand, **found}
 
 
 def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: FilePositions) -> dict[str, Any]:
@@ -249,6 +278,17 @@ _READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "fro
 """How tables are read that are named below tasks, by their key."""
 
 
+def _number(cell: str) -> float | str:
+    try:
+        return float(cell)
+    except ValueError:
+        return cell
+
+
+def _whole(number: float | str) -> int | float | str:
+    return int(number) if isinstance(number, float) and number.is_integer() else number
+
+
 @dataclass(frozen=True)
 class _Row:
     width: int
@@ -257,10 +297,7 @@ class _Row:
 
     def number(self, column: str) -> float | str:
         """The cell as a number. Any other stays text, and is refused at its position."""
-        try:
-            return float(self.cells[column])
-        except ValueError:
-            return self.cells[column]
+        return _number(self.cells[column])
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 from weakref import WeakKeyDictionary
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.states import APART, SHOWN, WAITING, absent
+from desim_warehouse.states import APART, SHOWN, WAITING, Phase, absent, names
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Hashable, Iterable, Iterator
@@ -51,6 +51,8 @@ OF_ROBOTS = {
 }
 """The parts of a robot's time, in the order of columns. Edges, nodes and hours have the same."""
 _UNASSIGNED = Share("waiting_for_robot", "waiting for a robot", "#AB9ABF")
+_TO_POD = Share("waiting_for_pod", "waiting for a pod", "#8FA6C9")
+_TO_LINES = Share("waiting_for_lines", "waiting while other lines are picked", "#CFC86B")
 _TO_BATCH = Share("waiting_for_batch", "waiting for a batch", "#C7B7D6")
 _AT_WORK = {
     part.name: part
@@ -59,11 +61,18 @@ _AT_WORK = {
         Share("worked_on", "being worked on", "#A6761D"),
     )
 }
-OF_TASKS = {_TO_BATCH.name: _TO_BATCH, _UNASSIGNED.name: _UNASSIGNED, **OF_ROBOTS, **_AT_WORK}
+OF_TASKS = {
+    **{part.name: part for part in (_TO_BATCH, _UNASSIGNED, _TO_POD)},
+    **OF_ROBOTS,
+    _TO_LINES.name: _TO_LINES,
+    **_AT_WORK,
+}
 """The parts of a task's time: waiting for others to make a batch, waiting for a robot to take it, also in a robot's
-queue, then what that robot does, then the work on its load unit, where it is done only after that."""
-BATCHED, UNTAKEN = _TO_BATCH.name, (_TO_BATCH.name, _UNASSIGNED.name)
+queue, then what that robot does, then the work on its load unit, where it is done only after that. With pods a task is
+a line: it waits until a robot goes for a pod with its item, and is picked after other lines of that pod."""
+BATCHED, UNTAKEN = _TO_BATCH.name, (_TO_BATCH.name, _UNASSIGNED.name, _TO_POD.name)
 """The part of a task's time that it waits for a batch, and those before a robot takes it."""
+_PICKED = names(lambda state: state.phase is Phase.UNLOADING)
 OF_WORK = ("task", "flow", "station")
 """Accounts of the time of tasks. The others are of robots."""
 
@@ -103,6 +112,7 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
         no |= _AT_WORK.keys()
     if not history.knows_batches:
         no |= {_TO_BATCH.name}
+    no |= {_TO_POD.name, _TO_LINES.name} if history.model.pods is None else {_UNASSIGNED.name}
     columns = (part for part in (OF_TASKS if by in OF_WORK else OF_ROBOTS) if part not in no)
     table = {part: [math.fsum(spent.get((row, part), ())) for row in index] for part in columns}
     return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
@@ -250,6 +260,8 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
     fleet = pieces(history)
     starts = [[piece.start for piece in robot] for robot in fleet]
     free = {number: task.released for number, task in tasks.items()}
+    turns = {} if history.model.pods is None else _turns(history)
+    untaken = _UNASSIGNED.name if history.model.pods is None else _TO_POD.name
     if history.knows_batches:
         for number, task in tasks.items():
             free[number] = min(task.batched, history.end)
@@ -258,20 +270,32 @@ def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator
         number = assignment.task
         if number not in tasks:
             continue
-        yield number, _UNASSIGNED.name, assignment.start - free[number]
+        yield number, untaken, assignment.start - free[number]
         free[number] = assignment.end
         robot = fleet[assignment.robot]
         first = max(bisect_right(starts[assignment.robot], assignment.start) - 1, 0)
         for piece in islice(robot, first, None):
             if piece.start >= assignment.end:
                 break
-            yield number, piece.part, min(piece.end, assignment.end) - max(piece.start, assignment.start)
+            start, end = max(piece.start, assignment.start), min(piece.end, assignment.end)
+            if piece.part in _PICKED and start < (turn := min(turns.get(number, start), end)):
+                yield number, _TO_LINES.name, turn - start
+                start = turn
+            yield number, piece.part, end - start
     for number, task in tasks.items():
-        yield number, _UNASSIGNED.name, min(task.delivered, history.end) - free[number]
+        yield number, untaken, min(task.delivered, history.end) - free[number]
         if task.delivered < task.done:
             begun = min(task.begun, history.end)
             yield number, "waiting_for_worker", begun - task.delivered
             yield number, "worked_on", min(task.done, history.end) - begun
+
+
+def _turns(history: History) -> dict[int, float]:
+    """With pods, for each line picked when its robot's last line before it was: until then it waited its turn."""
+    last, found = [0.0] * len(history.states), {}
+    for row in history.rows("delivered"):
+        found[row.task], last[row.robot] = last[row.robot], row.time
+    return found
 
 
 _TABLES: dict[By, Callable[[History], Found]] = {

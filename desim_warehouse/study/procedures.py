@@ -30,7 +30,7 @@ ZONE = 0.01
 
 @dataclass(frozen=True)
 class Best:
-    """The best design, those shown to be less than delta worse, and the history of the elimination."""
+    """The best design, those shown to be less than delta worse, and when others were eliminated."""
 
     point: Point
     within: tuple[Point, ...]
@@ -103,7 +103,7 @@ def best(
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
 
-    Source: KN, Kim & Nelson (2001); see `statistics.kn` for what is promised and assumed.
+    Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
     """
     find(indicator)
     if delta is not None and not delta >= LEAST_DELTA:
@@ -309,7 +309,8 @@ def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bo
 
     `glance`: these are the first few, so it may last if it did with half of what grows or falls in them.
     """
-    why = next((verdict.text for verdict in judge_design(runs, model) if verdict.is_lasting), None)
+    found = judge_design(runs, model, 1 / len(statistics.looks()))
+    why = next((verdict.text for verdict in found if verdict.is_lasting), None)
     if not glance or why is None:
         return why
     halved = [{name: value / 2 if name in _DRIFTS else value for name, value in run.items()} for run in runs]

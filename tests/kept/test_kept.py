@@ -159,18 +159,6 @@ def test_models_and_plans_of_studies_load():
     assert dw.Study.open(HERE / "study").plan.replications == 4
 
 
-def test_the_environment_keeps_its_former_path_for_now(monkeypatch):
-    pytest.importorskip("gymnasium")
-    from desim_warehouse.learn.rl import AllocationEnv
-
-    monkeypatch.delitem(sys.modules, "desim_warehouse.rl", raising=False)
-    with pytest.warns(
-        DeprecationWarning, match=r"desim_warehouse\.rl is now desim_warehouse\.learn\.rl; .* in version 0\.4"
-    ):
-        from desim_warehouse import rl
-    assert rl.AllocationEnv is AllocationEnv
-
-
 @pytest.fixture
 def of_030(tmp_path):
     """What 0.3.0 wrote: a run of the tutorial's model with the whole log, a plan and a why of a small draft."""

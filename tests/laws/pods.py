@@ -53,11 +53,27 @@ def with_pods(mapping, number):
         pods |= {"stock": 100, "bundle": draw.randint(1, 5)}
         if forever:
             flows["bundles"]["arrivals"] = {"poisson": 3600 / draw.uniform(20, 100)}
+    if draw.random() < 0.3:
+        pods["popularity"] = {"weights": [draw.choice((1, 1, 5)) for _ in range(pods["items"])]}
+    if draw.random() < 0.3:
+        pods["holds"] = _held(draw, pods, places)
     mapping["pods"] = pods
     mapping["battery"] = lasting(mapping["battery"], 20)
     stale = {"goods", "unload_at", "station_choice", "flows"}
     mapping["tasks"] = {**{key: it for key, it in tasks.items() if key not in stale}, "flows": flows}
     return mapping
+
+
+def _held(draw, pods, places):
+    """What pods hold, as a file says it: some items on each, every item on one at least."""
+    count, items = pods["count"], pods["items"]
+    rows = [(item % count, item) for item in range(items)]
+    rows += [(draw.randrange(count), draw.randrange(items)) for _ in range(count)]
+    rows.append((count - 1, 0))
+    held = {"names": [f"item {n}" for n in range(items)], "pod": [p for p, _ in rows], "item": [i for _, i in rows]}
+    if pods.pop("stock", None):
+        held["units"] = [100] * len(rows)
+    return held | ({"places": draw.sample(range(places), count)} if draw.random() < 0.5 else {})
 
 
 def _places(layout):

@@ -13,11 +13,10 @@ from PIL import Image
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
-from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import paths
 from desim_warehouse.report.plot.heat import edge_values
-from desim_warehouse.study.statistics import compare, mser, welch
+from desim_warehouse.study.statistics import mser, welch
 from desim_warehouse.study.table import cells
 from desim_warehouse.study.warm_up import settle
 from tests.report.replay.floors import people_run, spurs_run
@@ -71,7 +70,6 @@ def test_every_figure_of_a_table_says_what_it_averages_over(runs):
     assert second_line(plot.by_factor(table, "rule", "T")) == "averaged over fleet.size, battery.threshold"
     assert second_line(plot.by_factor(table, "rule", "T", group="fleet.size")) == "averaged over battery.threshold"
     assert second_line(plot.throughput(table, "fleet.size", "T")) == "averaged over rule, battery.threshold"
-    assert second_line(plot.surface(table, "rule", "fleet.size", "T")) == "averaged over battery.threshold"
     assert second_line(plot.utilisation(table, "rule")) == "averaged over fleet.size, battery.threshold"
     some = table[table["battery.threshold"] == 2]
     assert second_line(plot.by_factor(some, "rule", "T", group="fleet.size")) == ""
@@ -158,35 +156,6 @@ def test_the_knee_of_a_throughput_curve_is_marked(model):
     assert ax.get_ylabel() == "Throughput (tasks per hour)"
 
 
-def test_a_forest_plot_shows_differences_and_which_are_told(model):
-    comparison = compare({"a": [1.0, 2.0, 3.0], "b": [11.0, 12.5, 13.1], "c": [1.5, 1.8, 3.3]}, "a")
-    ax = plot.differences(comparison, "T", model=model, names={"b": "two <b>"})
-    points = [container.lines[0] for container in ax.containers]
-    assert [line.get_xdata()[0] for line in points] == pytest.approx([10.2, 0.2])
-    assert [line.get_ydata()[0] for line in points] == [0, 1]
-    assert [row.differs for row in comparison.differences] == [True, False]
-    assert points[1].get_markerfacecolor() == "white" != points[0].get_markerfacecolor()
-    assert [tick.get_text() for tick in ax.get_yticklabels()] == ["two <b>", "c"]
-    assert ax.get_xlabel() == "Task time (step):\ndifference to a"
-
-
-def test_a_surface_has_a_cell_for_each_pair(runs, model):
-    ax = plot.surface(runs, "fleet.size", "battery.threshold", "T", model=model)
-    (mesh,) = ax.collections
-    np.testing.assert_allclose(mesh.get_array().reshape(2, 3), [[103, 203, 403], [106, 206, 406]])
-    assert sorted(text.get_text() for text in ax.texts) == ["103", "106", "203", "206", "403", "406"]
-    assert ax.figure.axes[1].get_ylabel() == "Task time (step)"
-
-
-def test_a_sampled_surface_keeps_its_points():
-    rng = np.random.default_rng(0)
-    table = pd.DataFrame({"a.x": rng.random(30), "b.y": rng.random(30), "replication": 0})
-    table["T"] = table["a.x"] + table["b.y"]
-    ax = plot.surface(table, "a.x", "b.y", "T")
-    offsets = next(c for c in ax.collections if len(c.get_offsets()) == 30).get_offsets()
-    np.testing.assert_allclose(sorted(offsets.tolist()), sorted(table[["a.x", "b.y"]].to_numpy().tolist()))
-
-
 def test_utilisation_stacks_to_one_and_shows_the_tallies(run):
     ax = plot.utilisation(run)
     assert [label.get_text() for label in ax.get_yticklabels()][:2] == ["0 %", "20 %"]
@@ -203,29 +172,6 @@ def test_utilisation_by_a_factor_shows_the_means(run):
     assert ax.containers[0][1].get_height() == pytest.approx(run.kpis["share_loaded"])
     with pytest.raises(ReportError, match="expected a factor"):
         plot.utilisation(pd.DataFrame(rows))
-
-
-@pytest.mark.parametrize("by", ["task", "robot", "hour"])
-def test_an_account_is_stacked_to_the_sums_of_its_parts(run, by):
-    ax, table = plot.account(run, by), run.account(by)
-    drawn = {patch.get_label(): patch.get_data() for patch in ax.patches}
-    tops = {label: np.asarray(data[0]) for label, data in drawn.items()}  # values, edges, baseline
-    assert [OF_TASKS[name].doing for name in table if table[name].any()] == list(drawn)
-    for name in table:
-        if table[name].any():
-            label = OF_TASKS[name].doing
-            assert tops[label] - np.asarray(drawn[label][2]) == pytest.approx(table[name].to_numpy())
-    assert list(tops.values())[-1] == pytest.approx(table.sum(axis=1).to_numpy())
-    assert ax.get_xlabel().startswith(by.capitalize())
-    assert ax.get_ylabel() == "Time (step)"
-
-
-def test_an_account_of_many_places_shows_where_most_is_waited(run):
-    ax = plot.account(run, "edge")
-    assert ax.get_xlabel() == f"Edge (the 24 of {len(run.edges)} with most waiting)"
-    shown = [label.get_text() for label in ax.get_xticklabels()]
-    assert (len(shown), shown[0]) == (24, run.edges["blocked"].idxmax())
-    assert plot.account(run, "node", style="print").patches[0].get_hatch() is not None
 
 
 def test_a_gantt_row_adds_up_to_the_tallies(run):
@@ -408,7 +354,6 @@ def test_jupyter_shows_the_figure_with_words_for_those_who_cannot_see_it(runs):
         (lambda t: plot.by_factor(t, "fleet", "T"), "no column fleet; the table has fleet.size"),
         (lambda t: plot.by_factor(t.assign(T=np.nan), "fleet.size", "T"), "no run has a value"),
         (lambda t: plot.by_factor(t, "fleet.size", "T", style="dark"), "expected one of light, print"),
-        (lambda t: plot.surface(t, "fleet.size", "fleet.size", "T"), "expected two factors"),
     ],
 )
 def test_what_cannot_be_drawn_is_said(runs, call, message):

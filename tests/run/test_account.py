@@ -173,6 +173,8 @@ def test_every_state_is_a_part():
     assert set(OF_TASKS) - set(OF_ROBOTS) == {
         "waiting_for_batch",
         "waiting_for_robot",
+        "waiting_for_pod",
+        "waiting_for_lines",
         "waiting_for_worker",
         "worked_on",
     }

@@ -1,6 +1,7 @@
 """Small random warehouses by number, planned by `plan_fleet`, and what became of its answer on many other days.
 
-`python -m tests.study.plans 0 10` prints what it says of ten of them, and what is true.
+`python -m tests.study.plans 0 10` prints what it says of ten of them, and what is true. Those from 1000 on have a noon
+peak, robots that break down, or more orders than fleets of the floor can do, one after the other.
 """
 
 from __future__ import annotations
@@ -21,6 +22,8 @@ ON_TIME = Path(__file__).parent / "always_on_time.yaml"
 DAYS = 100
 """Fresh days on which an answer is looked at."""
 OTHER_SEED = 1000
+HARD = 1000
+"""The first of those that are harder."""
 
 
 def model(number):
@@ -38,7 +41,24 @@ def model(number):
         "run.warm_up": 600,
         "log": "tasks",
     }
-    return drafted.replace(changes), draw.choice([0.8, 0.9, 0.95])
+    target = draw.choice([0.8, 0.9, 0.95])
+    if number >= HARD:
+        del changes["tasks.goods"]
+        changes |= harder(number % 3, drafted.tasks.goods.poisson, due, draw)
+    return drafted.replace(changes), target
+
+
+def harder(kind, rate, due, draw):
+    """A peak in the middle of the hour, breakdowns, or three to six times the orders."""
+    if kind == 0:
+        usual, peak = round(0.8 * rate), round(draw.uniform(1.4, 2.0) * rate)
+        profile = {"every": "10 min", "per_hour": [usual] * 3 + [peak] * 2 + [usual] * 2}
+        orders = {"from": "storage", "to": "packing", "arrivals": {"profile": profile}, "due_within": due}
+        return {"tasks": {"flows": {"orders": orders}, "load_time": 12, "unload_time": 12}}
+    if kind == 1:
+        broken = {"every": {"exponential": draw.choice([1800, 3600])}, "repair": {"exponential": 300}}
+        return {"tasks.goods": {"poisson": rate, "due_within": due}, "fleet.robot.breakdowns": broken}
+    return {"tasks.goods": {"poisson": rate * draw.uniform(3, 6), "due_within": due}}
 
 
 @dataclass
@@ -69,11 +89,16 @@ class Answer:
         return all(mean < self.target - self.zone for _, _, mean in self.below)
 
 
-def on_other_days(described, changes):
-    """The mean of on_time over fresh days; 0 for a day on which a robot runs flat, or whose backlog grows on."""
+def on_other_days(described, changes, *, drifting=False):
+    """The mean of on_time over fresh days; 0 for a day on which a robot runs flat, and where a backlog grows on.
+
+    So it is where batteries fall, but for a `drifting` design only where chargers are too few: a hundred days show a
+    slow drift to where they settle that no plan of forty sees.
+    """
     study = dw.Study(described, changes={**changes}, replications=DAYS, seed=OTHER_SEED)
     study.run()
-    if any(said.is_lasting for said in study.results.verdicts[str(study.points[0])]):
+    verdicts = study.results.verdicts[str(study.points[0])]
+    if any(said.is_lasting and not (drifting and said.code == "NOT_SETTLED") for said in verdicts):
         return 0.0
     return sum(0.0 if row.outcome.error else row.value("on_time") for row in study.rows) / DAYS
 
@@ -85,7 +110,7 @@ def answer(number):
     said = Answer(number, target, found.zone, found.runs)
     if found.today.best is not None:
         best = found.today.best
-        said.named, said.true = (best.robots, best.chargers), on_other_days(described, best.overrides)
+        said.named, said.true = (best.robots, best.chargers), on_other_days(described, best.overrides, drifting=True)
         said.below = tuple(
             ((one.robots, one.chargers), one.vetoed or one.verdict.verdict, on_other_days(described, one.overrides))
             for one in found.today.below

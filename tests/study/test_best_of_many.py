@@ -12,7 +12,6 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report import answer
-from desim_warehouse.report.plot.trade_off import front
 from desim_warehouse.report.text import best_words
 from desim_warehouse.report.write import report
 from desim_warehouse.study.designs.best_of_many import BestOfMany, TriedDesign, best_of
@@ -227,19 +226,8 @@ def test_of_a_study_folder_nothing_is_searched(tmp_path):
     assert "all of whose designs race" in done.output
 
 
-def test_the_front_has_the_designs_that_none_beats_in_both():
-    marks = [(0.9, 10.0), (0.95, 12.0), (0.94, 13.0), (0.97, 12.0), (0.99, 20.0), (0.8, 10.0)]
-    assert front(marks, across=1, upwards=-1) == [(0.9, 10.0), (0.97, 12.0), (0.99, 20.0)]
-
-
-def test_the_figure_and_the_table_have_every_design_tried(model):
+def test_the_table_has_every_design_tried(model):
     found = best_of(model, "annual_cost", **asked())
-    axes = dw.plot.trade_off(found)
-    tried, line = axes.lines[0], axes.lines[1]
-    known = [one for one in found.tried if math.isfinite(one.mean)]
-    assert sorted(tried.get_ydata()) == pytest.approx(sorted(one.mean for one in known))
-    assert {*zip(*line.get_data(), strict=True)} <= {*zip(*tried.get_data(), strict=True)}
-    assert axes.get_ylabel() == "Annual cost (EUR)"
     head, rows = best_words.table(found, best_words.in_order(found))
     assert len(rows) == len(found.tried)
     assert head[-1] == "runs in the search"

@@ -11,6 +11,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError, PolicyError
 from desim_warehouse.feasibility.pods import pile_on
+from desim_warehouse.report.text.run_words import sentences
 from tests.audit_pods import audit_pods
 
 RING = {
@@ -123,6 +124,30 @@ def test_pods_queue_at_the_station():
     assert times(run, "stored") == [90, 140]
     assert run.T == 185
     assert run.kpis["station_idle"] == pytest.approx(1 - 60 / 185)
+
+
+def test_the_time_of_a_line_is_accounted_for():
+    run = with_pods_at([0, 2], [(0, 6)], [2, 4], fleet__size=2, **THREE)
+    parts = run.account("task").loc[[row.task for row in run.history.rows("delivered")]]
+    # lifted at 8 and 22; the second pod queues from 37 to 53, and its last line is picked after three others
+    assert parts["waiting_for_lines"].tolist() == [0, 10, 0, 10, 20, 30]
+    assert parts["unloading"].tolist() == [10] * 6
+    assert parts["queueing_server"].tolist() == [0, 0, 16, 16, 16, 16]
+    assert parts["waiting_for_pod"].tolist() == [0] * 6
+    assert parts.sum(axis=1).tolist() == [43, 53, 63, 73, 83, 93]
+
+
+def test_a_run_says_how_many_lines_a_visit_served():
+    run = with_pods_at([0], [(0, 2)])
+    said = "A pod served 2 lines a visit; pickers had none 86.2 % of the time."  # 20 of 145 s
+    assert sentences(run)[-1] == said
+    nothing = dw.simulate(dw.load(RING, {"run.length": 20}))  # no pod was put down
+    assert "A pod served" not in " ".join(sentences(nothing))
+
+
+def test_a_line_waits_for_a_pod_that_stands_again():
+    run = with_pods_at([0], [(0, 1), (50, 1)], fleet__size=2)
+    assert run.account("task")["waiting_for_pod"].tolist() == [0, 30]
 
 
 def test_one_place_in_the_station_holds_the_second_back():

@@ -63,7 +63,7 @@ def demand(model: Model, layout: Layout) -> Any:
 def flow_rates(model: Model) -> dict[str, float]:
     """Tasks an hour of each flow; 0 for those that are always open, unless all are: then how many of each."""
     flows, hour = model.tasks.flows, model.units.hour
-    length = model.run.length or _end_of_schedule(model)
+    length = model.run.length or end_of_schedule(model)
     rates = {
         name: len_of_orders(model, flow) / length * hour
         if isinstance(flow.when, OrdersArrivals)
@@ -95,7 +95,8 @@ def len_of_orders(model: Model, flow: FlowSpec) -> int:
     return summary(flow.when.orders, reading(model, model.floor)).tasks
 
 
-def _end_of_schedule(model: Model) -> float:
+def end_of_schedule(model: Model) -> float:
+    """When the last task of schedules and files is released; an hour where all are at once."""
     flows = model.tasks.flows.values()
     times = [batch.at for flow in flows for batch in getattr(flow.when, "schedule", ())]
     times += [

@@ -180,14 +180,15 @@ class ScheduleArrivals(Part):
         return found
 
 
-ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", "order")
+ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", "order", "item")
 
 
 class OrdersFile(Part):
     """Orders, one a row; columns: release, from, via, to, due, priority, quantity, order, or common names for them.
 
     Only release must be there. Times are numbers from the start of the run, times of day or dates with times (see
-    run.start); from and to name nodes, stations or storage places (by number or name), via several, as `B > C`.
+    run.start); from and to name nodes, stations or storage places (by number or name), via several, as `B > C`. With
+    pods, item is what a line asks for, and from and to name stations.
     """
 
     file: Name = Field(description="CSV, Parquet or Excel (.xlsx) file, relative to the model file")

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model.sections.flows import FlowSpec, OrdersFile
     from desim_warehouse.model.sections.order_file import Table
+    from desim_warehouse.model.sections.pods import PodsSpec
 
 NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 """Columns of whole numbers, and the least of each."""
@@ -42,7 +43,8 @@ class OrderLine(NamedTuple):
     """A row of the file, with times from the start of the run, in the model's unit.
 
     `source`, `target`: name of a node or station, number of a storage place, `storage` for any. `via`: stops on the
-    way, by name or number. None: what the flow says. `due`, `priority`: None where the file says nothing.
+    way, by name or number. `item`: with pods, its number. None: what the flow says. `due`, `priority`: None where the
+    file says nothing.
     """
 
     release: float
@@ -53,13 +55,15 @@ class OrderLine(NamedTuple):
     quantity: int
     order: str
     via: tuple[str | int, ...] | None = None
+    item: int | None = None
 
 
 @dataclass(frozen=True)
 class Reading:
     """What it takes to understand a file: names of places, how many storage places, when the run starts, the unit.
 
-    `stored`: names of storage places with their numbers.
+    `stored`: names of storage places with their numbers. With pods rows name stations alone, and one of so many
+    `items`, by number or by its name in `sold`.
     """
 
     names: frozenset[str]
@@ -67,6 +71,13 @@ class Reading:
     start: str
     seconds: float
     stored: tuple[tuple[str, int], ...] = ()
+    items: int = 0
+    sold: tuple[str, ...] = ()
+
+    @cached_property
+    def item_numbers(self) -> dict[str, int]:
+        """The numbers of items by how files write them."""
+        return {name: number for number, name in enumerate(self.sold or map(str, range(self.items)))}
 
     @cached_property
     def numbers(self) -> dict[str, int]:
@@ -74,9 +85,12 @@ class Reading:
         return dict(self.stored)
 
     @classmethod
-    def of(cls, layout: Layout, start: str, seconds: float) -> Reading:
+    def of(cls, layout: Layout, start: str, seconds: float, pods: PodsSpec | None = None) -> Reading:
         """That of a layout; `start`: of the run, `seconds`: in a time unit."""
         zones = {station.zone for station in layout.stations.values()}
+        if pods is not None:
+            stations = frozenset(layout.stations) | zones
+            return cls(stations, 0, start, float(seconds), items=pods.items, sold=pods.names)
         stored = tuple(layout.place_names.items())
         return cls(frozenset(layout.graph) | zones, len(layout.storage), start, float(seconds), stored)
 
@@ -305,12 +319,12 @@ class Chunk:
         self.problem(due < release, "due", "due before its release", "a time not before it")
         source, target = self._ends("from"), self._ends("to")
         priority, quantity = self._numbers("priority"), self._numbers("quantity")
-        via = self._stops()
+        via, items = self._stops(), self._items()
         orders = [name or str(row) for row, name in zip(self.table.index, self._text("order"), strict=True)]
         dues = [None if value != value else value for value in due.tolist()]  # noqa: PLR0124 - not a number
         self.pieces = [1 if value is None else value for value in quantity]
         loads = self._loads()
-        rows = zip(release.tolist(), source, target, dues, priority, loads, orders, via, strict=True)
+        rows = zip(release.tolist(), source, target, dues, priority, loads, orders, via, items, strict=True)
         good = np.flatnonzero(~self.bad).tolist()
         self.unread = frozenset(np.flatnonzero(self.bad).tolist())
         lines = list(starmap(OrderLine, rows))
@@ -461,6 +475,9 @@ class Chunk:
         """The places of `B > C`, in order."""
         if "via" not in self.table:
             return [None] * len(self.table)
+        if self.how.items:
+            stops = [row for row, text in enumerate(self._text("via")) if text]
+            self.problem(self._mask(stops), "via", "a stop on the way", "none: pods go to a station and back")
         known: dict[str, tuple[str | int, ...] | None] = {"": None}
         lost: dict[str, list[int]] = {}
         found: list[tuple[str | int, ...] | None] = []
@@ -477,6 +494,19 @@ class Chunk:
             self.problem(self._mask(rows), "via", f"no such place, '{wrong}'", expected)
         return found
 
+    def _items(self) -> list[int | None]:
+        """With pods the number of the item of each row; None: any, by popularity."""
+        if "item" not in self.table or not self.how.items:
+            return [None] * len(self.table)
+        known, texts = self.how.item_numbers, [text.removesuffix(".0") for text in self._text("item")]
+        lost = [row for row, text in enumerate(texts) if text and text not in known]
+        if lost:
+            near = nearest(texts[lost[0]], known) if len(known) <= _COMPARED else None
+            expected = "an item that a pod holds" if self.how.sold else f"a number from 0 to {self.how.items - 1}"
+            hint = f"; did you mean '{near}'?" if near else ""
+            self.problem(self._mask(lost), "item", "no such item", f"{expected} (pods.items){hint}")
+        return [known.get(text) for text in texts]
+
     def _mask(self, rows: Iterable[int]) -> Any:
         mask = self.bad & False
         mask[list(rows)] = True
@@ -486,6 +516,8 @@ class Chunk:
         known = [*self.how.names, *self.how.numbers]
         near = nearest(text, known) if len(known) <= _COMPARED else None
         hint = f"; did you mean '{near}'?" if near else ""
+        if self.how.items:
+            return f"a station, or 'storage': with pods a row names an item (column item){hint}"
         any_storage = "" if among else "'storage', "
         return f"{among}a node, a station, {any_storage}or a storage place from 0 to {self.how.places - 1}{hint}"
 

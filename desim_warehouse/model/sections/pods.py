@@ -14,6 +14,7 @@ from desim_warehouse.values.fields import (
     TOP,
     Count,
     Forms,
+    Name,
     NotNegative,
     Part,
     Time,
@@ -49,6 +50,37 @@ ItemPopularityRule = Annotated[
     Annotated[Literal["uniform"], form("rule")] | Annotated[ItemPopularity, form("given")],
     Forms("'uniform', or a section with classes or weights", pick=by_type(rule=str, given=SECTION)),
 ]
+
+
+class HoldsFile(Part):
+    """A row for each item on a pod; columns: pod, item, and perhaps place (the number of its storage place), units.
+
+    Pods and items are named or numbered as you like. Items have the numbers 0, 1, 2, ... in the order in which the file
+    first names them; a file of orders calls them as this file does.
+    """
+
+    file: Name = Field(description="CSV file, relative to the model file")
+
+
+class Holds(Part):
+    """What pods hold, as read from a file: columns `pod`, `item` and `units`, and where pods stand."""
+
+    names: tuple[Name, ...] = Field(description="of the items, in order of number")
+    pod: tuple[Whole, ...] = Field(description="the number of a pod, for each item on it")
+    item: tuple[Whole, ...] = Field(description="the number of the item")
+    units: tuple[Whole, ...] = Field((), description="units of it at the start; default: pods.stock")
+    places: tuple[Whole, ...] = Field((), description="the storage place of each pod; default: at random")
+
+    @model_validator(mode="after")
+    def _all_there(self) -> Holds:
+        if len(self.pod) != len(self.item) or len(self.units) not in {0, len(self.pod)}:
+            raise wrong("columns of different lengths, expected a pod, an item and units in each row")
+        if max(self.item, default=-1) >= len(self.names):
+            raise wrong(f"no such item (got {max(self.item)}), expected numbers below {len(self.names)}", "item")
+        if len(set(self.places)) < len(self.places):
+            twice = next(place for rank, place in enumerate(self.places) if place in self.places[:rank])
+            raise wrong(f"two pods on place {twice}, expected a place for each", "places")
+        return self
 
 
 class PodsSpec(Part):
@@ -88,6 +120,9 @@ class PodsSpec(Part):
         "queued",
     )
     popularity: ItemPopularityRule = Field("uniform", description="of items, from the first to the last")
+    holds: Annotated[Holds | None, Forms("{file: pods.csv} with the columns pod, item, place and units", HoldsFile)] = (
+        Field(None, description="what each pod holds; default: per_pod items each, dealt out at random")
+    )
 
     @field_validator("count")
     @classmethod
@@ -97,8 +132,27 @@ class PodsSpec(Part):
             raise wrong(f"{got(count)} pods for {places} storage places, expected at most {places}")
         return count
 
+    @field_validator("holds")
+    @classmethod
+    def _fit(cls, holds: Holds | None, info: ValidationInfo) -> Holds | None:
+        if holds is None:
+            return None
+        for key, there in (("count", max(holds.pod, default=-1) + 1), ("items", len(holds.names))):
+            if info.data.get(key, there) != there:
+                raise wrong(
+                    f"it has {there} {'pods' if key == 'count' else key}, expected {key}: {there}", TOP, "pods", key
+                )
+        places = known(info).places
+        if places is not None and (far := [place for place in holds.places if place >= places]):
+            raise wrong(f"no such place (got {far[0]}), expected numbers from 0 to {places - 1}", "places")
+        if holds.units and info.data.get("stock") is not None:
+            raise wrong("units stand in the file, too, expected one of the two", TOP, "pods", "stock")
+        return holds
+
     @model_validator(mode="after")
     def _all_somewhere(self) -> PodsSpec:
+        if self.holds is not None:
+            return self
         if self.per_pod > self.items:
             raise wrong(f"{got(self.per_pod)} items on a pod of {self.items} in all, expected at most those", "per_pod")
         if self.items > self.count * self.per_pod:
@@ -108,6 +162,30 @@ class PodsSpec(Part):
         if given and len(given) != self.items:
             raise wrong(f"{len(given)} weights for {self.items} items, expected one for each", "popularity", "weights")
         return self
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """What a file calls the items, in order of number; none without one."""
+        return () if self.holds is None else self.holds.names
+
+    @property
+    def held(self) -> float:
+        """The chance that a pod has an item."""
+        if self.holds is None:
+            return self.per_pod / self.items
+        return len(set(zip(self.holds.pod, self.holds.item, strict=True))) / (self.count * self.items)
+
+    @property
+    def units(self) -> Any:
+        """Units of every item on all pods at the start, a numpy array; None where they never run out."""
+        import numpy as np
+
+        holds = self.holds
+        if holds is not None and holds.units:
+            return np.bincount(holds.item, weights=holds.units, minlength=self.items)
+        if self.stock is None:
+            return None
+        return self.stock * (np.full(self.items, self.count * self.held) if holds is None else np.bincount(holds.item))
 
     @property
     def item_shares(self) -> Any:

@@ -5,11 +5,7 @@
 | an indicator by a factor, with intervals       | `by_factor`             | study table                  |
 | the same for each level of a further factor    | `facets`                | study table                  |
 | throughput by fleet size, and its knee         | `throughput`            | study table                  |
-| designs against a baseline                     | `differences`           | `statistics.Comparison`      |
-| an indicator over two factors                  | `surface`               | study table                  |
-| designs of a search, by cost and target        | `trade_off`             | `dw.best`                    |
 | what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
-| where the time of tasks, robots, ... went      | `account`               | Run                          |
 | orders that came and were delivered            | `arrivals`              | Run                          |
 | batteries                                      | `battery`               | Run                          |
 | where robots wait                              | `congestion`            | Run                          |
@@ -28,7 +24,6 @@ touches pyplot or leaves settings behind; in Jupyter the Axes at the end of a ce
 from __future__ import annotations
 
 from desim_warehouse.report.palette import COLOURS
-from desim_warehouse.report.plot.account import account
 from desim_warehouse.report.plot.battery import battery
 from desim_warehouse.report.plot.days import day, passages, residuals
 from desim_warehouse.report.plot.factors import by_factor, facets, throughput
@@ -36,30 +31,23 @@ from desim_warehouse.report.plot.fitted import fitted
 from desim_warehouse.report.plot.fleet import gantt, utilisation
 from desim_warehouse.report.plot.floor import layout
 from desim_warehouse.report.plot.flow import arrivals
-from desim_warehouse.report.plot.forest import differences
 from desim_warehouse.report.plot.heat import congestion
-from desim_warehouse.report.plot.response import surface
 from desim_warehouse.report.plot.series import warm_up, welch
-from desim_warehouse.report.plot.trade_off import trade_off
 
 __all__ = [
     "COLOURS",
-    "account",
     "arrivals",
     "battery",
     "by_factor",
     "congestion",
     "day",
-    "differences",
     "facets",
     "fitted",
     "gantt",
     "layout",
     "passages",
     "residuals",
-    "surface",
     "throughput",
-    "trade_off",
     "utilisation",
     "warm_up",
     "welch",

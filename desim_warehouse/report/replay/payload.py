@@ -17,6 +17,7 @@ from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
 from desim_warehouse.report.replay.lost import lost_to
+from desim_warehouse.report.replay.pods import pod_columns
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.stops import stops
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
@@ -59,6 +60,7 @@ def payload(history: History, start: float, end: float) -> tuple[dict[str, Any],
         **tile_columns(shown, scale),
         **_resource_columns(places, scale),
         **_storage_columns(history, scale),
+        **pod_columns(history, scale),
     }
     return _header(history, positions, shown, places, scale), columns
 
@@ -104,6 +106,7 @@ def _header(
         "fastest": model.fleet.fastest,
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
         **({"called": {str(number): name for number, name in layout.called.items()}} if layout.called else {}),
+        **({"items": list(model.pods.names)} if model.pods is not None and model.pods.names else {}),
         "unload_at": sorted(number[node] for node in destinations(model, layout)),
         "states": [
             {"name": state.name, "doing": state.doing, "role": state.role, "drives": state.phase in _DRIVING}

@@ -28,7 +28,7 @@ _USED = {
 def sentences(run: Run) -> list[str]:
     """The run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
-    return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_breakdowns(run), *_cost(run)]
+    return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
 
 
 def numbers_of(run: Run) -> list[tuple[str, str, str]]:
@@ -121,6 +121,15 @@ def _used(run: Run) -> dict[str, float]:
         **servers_in_use(run.history),
     }
     return {name: part for name, part in found.items() if math.isfinite(part)}
+
+
+def _pods(run: Run) -> list[str]:
+    """With pods, how many lines a visit served, and how long pickers had none."""
+    pile, idle = run.kpis.get("pile_on", math.nan), run.kpis.get("station_idle", math.nan)
+    if not math.isfinite(pile) or not math.isfinite(idle):
+        return []
+    none = numbers.PERCENT.value(idle)
+    return [f"A pod served {numbers.measured(pile)} lines a visit; pickers had none {none} of the time."]
 
 
 def _breakdowns(run: Run) -> list[str]:

@@ -18,6 +18,7 @@ from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SH
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
 from desim_warehouse.study.reliefs.decisions import decisions
+from desim_warehouse.study.reliefs.of_pods import of_pods
 from desim_warehouse.study.reliefs.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.study.reliefs.suspect import DOSE, Suspect
 from desim_warehouse.values.distributions import mean_of, scaled
@@ -81,6 +82,7 @@ def _all(run: Run) -> list[Suspect]:
         *_lanes(run),
         *_failures(run),
         *decisions(run),
+        *of_pods(model),
     ]
     waiting = sorted(others, key=lambda suspect: -(suspect.waited or 0.0))
     return [*waiting, *_plain(model)]

@@ -5,7 +5,7 @@
 | what is the mean, how sure?                    | `estimate`                                 |
 | how many replications?                         | `replications_needed`, `check_precision`   |
 | does a design differ from today's?             | `paired`, `compare`                        |
-| which design is best?                          | `kn`                                       |
+| which design is best?                          | `kn_steps`                                 |
 | does a design meet a target?                   | `Judge`, `judged`, `parse_target`          |
 | what is the smallest fleet that does it?       | `smallest_meeting_steps`                   |
 | does it meet the target, asked after every run? | `looked_at`                               |
@@ -64,7 +64,7 @@ from desim_warehouse.study.statistics.screening import (
     first_order,
     main_effects,
 )
-from desim_warehouse.study.statistics.selection import Selection, Stage, kn, kn_constants, kn_steps
+from desim_warehouse.study.statistics.selection import Selection, kn_constants, kn_steps
 from desim_warehouse.study.statistics.shares import TaskShare
 from desim_warehouse.study.statistics.smallest import Sizing, line, smallest_meeting_steps
 from desim_warehouse.study.statistics.sobol import (
@@ -107,7 +107,6 @@ __all__ = [
     "Selection",
     "Sizing",
     "SobolIndices",
-    "Stage",
     "Target",
     "TaskShare",
     "WarmUp",
@@ -121,7 +120,6 @@ __all__ = [
     "gains_steps",
     "holm",
     "judged",
-    "kn",
     "kn_constants",
     "kn_steps",
     "knee",

@@ -12,7 +12,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.limits import FIRST
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, gaps
-from desim_warehouse.study.statistics.judge import looks
+from desim_warehouse.study.statistics.judge import schedule
 from desim_warehouse.study.statistics.procedure import Procedure, request
 
 if TYPE_CHECKING:
@@ -134,7 +134,7 @@ def gains_steps(
     alive = list(range(1, changes + 1))
     found: dict[int, Gain] = {}
     beaten: set[int] = set()
-    for n, part in [(1, 1.0)] if deterministic else looks(first, cap):
+    for n, part in schedule(first, cap, exact=deterministic):
         error = (1.0 - confidence) / 2 * part
         runs = [(design, r) for r in range(len(data[0]), n) for design in (0, *alive)]
         values = yield from request(runs, failing=True)
@@ -150,7 +150,7 @@ def gains_steps(
         beaten |= {
             design
             for design in competing
-            if any(_is_less(doses[design], doses[other], error / max(changes - 1, 1)) for other in competing)
+            if any(is_less(doses[design], doses[other], 1.0 - error / max(changes - 1, 1)) for other in competing)
         }
         alive = [design for design in competing if design not in beaten]
         if not alive or (len(alive) == 1 and found[alive[0]].low > 0):
@@ -165,12 +165,10 @@ def _dose(scale: float | None, ours: Sequence[float], base: Sequence[float]) -> 
     return (1.0 if scale is None else scale) * np.subtract(ours, base[: len(ours)], dtype=float)
 
 
-def _is_less(ours: NDArray[np.float64], other: NDArray[np.float64], error: float) -> bool:
-    """Whether one change is shown to gain less than another on the same days."""
+def is_less(ours: NDArray[np.float64], other: NDArray[np.float64], level: float, by: float = 0.0) -> bool:
+    """Whether the mean of a difference of two designs on the same days is shown to be below `by`."""
     found, reach = gaps(ours, other)
-    if found.size == 1:
-        return bool(found[0] < 0)
-    return bounds(found, 1.0 - error, reach=reach)[1] < 0
+    return bool((found[0] if found.size == 1 else bounds(found, level, reach=reach)[1]) < by)
 
 
 def _ranked(

@@ -47,6 +47,19 @@ def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
     return [(n, 1 / len(at)) for n in at]
 
 
+def schedule(first: int, cap: int, *, exact: bool) -> list[tuple[int, float]]:
+    """The `looks` of a procedure; where its runs are `exact`, one run of each design says all.
+
+    Raises:
+        StudyError: not 2 <= first <= cap.
+    """
+    if exact:
+        return [(1, 1.0)]
+    if not 2 <= first <= cap:  # noqa: PLR2004
+        raise StudyError(f"first look {first}, cap {cap}: expected 2 <= first <= cap")
+    return looks(first, cap)
+
+
 def looks_by(replications: int) -> list[tuple[int, float]]:
     """The looks that there were after so many replications, where there is no cap: the i-th may use 1 / (i (i + 1)).
 
@@ -261,11 +274,11 @@ class Judge:
     verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
     vetoed: dict[int, str] = field(default_factory=dict, init=False)
     _cases: dict[int, _Case] = field(default_factory=dict, init=False)
+    _schedule: list[tuple[int, float]] = field(init=False)
 
     def __post_init__(self) -> None:
         check_confidence(self.confidence)
-        if not self.deterministic and not 2 <= self.first <= self.cap:  # noqa: PLR2004
-            raise StudyError(f"first look {self.first}, cap {self.cap}: expected 2 <= first <= cap")
+        self._schedule = schedule(self.first, self.cap, exact=self.deterministic)
         if self.zone < 0:
             raise StudyError(f"zone {self.zone:g}: expected one from 0")
 
@@ -317,8 +330,7 @@ class Judge:
         if number not in self._cases:
             j = len(self._cases) + 1
             error = (1.0 - self.confidence) / (j * (j + 1))
-            at = [(1, 1.0)] if self.deterministic else looks(self.first, self.cap)
-            self._cases[number] = _Case(error, at, level=1.0 - error * at[0][1])
+            self._cases[number] = _Case(error, list(self._schedule), level=1.0 - error * self._schedule[0][1])
         return self._cases[number]
 
     def _run(self, number: int, runs: int) -> Procedure[None]:

@@ -11,10 +11,10 @@ import numpy as np
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, differing_share, gaps
-from desim_warehouse.study.statistics.procedure import Procedure, follow, request
+from desim_warehouse.study.statistics.procedure import Procedure, request
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
+    from collections.abc import Generator, Sequence
 
     from numpy.typing import NDArray
 
@@ -22,16 +22,8 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Stage:
-    """The designs not yet eliminated after `replications` of each, recorded whenever one is eliminated."""
-
-    replications: int
-    survivors: tuple[int, ...]
-
-
-@dataclass(frozen=True)
 class Selection:
-    """The design chosen, and the history of the elimination; designs by number from 0, `means` in the indicator's unit.
+    """The design chosen, and when others were eliminated; designs by number from 0, `means` in the indicator's unit.
 
     `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it never
     was (None). `samples[i]` counts the runs asked for. `guaranteed` is False where the cap ended the race:
@@ -42,7 +34,6 @@ class Selection:
     best: int
     within: tuple[int, ...]
     survivors: tuple[int, ...]
-    history: tuple[Stage, ...]
     eliminated_at: tuple[int | None, ...]
     means: tuple[float, ...]
     samples: tuple[int, ...]
@@ -51,47 +42,6 @@ class Selection:
     delta: float
     confidence: float
     note: str
-
-
-def kn(
-    sample: Callable[[int, int], float],
-    k: int,
-    delta: float,
-    confidence: float = 0.95,
-    n0: int = 10,
-    *,
-    maximise: bool = True,
-    cap: int = 1000,
-    ahead: int = 1,
-    deterministic: bool = False,
-) -> Selection:
-    """Choose the best of `k` designs by the mean of an indicator, with as few runs as the differences allow.
-
-    Args:
-        sample: (design 0..k-1, replication 0..) -> the indicator of that run.
-        k: number of designs, at least 2.
-        delta: indifference zone, in the indicator's unit: a smaller difference does not matter to the user.
-        confidence: probability of a right choice, more than 1/k.
-        n0: replications of every design in the first stage, at least 2; 10 or more are recommended.
-        maximise: the largest mean is best, or else the smallest.
-        cap: most replications of one design; `guaranteed` is False when it ends the race.
-        ahead: replications of each survivor to request at a time. More keep many workers busy at the price
-            of some superfluous runs; the choice is the same.
-        deterministic: the models use no random numbers: differences are exact.
-
-    Raises:
-        StudyError: arguments outside these ranges, or a run whose value is not finite.
-
-    Source: Kim & Nelson (2001), A fully sequential procedure for indifference-zone selection in simulation,
-    ACM TOMACS 11(3), 251-273, with c = 1.
-    Assumes: replications independent, jointly normal over the designs, unknown and unequal variances. Runs of
-    the same replication may depend on one another: common random numbers make the variance of the
-    differences, and with it the number of runs, smaller. Promise: the best is chosen with `confidence` if it
-    leads by at least delta; with closer rivals, practice (not the theorem) says that a design within delta is
-    chosen. Differences that agree in all n0 replications get the variance of a share of runs that may differ.
-    """
-    steps = kn_steps(k, delta, confidence, n0, maximise=maximise, cap=cap, ahead=ahead, deterministic=deterministic)
-    return follow(steps, sample)
 
 
 def kn_constants(k: int, confidence: float, n0: int) -> tuple[float, float]:
@@ -122,7 +72,30 @@ def kn_steps(
     ahead: int = 1,
     deterministic: bool = False,
 ) -> Procedure[Selection]:
-    """The steps of `kn`: yields the runs it needs next, is sent their values, returns the Selection."""
+    """Choose the best of `k` designs by the mean of an indicator, with as few runs as the differences allow.
+
+    Args:
+        k: number of designs, at least 2.
+        delta: indifference zone, in the indicator's unit: a smaller difference does not matter to the user.
+        confidence: probability of a right choice, more than 1/k.
+        n0: replications of every design in the first stage, at least 2; 10 or more are recommended.
+        maximise: the largest mean is best, or else the smallest.
+        cap: most replications of one design; `guaranteed` is False when it ends the race.
+        ahead: replications of each survivor to request at a time. More keep many workers busy at the price
+            of some superfluous runs; the choice is the same.
+        deterministic: the models use no random numbers: differences are exact.
+
+    Raises:
+        StudyError: arguments outside these ranges, or a run whose value is not finite.
+
+    Source: Kim & Nelson (2001), A fully sequential procedure for indifference-zone selection in simulation,
+    ACM TOMACS 11(3), 251-273, with c = 1.
+    Assumes: replications independent, jointly normal over the designs, unknown and unequal variances. Runs of
+    the same replication may depend on one another: common random numbers make the variance of the
+    differences, and with it the number of runs, smaller. Promise: the best is chosen with `confidence` if it
+    leads by at least delta; with closer rivals, practice (not the theorem) says that a design within delta is
+    chosen. Differences that agree in all n0 replications get the variance of a share of runs that may differ.
+    """
     _, h2 = kn_constants(k, confidence, n0)
     if not delta > 0.0:
         raise StudyError(f"indifference zone {delta!r}: expected a number above 0, in the indicator's unit")
@@ -142,7 +115,6 @@ def kn_steps(
         best=race.leader(),
         within=race.within(delta, None if deterministic else each),
         survivors=race.alive,
-        history=tuple(race.history),
         eliminated_at=tuple(race.eliminated_at),
         means=tuple(race.means().tolist()),
         samples=tuple(len(row) for row in race.data),
@@ -164,7 +136,6 @@ class _Race:
         self.judged_on = np.zeros(k, dtype=int)
         self.r = 0  # replications of every survivor judged so far
         self.alive = tuple(range(k))
-        self.history: list[Stage] = []
         self.eliminated_at: list[int | None] = [None] * k
 
     def run(self, more: int, ahead: int = 1) -> Generator[list[RunNumber], Sequence[float], None]:
@@ -212,8 +183,6 @@ class _Race:
         kept = tuple(ids[(means[:, None] >= means[None, :] - width).all(axis=1)].tolist())
         for i in set(self.alive) - set(kept):
             self.eliminated_at[i] = self.r
-        if not self.history or kept != self.alive:
-            self.history.append(Stage(self.r, kept))
         self.alive = kept
 
     def over(self, slack: NDArray[np.float64]) -> bool:

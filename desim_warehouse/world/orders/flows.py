@@ -261,8 +261,12 @@ class _Flow:
     def _line(self, number: int, nth: int, now: float, line: OrderLine | None) -> Task:
         """With pods: an item to be picked from one, or put onto one, at one of some stations."""
         assert self.items is not None
-        route = self.routes[0]
-        nodes = route.source if isinstance(route.target, StorageEnd) else route.target
+        route, named = self.routes[0], None if line is None else line.target
+        nodes = route.target
+        if isinstance(nodes, StorageEnd):
+            nodes, named = route.source, None if line is None else line.source
+        if isinstance(named, str) and named != STORAGE:
+            nodes = self.layout.nodes_of(named)
         assert isinstance(nodes, tuple)
         return Task(
             number,
@@ -277,7 +281,7 @@ class _Flow:
             kinds=self.spec.kinds,
             order="" if line is None else line.order,
             load_type=self.load_type,
-            item=next(self.items),
+            item=next(self.items) if line is None or line.item is None else line.item,
         )
 
     def _drawn_items(self, weights: Any) -> Iterator[int]:

@@ -174,6 +174,11 @@ class Pods:
         """Whether lines wait for a pod, or orders for a station."""
         return any(self.waiting.values()) or any(self.to_put.values()) or any(self.backlog.values())
 
+    def out_of_stock(self) -> list[int]:
+        """The items that lines wait for and no pod has."""
+        asked = {item for lines in self.waiting.values() for item in lines}
+        return sorted(item for item in asked if all(pod.left(item) <= 0 for pod in self.shelves.holding(item)))
+
     def call(self, robots: Sequence[RobotView]) -> None:
         """Call a pod for each free robot that has no visit yet, as long as stations have lines and room."""
         self._open_orders()

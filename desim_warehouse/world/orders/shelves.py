@@ -53,15 +53,21 @@ class Shelves:
         self.storage = storage
         self.keep = keep
         draws = streams.stream("pods")
+        holds, units = spec.holds, math.inf if spec.stock is None else spec.stock
         stands = draws.permutation(len(storage))[: spec.count].tolist()
-        # Items are dealt out round after round: each is on as many pods as another, give or take one.
-        rounds = -(-spec.count * spec.per_pod // spec.items)
-        dealt = [item for _ in range(rounds) for item in draws.permutation(spec.items).tolist()]
-        units = math.inf if spec.stock is None else spec.stock
-        self.pods = [
-            Pod(number, place, dict.fromkeys(dealt[number * spec.per_pod : (number + 1) * spec.per_pod], units))
-            for number, place in enumerate(stands)
-        ]
+        if holds is not None and holds.places:
+            stands = list(holds.places)
+        self.pods = [Pod(number, place, {}) for number, place in enumerate(stands)]
+        if holds is None:
+            # Items are dealt out round after round: each is on as many pods as another, give or take one.
+            rounds = -(-spec.count * spec.per_pod // spec.items)
+            dealt = [item for _ in range(rounds) for item in draws.permutation(spec.items).tolist()]
+            for pod in self.pods:
+                pod.stock = dict.fromkeys(dealt[pod.number * spec.per_pod : (pod.number + 1) * spec.per_pod], units)
+        else:
+            for row, (number, item) in enumerate(zip(holds.pod, holds.item, strict=True)):
+                there = self.pods[number].stock
+                there[item] = there.get(item, 0) + (holds.units[row] if holds.units else units)
         self._holding: dict[int, list[Pod]] = {}
         for pod in self.pods:
             for item in pod.stock:

@@ -6,6 +6,7 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import desim_warehouse as dw
+from tests.world.test_pods import RING
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run
@@ -197,3 +198,15 @@ RUNS = {
     "people": people_run,
     "grid": grid_run,
 }
+
+
+@cache
+def pods_run() -> Run:
+    """The ring of the cases worked out by hand: a bundle of two is put onto a pod with one unit, three are picked."""
+    flows = {
+        "picks": {"from": "storage", "to": "pick", "arrivals": {"schedule": [{"at": 0, "tasks": 3}]}, "stop_time": 10},
+        "bundles": {"from": "pick", "to": "storage", "arrivals": {"schedule": [{"at": 500}]}, "stop_time": 20},
+    }
+    return dw.simulate(
+        dw.load(RING, {"tasks.flows": flows, "pods.stock": 1, "pods.bundle": 2, "pods.count": 1}), seed=1
+    )

@@ -18,12 +18,11 @@ from desim_warehouse.study.statistics import (
     estimate,
     follow,
     gains_steps,
-    kn,
     looked_at,
     parse_target,
     verdict_steps,
 )
-from tests.study.statistics.searches import smallest
+from tests.study.statistics.searches import kn, smallest
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Sequence

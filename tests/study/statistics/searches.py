@@ -1,9 +1,10 @@
-"""The search for the smallest of given values as `desim size` does it, on values that a test makes up."""
+"""Searches as `desim size` and `desim best` do them, on values that a test makes up."""
 
 from desim_warehouse.study.statistics import (
     Budget,
     Judge,
     follow,
+    kn_steps,
     line,
     parse_target,
     scout_steps,
@@ -21,3 +22,8 @@ def smallest(sample, values, target, *, scan=False, **options):
     scout = scout_steps(line(len(values)), lambda design: design, goal, Budget(len(values)))
     doubted = () if scan or not values else follow(scout, run)
     return follow(smallest_meeting_steps(values, Judge(goal, **options), doubted, scan=scan), run)
+
+
+def kn(sample, k, delta, confidence=0.95, n0=10, **options):
+    """The best of `k` designs by `sample(design, replication)`."""
+    return follow(kn_steps(k, delta, confidence, n0, **options), sample)

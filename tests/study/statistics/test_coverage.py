@@ -8,11 +8,10 @@ from desim_warehouse.study.statistics import (
     check_precision,
     compare,
     estimate,
-    kn,
     paired,
 )
 from tests.study.statistics.coverage import CASES
-from tests.study.statistics.searches import smallest
+from tests.study.statistics.searches import kn, smallest
 
 STUDIES = 400
 

@@ -129,12 +129,26 @@ class Scene {
     return [...new Set(tracks.on)].filter((edge) => edges.twin[edge] >= 0);
   }
 
-  // Goods that are there: released and not yet loaded.
+  // Goods that are there: released and not yet loaded. Or the pods: those that a robot comes for or carries stand out.
   goods(time, colours) {
+    if (this.pods.any) return this.shelves(time, colours);
     const { released, loaded, good } = this.story;
     this.ctx.fillStyle = colours.good;
     this.floor.squares(this.ctx, this.view, good.length, (i) =>
       released[i] <= time && time < loaded[i] ? good[i] : -1, 0.74);
+  }
+
+  shelves(time, colours) {
+    const { ctx, pods, tracks, view, floor } = this, at = pods.place(time), all = [...at.keys()];
+    const called = new Set(pods.lines(time).map((i) => pods.lineOf[i])), side = Math.max(floor.size * view.scale, 3);
+    for (const [colour, some] of [[colours.pod, all.filter((pod) => !called.has(pod))], [colours.good, [...called]]]) {
+      ctx.fillStyle = colour;
+      floor.squares(ctx, view, some.length, (n) => at[some[n]], 0.74);
+      for (const pod of some.filter((one) => at[one] < 0)) {
+        const robot = -1 - at[pod];
+        ctx.fillRect(tracks.x[robot] * view.scale + view.x - side / 2, tracks.y[robot] * view.scale + view.y - side / 2, side, side);
+      }
+    }
   }
 
   // Edges that are closed, as broad lines; those with people in them have somebody in the middle.

@@ -10,13 +10,14 @@ class Side {
     const edges = new Edges(header);
     this.story = new Story(header, columns);
     this.tracks = new Tracks(header, columns, edges);
+    this.pods = new Pods(columns, header.items);
     this.resources = resourcesOf(header, columns);
     this.span = Math.round((header.end - header.start) / header.tick);
     this.heat = new Heat(this.story, edges, colours.steps, this.span);
     const floor = new Floor(header, columns, edges);
     this.view = new View(floor.bounds);
     this.curves = Object.fromEntries(header.tiles.map(([key, , form]) => [key, this.curve(key, form, columns)]));
-    this.scene = new Scene({ header, edges, floor, tracks: this.tracks, story: this.story, heat: this.heat,
+    this.scene = new Scene({ header, edges, floor, tracks: this.tracks, story: this.story, heat: this.heat, pods: this.pods,
       resources: this.resources, view: this.view, colours }, root.querySelector("canvas"));
   }
 

@@ -73,6 +73,7 @@ class Hover {
       const good = story.good[story.rowOf.get(task)] ?? -1;
       lines.push([`task ${task}${good >= 0 ? `, item ${story.called(good)}` : ""}`]);
     }
+    lines.push(...this.podLines(-1 - robot));
     if (wait >= 0) lines.push([this.side.why(robot, time)]);
     if (header.capacity !== null) lines.push([`battery ${percent(story.charge(robot, time))}`]);
     const edge = tracks.on[robot];
@@ -103,10 +104,20 @@ class Hover {
     const { floor, story, edges } = this.scene, half = floor.size / 2, { time } = this;
     const good = floor.storageX.findIndex((x, i) => Math.abs(x - wx) < half && Math.abs(floor.storageY[i] - wy) < half);
     if (good < 0) return null;
-    const there = story.good.some((g, i) => g === good && story.released[i] <= time && time < story.loaded[i]);
     const edge = floor.storageEdge[good];
     const where = edge < 0 ? ["at ", this.name(-1 - edge)] : ["from ", this.name(edges.source[edge]), " → ", this.name(edges.target[edge])];
+    if (this.side.pods.any) {
+      const said = this.podLines(good);
+      return [[`Place ${story.called(good)}`], ...(said.length ? said : [["no pod"]]), where];
+    }
+    const there = story.good.some((g, i) => g === good && story.released[i] <= time && time < story.loaded[i]);
     return [[`Item ${story.called(good)}`], [there ? "to be picked" : "nothing to pick"], where];
+  }
+
+  // The pod on a storage place, or carried by robot -1 - n: for whom it goes, and what it holds.
+  podLines(where) {
+    const { side, time } = this, pod = side.pods.on(where, time);
+    return pod < 0 ? [] : [[`pod ${pod}`], ...side.pods.said(pod, time, (node) => side.place(node)).map((one) => [one])];
   }
 
   // A line that says in which direction a two-way lane is used now.

@@ -7,7 +7,7 @@ class Panel {
     this.side = null;
     this.robot = -1;
     const part = (name) => root.querySelector(`[data-part=${name}]`);
-    this.parts = Object.fromEntries(["title", "doing", "task", "due", "route", "battery"].map((name) => [name, part(name)]));
+    this.parts = Object.fromEntries(["title", "doing", "task", "pod", "due", "route", "battery"].map((name) => [name, part(name)]));
     this.canvas = root.querySelector("canvas");
     part("close").addEventListener("click", close);
   }
@@ -25,6 +25,7 @@ class Panel {
     this.say("title", `Robot ${robot}${many ? `, ${side.letter}` : ""}`);
     this.say("doing", wait < 0 ? doing : `${doing}, ${side.why(robot, time)}`);
     this.say("task", this.taskText(task));
+    this.say("pod", this.podText(robot, time));
     this.say("due", this.dueText(task, time));
     this.say("route", this.routeText(scene.ahead(time), story.until(row, robot), time));
     const level = header.capacity === null ? "" : `Battery ${percent(story.charge(robot, time))}`;
@@ -45,6 +46,11 @@ class Panel {
     if (i === undefined) return `Task ${task}`;
     const good = story.good[i] >= 0 ? `, item ${story.called(story.good[i])}` : "", to = story.to[i];
     return `Task ${task}${good}${to >= 0 ? `, to ${this.side.place(to)}` : ""}`;
+  }
+
+  podText(robot, time) {
+    const { pods } = this.side, pod = pods.on(-1 - robot, time);
+    return pod < 0 ? "" : `Pod ${pod}, ${pods.said(pod, time, (node) => this.side.place(node)).join("; ")}`;
   }
 
   dueText(task, time) {

@@ -11,7 +11,8 @@ function signsOf(sides) {
     if (!told.has(role)) signs.push([role, doing]);
     told.add(role);
   }
-  signs.push(["good", "item to pick"]);
+  if (sides.some(({ pods }) => pods?.any)) signs.push(["pod", "pod"], ["good", "pod with lines to pick"]);
+  else signs.push(["good", "item to pick"]);
   signs.push(["none", some((_, floor) => floor.cell) ? "storage" : "storage place"]);
   if (some((_, floor) => floor.cell)) signs.push(["wall", "no lane: shelf or wall"]);
   if (some((_, floor) => floor.zones.some((zone) => zone.kind === "bay"))) signs.push(["bay", "bay"]);
@@ -60,7 +61,7 @@ function drawSign(ctx, sign, colours) {
   ctx.fillStyle = colours[sign];
   if (sign === "person") return figure(ctx, 9, 9, 8);
   if (sign === "shut") return ctx.fillRect(0, 6, 18, 6);
-  if (sign === "good" || sign === "none" || sign === "wall") return ctx.fillRect(3, 3, 12, 12);
+  if (sign === "good" || sign === "pod" || sign === "none" || sign === "wall") return ctx.fillRect(3, 3, 12, 12);
   if (sign === "wait") {
     circle(9);
     ctx.fillStyle = colours.floor;

@@ -1,0 +1,119 @@
+"""Goods to person from files: what pods hold, where they stand, and items of orders; on the ring of test_pods."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.errors import ModelError
+from desim_warehouse.run import check
+from tests.audit_pods import audit_pods
+from tests.world.test_pods import RING
+
+HOLDS = "pod,place,item,units\nA,0,tea,2\nA,0,milk,1\nB,2,tea,1\n"
+ORDERS = "release,order,item\n0,1,milk\n0,1,tea\n200,2,tea\n200,3,tea\n"
+
+
+@pytest.fixture
+def files(tmp_path):
+    """A model of files: `files(holds=..., orders=..., **changes)`."""
+
+    def made(holds=HOLDS, orders=ORDERS, **changes):
+        (tmp_path / "pods.csv").write_text(holds)
+        (tmp_path / "orders.csv").write_text(orders)
+        pods = {"count": 2, "items": 2, "orders": 0, "change_time": 0, "holds": {"file": str(tmp_path / "pods.csv")}}
+        arrivals = {"orders": {"file": str(tmp_path / "orders.csv")}}
+        named = {key.replace("__", "."): value for key, value in changes.items()}
+        return dw.load(RING, {"pods": pods, "tasks.flows.picks.arrivals": arrivals, **named})
+
+    return made
+
+
+def delivered(run):
+    assert audit_pods(run) == []
+    return [(row.time, row.task, row.other) for row in run.history.rows("delivered")]
+
+
+def test_lines_are_picked_from_the_pods_of_the_file(files):
+    run = dw.simulate(files(), seed=5)
+    item = {row.task: row.other for row in run.history.rows("released")}
+    assert item == {0: 1, 1: 0, 2: 0, 3: 0}  # tea is 0, as the file names it first
+    # pod A at 5 m has both: lifted at 8, docked 33. Of its two of tea one is left; the next is on B at 15 m.
+    assert delivered(run)[:2] == [(43, 0, 0), (53, 1, 0)]
+    assert sorted(pod for _, _, pod in delivered(run)[2:]) == [0, 1]
+    assert next((row.other, row.value) for row in run.history.rows("lifted")) == (0, 0)
+
+
+def test_nothing_is_drawn_where_files_say_all(files):
+    """Another seed is the same run."""
+    first, second = (dw.simulate(files(), seed).history for seed in (1, 2))
+    assert list(first.rows("delivered", "lifted", "stored")) == list(second.rows("delivered", "lifted", "stored"))
+
+
+def test_what_a_file_does_not_say_is_as_without_it(files):
+    bare = files("pod,item\nA,tea\nA,milk\nB,tea\n", "release\n0\n0\n0\n0\n0\n0\n")
+    runs = [dw.simulate(bare, seed) for seed in range(9)]
+    assert all(len(delivered(run)) == 6 for run in runs)  # stock without end
+    assert len({row.other for run in runs for row in run.history.rows("lifted")}) == 3  # places are drawn
+    assert {row.other for run in runs for row in run.history.rows("released")} == {0, 1}  # and items
+    with pytest.raises(
+        dw.StallError, match=r"3 of 6 tasks .*items of which no pod has any left \(pods.stock\): \[0, 1\]"
+    ):
+        dw.simulate(bare.replace({"pods.stock": 1}))
+    found = [one.text for one in check(bare.replace({"pods.stock": 1})).findings if one.code == "STOCK_RUNS_OUT"]
+    assert found[0].startswith("in this run 3 units of item milk are picked")
+
+
+def test_a_row_may_name_its_station(files):
+    stations = {"pick": {"at": ["C"], "places": 5}, "other": {"at": ["D"], "places": 5}}
+    orders = "release,item,to\n0,tea,other\n0,milk,pick\n300,tea,storage\n"
+    both = {"layout__stations": stations, "tasks__flows__picks__to": ["pick", "other"]}
+    run = dw.simulate(files(orders=orders, **both))
+    assert delivered(run)
+    at = {row.task: row.node for row in run.history.rows("delivered")}
+    assert (at[0], at[1]) == ("D", "C")
+
+
+def test_a_model_of_files_is_complete_by_itself(files, tmp_path):
+    model = files()
+    (tmp_path / "pods.csv").unlink()
+    assert dw.load(model.content()).pods.holds.names == ("tea", "milk")
+    assert dw.load(model.content()).digest() == model.digest()
+
+
+WRONG = {
+    "more pods": ({"holds": HOLDS + "C,1,tea,1\n"}, "pods.count: it has 3 pods, expected count: 3"),
+    "fewer items": ({"holds": "pod,item\nA,tea\nB,tea\n"}, "pods.items: it has 1 items, expected items: 1"),
+    "no column": ({"holds": "pod,sku\nA,tea\n"}, "no column 'item'"),
+    "two places": ({"holds": HOLDS + "B,1,milk,1\n"}, "pod 'B' is on two places"),
+    "one place for two": ({"holds": HOLDS.replace("B,2", "B,0")}, "two pods on place 0, expected a place for each"),
+    "no such place": ({"holds": HOLDS.replace("B,2", "B,7")}, "no such place (got 7), expected numbers from 0 to 2"),
+    "units are no number": (
+        {"holds": HOLDS.replace("A,0,tea,2", "A,0,tea,two")},
+        "pods.csv:2:9: pods.holds.units.0: should be a whole number",
+    ),
+    "units twice": ({"pods__stock": 3}, "pods.stock: units stand in the file, too"),
+    "no such item": (
+        {"orders": "release,item\n0,te\n"},
+        "item: no such item (got 'te'), expected an item that a pod holds",
+    ),
+    "a place": (
+        {"orders": "release,item,to\n0,tea,1\n"},
+        "to: no such place (got '1'), expected a station, or 'storage'",
+    ),
+    "a node in the lane": ({"orders": "release,item,to\n0,tea,B\n"}, "with pods a row names an item"),
+    "a stop": ({"orders": "release,item,via\n0,tea,C\n"}, "via: a stop on the way (got 'C'), expected none"),
+}
+
+
+@pytest.mark.parametrize("what", WRONG)
+def test_what_cannot_be_is_refused(files, what):
+    changes, said = WRONG[what]
+    with pytest.raises(ModelError) as error:
+        dw.simulate(files(**changes))
+    assert said in str(error.value)
+
+
+def test_without_a_file_items_are_numbers(files):
+    model = files(pods__holds=None, pods__count=2, pods__per_pod=2, orders="release,item\n0,1\n0,0\n")
+    assert [row.other for row in dw.simulate(model).history.rows("released")] == [1, 0]
+    with pytest.raises(ModelError, match=r"no such item \(got 'tea'\), expected a number from 0 to 1"):
+        dw.simulate(files(pods__holds=None, pods__per_pod=2, orders="release,item\n0,tea\n"))
