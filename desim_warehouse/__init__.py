@@ -40,6 +40,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.designs.directions import orient
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.fleet import plan_fleet as plan
+    from desim_warehouse.study.fleet import plan_options
     from desim_warehouse.study.procedures import size
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.study import Study
@@ -75,7 +76,7 @@ _HOME = {
     "study.designs.best_of_many": ("best",),
     "study.designs.directions": ("orient",),
     "study.file": ("schema",),
-    "study.fleet": ("plan_fleet",),
+    "study.fleet": ("plan_fleet", "plan_options"),
     "study.procedures": ("size",),
     "study.results": ("Results",),
     "study.study": ("Study",),
@@ -114,6 +115,7 @@ __all__ = [
     "order_day",
     "orient",
     "plan",
+    "plan_options",
     "plot",
     "read_layout",
     "read_log",

@@ -10,6 +10,7 @@ import click
 
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, keys_then
+from desim_warehouse.cli.named_options import read_options
 from desim_warehouse.cli.options import load_model, with_json
 from desim_warehouse.cli.study_options import (
     ExecutionOptions,
@@ -29,7 +30,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.fleet import FleetPlan
+    from desim_warehouse.study.fleet import FleetPlan, OptionsPlan
     from desim_warehouse.study.tipping import TippingPoints
 
 ALL_YEAR = 8760.0
@@ -44,6 +45,14 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
     "--growth",
     metavar="AMOUNT",
     help="Also with more demand: 30% more, or 1.3 times as much; 20%/year with --years.",
+)
+@click.option(
+    "--option",
+    "options",
+    multiple=True,
+    metavar="NAME: WHAT",
+    help="An option, such as 'A: fleet.robot.speed=1.5; prices.robot=6000' or 'B: other.yaml', or a file of them: each "
+    "is planned, and the cheapest are compared. May be repeated.",
 )
 @click.option("--years", type=click.IntRange(1, MOST_YEARS), help="Years after today that are planned.")
 @with_vary
@@ -81,6 +90,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 def command(
     model: str,
     target: str,
+    options: tuple[str, ...],
     growth: str | None,
     years: int | None,
     vary: tuple[str, ...],
@@ -107,31 +117,36 @@ def command(
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
     from desim_warehouse.report.text import fleet_words
-    from desim_warehouse.study.fleet import plan_fleet
+    from desim_warehouse.study.fleet import plan_fleet, plan_options
     from desim_warehouse.study.fleet.given import counts_of
 
     loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, question.assignments, as_json=as_json)
     warn_of_target(target, loaded)
     ranges = _ranges(uncertain, loaded)
+    how = {
+        "robots": counts_of(robots, "--robots"),
+        "chargers": counts_of(chargers, "--chargers"),
+        "packers": packers,
+        "zone": None if zone is None else _zone(zone, target, loaded),
+        "runs": runs,
+        "first": first,
+        "cap": cap,
+        **({"strategies": read_vary(vary)} if vary else {}),
+        **question.search(execution),
+    }
+    found: FleetPlan | OptionsPlan
     with interruptible(None, execution.kept):
-        found = plan_fleet(
-            loaded,
-            target,
-            growth=growth,
-            years=years,
-            strategies=read_vary(vary) if vary else None,
-            robots=counts_of(robots, "--robots"),
-            chargers=counts_of(chargers, "--chargers"),
-            packers=packers,
-            zone=None if zone is None else _zone(zone, target, loaded),
-            runs=runs,
-            first=first,
-            cap=cap,
-            **question.search(execution),
-        )
-        tipping = _tipping(found, loaded, target, ranges, question, execution) if ranges else None
-    give(fleet_words.answer(found, tipping), execution.out, warnings, as_json=as_json)
+        if options:
+            if growth or ranges:
+                raise click.UsageError("--option: without --growth and --uncertain")
+            found = plan_options(read_options(options, loaded), target, **how)
+            said = found.answer
+        else:
+            found = plan_fleet(loaded, target, growth=growth, years=years, **how)
+            tipping = _tipping(found, loaded, target, ranges, question, execution) if ranges else None
+            said = fleet_words.answer(found, tipping)
+    give(said, execution.out, warnings, as_json=as_json)
     if not found.feasible:
         click.echo(f"Try --runs {4 * runs}." if found.ended else NOT_ENOUGH, err=True)
         sys.exit(NONE_MEETS)

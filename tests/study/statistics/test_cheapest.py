@@ -9,6 +9,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics import (
     Budget,
     Judge,
+    Known,
     Target,
     cheapest_meeting_steps,
     follow,
@@ -249,3 +250,40 @@ def test_the_larger_designs_are_left_where_the_runs_end():
     found = follow(cheapest_meeting_steps(designs, lambda design: design, judge), lambda *_: 2.0)
     assert designs[found.design] == (1, 1)
     assert len(found.larger) == 1
+
+
+# Three counts
+
+
+CUBE = [(a, b, c) for a in range(1, 6) for b in range(1, 4) for c in range(1, 4)]
+
+
+@given(least=st.lists(st.tuples(st.integers(1, 5), st.integers(1, 3), st.integers(1, 3)), min_size=1, max_size=3))
+def test_of_three_counts_it_is_the_cheapest_that_meets_by_any_prices(least):
+    """What meets is what has no less than one of some designs, so that more never does worse."""
+
+    def meets(design):
+        return any(all(a >= b for a, b in zip(design, one, strict=True)) for one in least)
+
+    for cost in (fewest, lambda design: (3 * design[0] + design[1] + 7 * design[2], *design)):
+        found = search(lambda design: 1.0 if meets(design) else 0.0, cost, designs=CUBE, deterministic=True)
+        assert CUBE[found.design] == min(filter(meets, CUBE), key=cost)
+
+
+def test_what_is_known_to_fail_is_not_judged_again():
+    """Two robots with everything failed with less demand; what is enough for more is where the scout ends."""
+    numbers = {design: number for number, design in enumerate(GRID)}
+    known = Known(
+        frozenset(n for design, n in numbers.items() if design[0] <= 4), frozenset(), numbers[6, 1], compare=False
+    )
+    asked = []
+
+    def sample(number, r):
+        asked.append((GRID[number], r))
+        return at_least(5, 2)(GRID[number]) + 0.001 * (-1) ** r
+
+    doubted = follow(scout_steps(GRID, fewest, ENOUGH, Budget(100), known), sample)
+    found = follow(cheapest_meeting_steps(GRID, fewest, Judge(ENOUGH), doubted, known=known), sample)
+    assert GRID[found.design] == (5, 2)
+    assert {design[0] for design, _ in asked} == {5}
+    assert [GRID[number] for number in found.below] == [(5, 1)]

@@ -1,0 +1,179 @@
+"""Named options, such as the robots of two vendors: each is planned, and those that are enough meet on the same days.
+
+Where prices have nothing to do with chance, what a year costs follows from the counts. Then the one thing that is not
+known is whether fewer would do: how far the cost could fall to that of a fleet that is not shown to miss the target.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.model import as_model
+from desim_warehouse.outcome.money import is_fixed
+from desim_warehouse.study import statistics
+from desim_warehouse.study.fleet.plan import plan_fleet
+from desim_warehouse.study.statistics.cheapest import within_counts
+from desim_warehouse.study.study import Study, under, with_answer
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping, Sequence
+
+    from desim_warehouse.model import Source
+    from desim_warehouse.report.answer import Answer
+    from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized
+
+DAYS = 10
+"""Days on which options are compared."""
+COST = "annual_cost"
+
+
+@dataclass(frozen=True)
+class Against:
+    """By how much an option differs from the first in an indicator, with the ends of its interval."""
+
+    name: str
+    mean: float
+    low: float
+    high: float
+
+    @property
+    def told(self) -> bool:
+        """Whether it is shown to differ."""
+        return self.low > 0 or self.high < 0
+
+
+@dataclass(frozen=True)
+class OptionsPlan:
+    """The plans of named options, and the cheapest of those that are enough, `first`, against each of the others.
+
+    `indicator`: in which they are compared: what a year costs. Where there are no prices it is that of the target, and
+    `first` has the fewest robots.
+    """
+
+    plans: Mapping[str, FleetPlan]
+    first: str | None
+    against: tuple[Against, ...]
+    indicator: str
+    confidence: float
+    runs: int
+
+    @property
+    def answer(self) -> Answer:
+        """The answer as `desim plan --option` prints it."""
+        from desim_warehouse.report.text import option_words
+
+        return option_words.answer(self)
+
+    def _repr_html_(self) -> str:
+        """What Jupyter shows."""
+        return self.answer._repr_html_()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether each option has a design that is enough."""
+        return all(plan.feasible for plan in self.plans.values())
+
+    @property
+    def ended(self) -> bool:
+        """Whether the runs allowed ended before an answer."""
+        return any(plan.ended for plan in self.plans.values())
+
+
+def plan_options(
+    options: Mapping[str, Source], target: str, *, confidence: float = 0.95, seed: int = 0, runs: int = 5000, **how: Any
+) -> OptionsPlan:
+    """Plan each of some options, and compare the cheapest designs that are enough on the same days.
+
+    Args:
+        options: by name the warehouse with each of them, or its file.
+        target: as of `plan_fleet`, of all of them.
+        confidence: that all that is said holds at once: an equal part of the error for each plan, and for the days.
+        seed: of all runs.
+        runs: the most that may be done.
+        how: zone, robots, chargers, packers, strategies (default: none), first, cap, timeout, workers and so on, as of
+            `plan_fleet`.
+
+    Raises:
+        StudyError: fewer than two options, some with prices and some without, or as `plan_fleet`.
+
+    Source: `statistics.paired`. The ends of a difference in cost are as far apart as the costs of fleets that were not
+    shown to miss the target leave open.
+    """
+    models = {name: as_model(model) for name, model in options.items()}
+    if len(models) < 2:  # noqa: PLR2004
+        raise StudyError(f"options {list(models)}: expected at least two to compare")
+    how = {"strategies": {}, **how}
+    part = 1 - (1 - confidence) / (len(models) + 1)
+    plans: dict[str, FleetPlan] = {}
+    spent = 0
+    for name, model in models.items():
+        plans[name] = plan_fleet(
+            model, target, confidence=part, seed=seed, runs=max(runs - spent, 1), **under(how, name.replace(" ", "-"))
+        )
+        spent += plans[name].runs
+    enough = {name: plan.today.best for name, plan in plans.items() if plan.feasible and plan.today.best is not None}
+    priced = [best.cost is not None for best in enough.values()]
+    if any(priced) and not all(priced):
+        unpriced = [name for name, best in enough.items() if best.cost is None]
+        raise StudyError(f"options {', '.join(unpriced)}: no prices of robots or chargers, which the others have")
+    indicator = COST if any(priced) else next(iter(plans.values())).target.indicator
+    values = {name: _on_days(plans[name], best, indicator, seed, how) for name, best in enough.items()}
+    spent += DAYS * len(values) if len(values) > 1 else 0
+    first = min(values, key=lambda name: sum(values[name]) if indicator == COST else enough[name].counts, default=None)
+    sure = 1 - (1 - part) / max(len(values) - 1, 1)
+    found = OptionsPlan(
+        plans,
+        first,
+        tuple(_against(name, first, values, plans, sure) for name in values if first is not None and name != first),
+        indicator,
+        confidence,
+        spent,
+    )
+    return with_answer(found, how)
+
+
+def _on_days(plan: FleetPlan, best: Shown, indicator: str, seed: int, how: Mapping[str, Any]) -> Sequence[float]:
+    """An indicator of a design on some days, which are the same for each option."""
+    changes = {**plan.today.overrides, **best.overrides}
+    study = Study(
+        plan.model, changes=changes, replications=DAYS, seed=seed + 2, name="days", timeout=how.get("timeout")
+    )
+    where = {key: how[key] for key in ("workers", "cluster", "out", "cache", "progress") if key in how}
+    study.run(**under(where, f"days-{'-'.join(map(str, best.counts))}-{plan.model.digest()[:8]}"))
+    return [row.measured(indicator) for row in study.rows]
+
+
+def _against(
+    name: str, first: str, values: Mapping[str, Sequence[float]], plans: Mapping[str, FleetPlan], confidence: float
+) -> Against:
+    """An option against the first: on the same days, and as far as fewer could do of either."""
+    fixed = all(is_fixed(plans[one].model.prices) for one in (name, first))
+    found = statistics.paired(values[name], values[first], confidence, deterministic=fixed)
+    low, high = found.interval or (found.mean, found.mean)
+    return Against(name, found.mean, low - _could_save(plans[name]), high + _could_save(plans[first]))
+
+
+def _could_save(plan: FleetPlan) -> float:
+    """By how much the cost of the design named may exceed that of the cheapest that is not shown to miss the target."""
+    sized, best = plan.today, plan.today.best
+    if best is None or best.cost is None:
+        return 0.0
+    costs = [plan.designs.cost(counts) for counts in sized.counts if not _misses(counts, sized, plan)]
+    return max(best.cost - min(cost for cost in costs if cost is not None), 0.0)
+
+
+def _misses(counts: tuple[int, ...], sized: Sized, plan: FleetPlan) -> bool:
+    """Whether a design, or where more never does worse one that is larger, was shown to miss the target."""
+    return any(
+        (within_counts(counts, one.counts) if not sized.worse else counts == one.counts)
+        for one in sized.below
+        if one.vetoed or _shown_to_miss(one, plan)
+    )
+
+
+def _shown_to_miss(shown: Shown, plan: FleetPlan) -> bool:
+    verdict, target = shown.verdict, plan.target
+    better = verdict.high if target.sign > 0 else verdict.low
+    return not target.met_by(verdict.mean if better is None else better)

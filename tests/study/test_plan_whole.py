@@ -1,0 +1,157 @@
+"""The planner's whole question: packers beside robots, the worst hour, the years to come, and named options."""
+
+import json
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.draft import Draft, draft
+from desim_warehouse.errors import StudyError
+from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.report.text.printed import printed
+from desim_warehouse.study.fleet import Designs, plan_fleet, plan_options
+from desim_warehouse.study.fleet.hours import by_hour, parts_of_the_day
+from tests.docs import pages
+
+HOUR = {"run.length": 3600, "run.warm_up": 600}
+SLOW_PACKING = {**HOUR, "tasks.unload_time": 80, "tasks.goods.due_within": 900}
+"""60 orders an hour of 80 s each: 1.3 packers are busy."""
+PRICES = {"hours": 4000, "robot": 6000, "charger": 800}
+
+
+@pytest.fixture(scope="module")
+def small():
+    return dw.Model.model_validate(read_yaml(draft(Draft((16, 14), orders=60)), "draft").data).replace(HOUR)
+
+
+def test_packers_are_sized_beside_robots_and_chargers(small):
+    model = small.replace(SLOW_PACKING)
+    found = plan_fleet(model, "on_time >= 80 %", strategies={}, robots="2..4", chargers="1..2", packers="packing=1..3")
+    best = found.today.best
+    assert best.packers == 2
+    assert best.overrides["layout.stations.packing.servers"] == 2
+    assert any(one.packers == 1 and one.robots == best.robots for one in found.today.below)
+    answer = found.answer
+    assert answer.question == "How many robots, chargers and packers does it take for at least 80 % on time?"
+    assert " and 2 packers are the smallest fleet shown to be enough" in answer.answer[0]
+    assert [tile.what for tile in answer.tiles][2] == "packers"
+    assert answer.content()["today"]["best"]["packers"] == 2
+
+
+def test_the_estimate_says_which_packers_are_searched(small):
+    designs = Designs(small.replace(SLOW_PACKING), packers=("packing", None))
+    assert designs.counts(1.0)[2] == [2, 3]  # work piles up before one
+
+
+def test_people_at_each_node_of_a_station_are_counted_together_and_cost_what_a_run_of_them_costs(small):
+    station = {"at": ["C", "D"], "places": 4, "work_time": 20}
+    model = small.replace({"layout.stations.packing": station, "prices": {**PRICES, "station_hour": 25}})
+    designs = Designs(model, packers=("packing", [1, 2, 3]))
+    assert (designs.packers.key, designs.packers.nodes) == ("layout.stations.packing.workers", 2)
+    costs = {
+        count: dw.simulate(model.replace(designs.overrides((2, 1, count)))).kpis["annual_cost"] for count in (1, 3)
+    }
+    assert designs.cost((2, 1, 3)) - designs.cost((2, 1, 1)) == pytest.approx(costs[3] - costs[1]) == 4 * 25 * 4000
+    found = plan_fleet(model, "throughput_per_hour >= 20", strategies={}, robots="1..3", packers="packing=1..2")
+    assert " and 2 packers (1 at each of 2) " in found.answer.answer[0]
+
+
+@pytest.mark.parametrize(
+    ("packers", "said"),
+    [
+        ("sorting=1..2", "no station of this model, expected one of its stations: packing"),
+        ("packing=0..2", "expected whole numbers upwards from 1"),
+        ("packing=1..90", "more than its places, expected at most"),
+    ],
+)
+def test_packers_that_cannot_be_are_one_message(small, packers, said):
+    with pytest.raises(StudyError, match=said):
+        plan_fleet(small, "on_time >= 90 %", packers=packers)
+
+
+def test_the_worst_hour_of_a_day_is_said_and_is_the_peak():
+    """Orders from 08:00 to 11:00, three times as many from 09:00 on for half an hour, of which many are late."""
+    rates = [0] * 16 + [60, 60, 180, 60, 60, 60] + [0] * 26
+    flow = {"from": "storage", "to": ["packing"], "due_within": 240}
+    flow["arrivals"] = {"profile": {"every": 1800, "per_hour": rates}}
+    base = dw.Model.model_validate(read_yaml(draft(Draft((16, 14), orders=60)), "draft").data)
+    tasks = {"flows": {"orders": flow}, "unload_time": 20, "load_time": 10}
+    model = base.replace({"tasks": tasks, "run": {"start": "08:00", "length": 10_800}})
+    assert parts_of_the_day(model) == [(0.0, 3600.0), (3600.0, 5400.0), (5400.0, 10_800.0)]
+    hours = by_hour(model, 0, 4, 0.95)
+    assert [one.named(model) for one in hours] == ["08:00 to 09:00", "09:00 to 09:30", "09:30 to 11:00"]
+    assert [one.orders for one in hours] == pytest.approx([60, 90, 90], rel=0.3)
+    found = plan_fleet(model, "on_time >= 70 %", strategies={}, robots="2..5", chargers="1")
+    assert " 09:00 to 09:30: " in found.answer.answer[0]
+    (table,) = found.answer.tables
+    assert (table.title, len(table.rows)) == ("On time by the hour", 3)
+
+
+def test_years_are_a_table_and_equal_separate_plans(small):
+    how = {"strategies": {}, "robots": "1..8", "chargers": "1..2"}
+    found = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=2, **how)
+    alone = [plan_fleet(small.replace({"tasks.demand": 1.6**n}), "on_time >= 80 %", **how) for n in range(3)]
+    assert [one.best.counts for one in found.demands] == [one.today.best.counts for one in alone]
+    assert found.runs < sum(one.runs for one in alone)
+    table, *_ = found.answer.tables
+    assert table.head == ("year", "orders an hour", "robots", "chargers")
+    assert [row[:2] for row in table.rows] == [("today", "60"), ("1", "96"), ("2", "153.6")]
+    assert "Year by year" in printed(found.answer)
+    larger = next(n for n, one in enumerate(found.demands) if one.best.counts != found.today.best.counts)
+    assert f"The fleet for today is too small in year {larger}." in found.answer.answer
+
+
+@pytest.mark.parametrize(
+    ("growth", "years", "said"),
+    [
+        ("20%/year", None, "years need a growth such as 20%/year"),
+        ("20%", 5, "years need a growth such as 20%/year"),
+        ("-5%/year", 5, "expected demand that grows"),
+        ("20%/year", 99, "expected 1 to 20"),
+    ],
+)
+def test_years_that_cannot_be_are_one_message(small, growth, years, said):
+    with pytest.raises(StudyError, match=said):
+        plan_fleet(small, "on_time >= 80 %", growth=growth, years=years)
+
+
+def test_the_cheaper_of_two_options_is_told_with_what_more_robots_may_cost(small):
+    """B's robots are as A's and 1,000 a year dearer, so each difference is one of money alone."""
+    a, b = small.replace({"prices": PRICES}), small.replace({"prices": {**PRICES, "robot": 7000}})
+    found = plan_options({"A": a, "B": b}, "on_time >= 80 %", robots="1..4", chargers="1..2")
+    (one,) = found.against
+    robots = found.plans["A"].today.best.robots
+    assert (found.first, one.name, one.mean) == ("A", "B", 1000.0 * robots)
+    assert one.low <= one.mean <= one.high
+    assert found.answer.answer[0].startswith(f"A is cheaper than B by {1000 * robots:,} a year")
+    assert found.answer.content()["compared"][0]["mean"] == one.mean
+
+
+def test_options_without_prices_are_compared_in_the_target(small):
+    found = plan_options(
+        {"slow": small.replace({"fleet.robot.speed": 0.4}), "fast": small},
+        "on_time >= 80 %",
+        robots="1..5",
+        chargers="1",
+    )
+    assert found.first == "fast"
+    assert found.answer.answer[0].startswith("fast needs the fewest robots. On the same days done on time differs ")
+
+
+def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert pages.run_desim("desim new w.yaml --size 16x14 --orders 60/h --due 3")[0] == 0
+    (tmp_path / "other.yaml").write_text((tmp_path / "w.yaml").read_text())
+    (tmp_path / "options.yaml").write_text("B: other.yaml\nC: {fleet.robot.speed: 1}\n")
+    plan = (
+        "desim plan w.yaml --target 'on_time >= 80 %' --quiet --robots 2..3 --chargers 1 --json --set run.length=3600 "
+        "--set run.warm_up=600 "
+    )
+    status, out, err = pages.run_desim(
+        f"{plan} --option 'A: fleet.robot.speed=1.2; tasks.load_time=9' --option options.yaml"
+    )
+    assert status in {0, 3}, err
+    assert list(json.loads(out)["plans"]) == ["A", "B", "C"]
+    for wrong, said in (("A", "no NAME: KEY=VALUE, and no file"), ("A: fleet.sise=2", "unknown key")):
+        status, _, err = pages.run_desim(f"{plan} --option '{wrong}'")
+        assert (status, said in err) == (2, True), err
