@@ -64,6 +64,8 @@ class Servers:
                 turn.pop(robot, None)
                 if kind in {"enter", "parked"}:
                     del docked[robot]
+        for robot in docked.keys() & turn.keys() if visits else ():
+            turn[robot].end = None  # a pod that is still there when the run ends has more lines
         return found
 
     def check_turns_of(self, node, turns, servers):
