@@ -297,3 +297,11 @@ def test_pile_on_with_one_robot_is_that_of_the_closed_form(pod, lines, within):
     assert {"random": bounds.random, "most-lines": bounds.most}[pod] == pytest.approx(lines, abs=5e-4)
     found = [dw.simulate(model, seed).kpis["pile_on"] for seed in range(3)]
     assert sum(found) / 3 == pytest.approx(lines, rel=within)
+
+
+def test_a_pod_is_called_as_soon_as_its_station_opens():
+    """The instant is met exactly: 30.747... and the wait from then on add up to a moment before it."""
+    opens = 125.44290764140025
+    hours = {"calendars.late": {"every": 1000, "lasts": 500, "first": opens}, "layout.stations.pick.hours": "late"}
+    run = played([(30.747021393516384, 1)], **{key.replace(".", "__"): value for key, value in hours.items()})
+    assert times(run, "assigned") == [opens]
