@@ -81,6 +81,7 @@ CODES: dict[str, Code] = {
     "STOCK_RUNS_OUT": Code("warning", "more of an item is picked in the run than pods hold of it, and get"),
     "PODS_QUEUE": Code("warning", "more pods may be bound for a station than keep its pickers busy"),
     "DUE_TOO_SOON": Code("warning", "tasks are due sooner than a robot already at the good can deliver them"),
+    "NEVER_CHARGED": Code("warning", "no bay has a charger, and by the quick estimate the batteries do not last"),
     "CHARGERS_SHORT": Code("warning", "the chargers supply less than the fleet draws"),
     "NO_SPARE_SLOT": Code(
         "warning",

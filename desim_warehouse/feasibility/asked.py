@@ -7,7 +7,6 @@ from functools import partial
 from operator import mul
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.ahead import most_loads
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.facts.hours import first_stretches
@@ -45,6 +44,14 @@ def orders_asked_for(model: Model) -> Iterator[str]:
         trips = orders * a_trip if exact else lines / size
         least = "" if exact else "at least "
         yield f"flow {name}: {said}, each a task, in {least}{amount(trips)} trips"
+
+
+def most_loads(model: Model) -> int:
+    """The most loads of a tour; with a batching policy of the user's as many as a robot carries."""
+    if model.policies.batching.name == "single":
+        return 1
+    most, size = model.fleet.largest_capacity, model.policies.batching.params.get("size")
+    return most if size is None else min(most, int(size))
 
 
 def peak_rate(model: Model) -> float | None:

@@ -7,15 +7,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.feasibility import ahead
-from desim_warehouse.feasibility.flow_mix import FlowMix
-from desim_warehouse.feasibility.free_flow import free_flow, least_task
-from desim_warehouse.feasibility.needs import Needs, least_needs
+from desim_warehouse.feasibility.asked import most_loads
+from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
+from desim_warehouse.feasibility.needs import TIME, Needs, least_needs
 from desim_warehouse.feasibility.power import at_rest, needed_at_rest
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model.facts import energy, kinds
-from desim_warehouse.model.facts.charging import chargers_at, levels, refills_overnight, start_energy
+from desim_warehouse.model.facts.charging import chargers_at, charging_rate, levels, refills_overnight, start_energy
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
 from desim_warehouse.model.facts.destinations import own_destinations
 from desim_warehouse.model.sections.battery import Consumption
@@ -25,15 +24,14 @@ from desim_warehouse.model.sections.goods import RandomGoods
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.feasibility.flow_mix import Leg
-    from desim_warehouse.feasibility.free_flow import FreeFlow
+    from desim_warehouse.feasibility.free_flow import FreeFlow, Leg
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.battery import BatterySpec
     from desim_warehouse.policies import Levels
 
-DRAINS = {"HOME_WITHOUT_CHARGER", "NO_CHARGER", "CHARGERS_SHORT", "CHARGE_TOGETHER", "THRESHOLD_TOO_LOW"}
+DRAINS = {"HOME_WITHOUT_CHARGER", "NO_CHARGER", "CHARGE_TOGETHER", "THRESHOLD_TOO_LOW"}
 """Findings from which it follows that a robot may run flat."""
 EPS = 1e-9
 MINUTE = 60.0
@@ -41,12 +39,12 @@ MINUTE = 60.0
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """What `simulate` refuses in a model with batteries."""
-    small = list(_battery_too_small(model, least_needs(model, layout)))
+    small = list(_battery_too_small(model, least_needs(model, layout, _battery(model).draws)))
     small = small or [found for found in _charged_too_low(model, layout) if found.level == "error"]
     yield from small
     chargers = chargers_at(model, layout)
     if not chargers:
-        yield from _no_charger(model, layout)
+        yield from _no_charger(model, layout, _drawn_at_least(model, layout), "at least")
     elif not small:
         found = _together(model, layout, chargers)
         if found is not None and not isinstance(_battery(model).consumption, Consumption):
@@ -57,6 +55,11 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
     """What a planner should know about a model with batteries."""
     yield from chargers_short(model, balance)
     yield from of_levels(model, layout, balance)
+    length = model.run.length
+    if balance is not None and balance.draws is not None and length is not None and not balance.chargers:
+        each = balance.draws * length / model.fleet.size
+        if not any(found.code == "NO_CHARGER" for found in errors(model, layout)):
+            yield from (replace(found, code="NEVER_CHARGED") for found in _no_charger(model, layout, each, "about"))
 
 
 def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
@@ -67,7 +70,7 @@ def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[F
     if found is not None and isinstance(battery.consumption, Consumption):
         yield Finding("CHARGE_TOGETHER", found.place, found.text, found.cure)
     yield from _threshold(model, layout)
-    if not list(_battery_too_small(model, least_needs(model, layout))):
+    if not list(_battery_too_small(model, least_needs(model, layout, _battery(model).draws))):
         yield from (found for found in _charged_too_low(model, layout) if found.level == "warning")
     yield from _not_settled(model, balance)
     seconds = battery.capacity / battery.charge_rate * units.seconds
@@ -80,21 +83,20 @@ def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[F
         )
 
 
-def cause(model: Model, layout: Layout, started: float | None = None, *, resting: bool = False) -> str:
+def cause(
+    model: Model, layout: Layout, started: float | None = None, *, drew: float = 0.0, resting: bool = False
+) -> str:
     """Why a battery ran flat, and what helps, in one line: for an error in the course of a run.
 
-    `started`: what the robot held at the start, if that was not a full battery and it has not been charged yet.
-    `resting`: it had no work.
+    `started`: what the robot held at the start, if that was not a full battery and it has not been charged yet. `drew`:
+    what it drew per time unit so far. `resting`: it had no work.
     """
-    battery = _battery(model)
     chargers = chargers_at(model, layout)
-    zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
     if not chargers:
         return f"no bay has a charger: give {_some_bay(layout)}"
     if resting and sum(chargers.values()) < needed_at_rest(model):
         return f"{at_rest(model, layout)} (layout.bays), or faster ones (battery.charge_rate)"
-    balance = ahead.balance(model, layout)
-    found = [*errors(model, layout), *warnings(model, layout, balance)]
+    found = [*errors(model, layout), *of_levels(model, layout, None)]
     foresees = (known_levels := levels(model)) is not None and known_levels.margin is not None
     drains = (
         DRAINS if foresees else {*DRAINS, "BATTERY_TOO_SMALL"}
@@ -102,8 +104,16 @@ def cause(model: Model, layout: Layout, started: float | None = None, *, resting
     known = [item for item in found if item.code in drains]
     if known:
         return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in known[:2])
-    count = sum(chargers.values())
-    text = f"{number_of(count, 'charger')} (at {some(chargers)}) for {number_of(model.fleet.size, 'robot')}"
+    return _no_charger_in_time(model, layout, chargers, started, drew, resting=resting)
+
+
+def _no_charger_in_time(
+    model: Model, layout: Layout, chargers: dict[str, int], started: float | None, drew: float, *, resting: bool
+) -> str:
+    """Why a robot came to no charger in time, where nothing is wrong with the model itself; as in `cause`."""
+    battery, count, robots = _battery(model), sum(chargers.values()), number_of(model.fleet.size, "robot")
+    zones = dict.fromkeys(bay.zone for node, bay in layout.bays.items() if node not in chargers)
+    text = f"{number_of(count, 'charger')} (at {some(chargers)}) for {robots}"
     if zones:
         text += f", none in the bays {some(zones)} (layout.bays)"
     if started is not None:
@@ -111,6 +121,12 @@ def cause(model: Model, layout: Layout, started: float | None = None, *, resting
         return f"{text}: {short}; a higher fleet.start_energy, more chargers, or chargers where robots start"
     if resting:
         return f"{text}: {at_rest(model, layout)}; more chargers, or more energy kept back (policies.charging: margin)"
+    each, drawn = charging_rate(model), drew * model.fleet.size
+    gives = count * each
+    if drawn > gives:
+        short = f"{_give(count, gives, model.units.time)}, but {robots} that draw as this one did take {amount(drawn)}"
+        needed = number_of(math.ceil(drawn / each), "charger") if each else "chargers"
+        return f"{text}: {short}; need at least {needed}, or faster ones (battery.charge_rate)"
     wait = f"it waited longer than its battery lasts, {spoken(_waits(model), 'or')}"
     cure = "more chargers, more energy kept back (policies.charging: margin or level, battery.threshold)"
     return f"{text}: {wait}; {cure}, or a capacity above {battery.capacity:g}"
@@ -118,7 +134,9 @@ def cause(model: Model, layout: Layout, started: float | None = None, *, resting
 
 def too_small(model: Model, layout: Layout) -> str:
     """Which tasks no battery lasts for in a model, by hand, and what helps; empty where that is not known."""
-    found = list(_battery_too_small(model, least_needs(model, layout))) or list(_charged_too_low(model, layout))
+    found = list(_battery_too_small(model, least_needs(model, layout, _battery(model).draws))) or list(
+        _charged_too_low(model, layout)
+    )
     return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in found)
 
 
@@ -182,7 +200,8 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
     known, chargers = levels(model), chargers_at(model, layout)
     if known is None or known.margin is None or model.tasks.never_end or not chargers:
         return
-    battery, later = _battery(model), least_needs(model, layout, again=True)
+    battery = _battery(model)
+    later = least_needs(model, layout, battery.draws, again=True)
     limit = known.full * (1 + EPS)
     hard = {
         task for task, (need, reach) in later.of.items() if max(need + known.margin, reach + known.critical) > limit
@@ -191,7 +210,7 @@ def _charged_too_low(model: Model, layout: Layout) -> Iterator[Finding]:
         return
     asked = zip(listed(model), own_destinations(model, layout), strict=True)
     count = sum(task in hard for task in asked)
-    alone = least_needs(model, layout, anywhere=True).of
+    alone = least_needs(model, layout, battery.draws, anywhere=True).of
     least = min((alone[task][0] for task in hard), default=0.0)
     starts = start_energy(model)[1] * battery.capacity
     possible = model.fleet.size * starts / least if least else math.inf
@@ -229,12 +248,12 @@ def _not_settled(model: Model, balance: Power | None) -> Iterator[Finding]:
     )
 
 
-def _no_charger(model: Model, layout: Layout) -> Iterator[Finding]:
+def _no_charger(model: Model, layout: Layout, drawn: float, about: str) -> Iterator[Finding]:
+    """Batteries that are never charged, of which the run draws `about` so much."""
     battery = _battery(model)
     floor = _floor(model)
     starts = battery.capacity * sum(start_energy(model)) / 2
     has = starts - floor
-    drawn = _drawn_by_each(model, layout)
     if has <= 0 and drawn > 0 and starts < battery.capacity:
         yield Finding(
             "NO_CHARGER",
@@ -250,8 +269,8 @@ def _no_charger(model: Model, layout: Layout) -> Iterator[Finding]:
             "NO_CHARGER",
             "layout.bays",
             (
-                f"no bay has a charger, and the batteries do not last: the run draws {amount(drawn)} from each, which "
-                f"has {amount(has)} above {floor:g}, where robots stop working"
+                f"no bay has a charger, and the batteries do not last: the run draws {about} {amount(drawn)} from "
+                f"each, which has {amount(has)} above {floor:g}, where robots stop working"
             ),
             f"give {_some_bay(layout)} chargers, the model no battery, or the run a length below {_ends(drawn, has)}",
         )
@@ -266,28 +285,33 @@ def _ends(drawn: float, has: float) -> str:
     return f"{100 * max(has, 0.0) / drawn:.2g} % of this"
 
 
-def _drawn_by_each(model: Model, layout: Layout) -> float:
-    """What the whole run draws from a robot that is never charged, in free flow, robots sharing the work evenly."""
-    battery, robots = _battery(model), model.fleet.size
-    cycle = least_task(model, layout)
-    draws = battery.draws
-    length = model.run.length
-    if model.tasks.never_end:
-        assert length is not None
-        most, rate = length / cycle.time if cycle.time else math.inf, arrival_rate(model)
-        asked = most if rate is None or always_open(model) else length * rate / robots
-        tasks = min(most, asked)
-        return tasks * cycle.energy(draws) + draws.standing * max(length - tasks * cycle.time, 0.0)
-    tasks = _count(model) / robots
-    if length is not None and cycle.time:
-        tasks = min(tasks, length / cycle.time)
-    return tasks * cycle.energy(draws)
+def _drawn_at_least(model: Model, layout: Layout) -> float:
+    """What the whole run draws at least from a robot that is never charged, robots sharing the work evenly."""
+    draws, length, robots = _battery(model).draws, model.run.length, model.fleet.size
+    working = min(draws.empty, draws.loaded, draws.handling)
+    task, time = _least_task(model, layout, draws), _least_task(model, layout, TIME)
+    if not model.tasks.never_end:
+        work = task * _count(model) / robots
+        return work if length is None else min(work, working * length)
+    assert length is not None
+    rate = arrival_rate(model)
+    if rate is None or always_open(model):
+        return working * length
+    done = draws.standing * length + (task - draws.standing * time) * rate * length / robots
+    return min(
+        done, max(working, draws.standing) * length
+    )  # where more is asked for than can be done, they always work
+
+
+def _least_task(model: Model, layout: Layout, draws: Consumption) -> float:
+    """What the mean task draws at least of a robot: where several share their drives, its part of them."""
+    return least_needs(model, layout, draws, anywhere=True).mean / most_loads(model)
 
 
 def must_charge(model: Model, layout: Layout) -> bool:
     """Whether the run draws more from a robot than it starts with above the level where it stops working."""
     has = _battery(model).capacity * sum(start_energy(model)) / 2 - _floor(model)
-    return _drawn_by_each(model, layout) > has * (1 + EPS)
+    return _drawn_at_least(model, layout) > has * (1 + EPS)
 
 
 def _floor(model: Model) -> float:
@@ -319,9 +343,9 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
         return None  # there is a charger for each, or they can take turns
     level = known.critical
     if known.margin is not None:
-        flow = free_flow(model, layout, model.fleet.fastest_empty)
-        out = max(float(flow.travel.times([node], list(chargers)).max()) for node in dict.fromkeys(away))
-        out += flow.travel.stop_time
+        travel = free_flow(model, layout, model.fleet.fastest_empty).travel
+        out = max(float(travel.times([node], list(chargers)).max()) for node in dict.fromkeys(away))
+        out += travel.stop_time
         level = max(level, battery.draws.empty * (model.fleet.exit_time + out) + known.margin)
     rate = battery.draws.standing
     begins = low * battery.capacity - level
@@ -357,9 +381,7 @@ def _lasts(model: Model, layout: Layout, time: float) -> bool:
         return model.run.length > time
     if model.tasks.never_end:
         return False
-    count = _count(model)
-    cycle = least_task(model, layout)
-    least = count * (cycle.load + cycle.loaded + cycle.unload) / model.fleet.size
+    least = _count(model) * _least_task(model, layout, TIME) / model.fleet.size
     return least > time and (model.run.length is None or model.run.length > time)
 
 
@@ -378,13 +400,17 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
         "CHARGERS_SHORT",
         "layout.bays",
         (
-            f"{number_of(balance.chargers, 'charger')} {'gives' if balance.chargers == 1 else 'give'} "
-            f"{amount(balance.gives)} per {time}, but the fleet draws {amount(balance.draws)}, up to "
+            f"{_give(balance.chargers, balance.gives, time)}, but the fleet draws {amount(balance.draws)}, up to "
             f"{amount(balance.most)}: the batteries fall by "
             f"{amount(100 * falls)} % an hour, however well a short run looks"
         ),
         f"need at least {number_of(balance.needed or 0, 'charger')}, or a higher charge_rate",
     )
+
+
+def _give(chargers: int, gives: float, time: str) -> str:
+    """What chargers give, in words."""
+    return f"{number_of(chargers, 'charger')} {'gives' if chargers == 1 else 'give'} {amount(gives)} per {time}"
 
 
 def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
@@ -411,7 +437,7 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
 
 def _more_loads(model: Model, layout: Layout, flow: FreeFlow | FlowMix) -> float:
     """The most that the further loads of a tour draw: each is handled, and may lie farthest off, and go farthest."""
-    loads = ahead.most_loads(model) - 1
+    loads = most_loads(model) - 1
     if not loads:
         return 0.0
     edges, draws = list(dict.fromkeys(place.edge for place in layout.storage)), _battery(model).draws

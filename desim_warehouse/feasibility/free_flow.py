@@ -1,152 +1,208 @@
-"""Free driving: how long robots of one speed take to the goods and from them, without traffic."""
+"""Free driving: how long robots of one speed take to goods, between places of flows and to stations, without traffic.
+
+Of more than `POINTS` places of a flow a systematic sample stands for all.
+"""
 
 from __future__ import annotations
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.feasibility.cycle import Cycle, free_travel
-from desim_warehouse.feasibility.flow_mix import FlowMix
-from desim_warehouse.model.facts.demand import demand, listed
-from desim_warehouse.model.facts.destinations import destinations, own_destinations
-from desim_warehouse.model.facts.stations import own_times
+from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.model.facts.demand import demand, flow_rates
+from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import place_shares
+from desim_warehouse.model.facts.stations import flow_times, own_times
+from desim_warehouse.model.sections.flows import StorageEnd
+from desim_warehouse.policies import create
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.layout import Edge
+    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.flows import FlowSpec, Route
 
 AT_ONCE = 64
 """Stations whose ways to all goods are looked up together: large floors have no memory for those of every station."""
-ROWS = 4_000
-"""Edges whose goods are shared among the stations together."""
+POINTS = 300
+LOAD, UNLOAD = 0, 1
+
+
+def free_travel(model: Model, layout: Layout, speed: float, slowness: float) -> FreeTravel:
+    """Driving times by the routes of the model's routing policy at a speed; for `slowness` see `FreeTravel`."""
+    policy, traffic = model.policies.routing, model.traffic
+    cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
+    hubs = (*layout.bays, *layout.stations, *destinations(model, layout))
+    times = traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times, slowness
+    return travel_on(layout, speed, *times, estimate=True)
 
 
 class FreeFlow:
     """Driving times between nodes and the edges of the goods in demand, at one speed.
 
-    `edges` are these edges, `share` the share of demand of each. On its edge a good is `before` the start
-    and `after` the end, in time units: means over its goods, the end's node time included.
+    `edges` are these edges. On its edge a good is `before` the start and `after` the end, in time units, the end's node
+    time included.
     """
 
     def __init__(self, model: Model, layout: Layout, speed: float, slowness: float = 0.0) -> None:
         import numpy as np
 
-        self.model = model
-        self.layout = layout
         self.stations = destinations(model, layout)
-        self.own = own_destinations(model, layout)
         self.travel = free_travel(model, layout, speed, slowness)
-        weights = demand(model, layout)
-        self.goods = np.flatnonzero(weights)
+        self.goods = np.flatnonzero(demand(model, layout))
         places = [layout.storage[good] for good in self.goods]
-        self.weights = weights[self.goods]
         self.edges = list(dict.fromkeys(place.edge for place in places))
         rank = {edge: i for i, edge in enumerate(self.edges)}
         self.edge_of = np.array([rank[place.edge] for place in places])
-        self.share = np.bincount(self.edge_of, self.weights, minlength=len(self.edges))
-        offsets = np.array([place.offset for place in places])
-        self.before, self.after = self.travel.all_along(self.edges, self.edge_of, offsets)
+        self.before, self.after = self.travel.all_along(
+            self.edges, self.edge_of, np.array([place.offset for place in places])
+        )
 
     def to_edges(self, nodes: Sequence[str]) -> Any:
         """Times from nodes (rows) to the starts of the edges (columns)."""
         return self.travel.to_edges(nodes, self.edges)
 
-    @property
+    @cached_property
     def to_stations(self) -> Any:
         """Times from the ends of the edges (rows) to `stations` (columns)."""
-        return self._ways[1]
-
-    @cached_property
-    def _ways(self) -> tuple[Any, Any]:
-        """The mean time from each of `stations` to the edges, and the table of times from the edges to them.
-
-        A route to a station is searched towards it, also where an edge of goods begins there: both are asked for while
-        the search is kept.
-        """
         import numpy as np
 
-        travel, stations = self.travel, self.stations
-        out, onward = np.zeros(len(stations)), np.empty((len(self.edges), len(stations)))
-        beginning: dict[str, list[int]] = {}
-        for i, edge in enumerate(self.edges):
-            beginning.setdefault(edge[0] if edge[0] in travel.hubs else "", []).append(i)
-        elsewhere = beginning.pop("", [])
-        for first in range(0, len(stations), AT_ONCE):
+        found = np.empty((len(self.edges), len(self.stations)))
+        for first in range(0, len(self.stations), AT_ONCE):
             some = slice(first, first + AT_ONCE)
-            onward[:, some] = travel.from_edges(self.edges, stations[some])
-            out += self._mean_to([i for node in stations[some] for i in beginning.pop(node, ())], stations)
-            out[some] += self._mean_to(elsewhere, stations[some])
-        out += self._mean_to([i for rest in beginning.values() for i in rest], stations)
-        return out, onward
+            found[:, some] = self.travel.from_edges(self.edges, self.stations[some])
+        return found
 
-    def _mean_to(self, some: list[int], nodes: Sequence[str]) -> Any:
-        """The part of the mean time from each node to the edges that some of these have."""
-        if not some:
-            return 0.0
-        return self.travel.to_edges(nodes, [self.edges[i] for i in some]) @ self.share[some]
 
-    def station_shares(self) -> Any:
-        """Which share of the goods of each edge (rows) goes to which of `stations` (columns), without queues."""
+@dataclass(frozen=True)
+class Points:
+    """Where tasks begin or end: the nodes of stations, or the edges of storage places.
+
+    `before` and `after` are the times from an edge's start to the place and from there to its end; `weights` add up
+    to 1. `names` tell one from another; nan: each stands for several places.
+    """
+
+    names: Any
+    places: Sequence[Edge | str]
+    before: Any
+    after: Any
+    weights: Any
+
+
+@dataclass(frozen=True)
+class Leg:
+    """The drives with a load on one route of a flow: `share` is its part of all tasks, `times` of pick by drop."""
+
+    flow: str
+    route: Route
+    share: float
+    picks: Points
+    drops: Points
+    times: Any
+
+
+class FlowMix:
+    """What the flows of a model come to in free flow, at one speed."""
+
+    def __init__(self, model: Model, layout: Layout, speed: float, slowness: float = 0.0) -> None:
+        self.model = model
+        self.layout = layout
+        self.stations = destinations(model, layout)
+        self.travel = free_travel(model, layout, speed, slowness)
+        self.own = own_times(model, layout)
+        self.rates = flow_rates(model)
+        self.legs = list(self._legs())
+
+    def to_edges(self, nodes: Sequence[str]) -> Any:
+        """Times from nodes (rows) to all places where tasks are picked (columns)."""
+        return self.travel.between(nodes, list(dict.fromkeys(at for leg in self.legs for at in leg.picks.places)))
+
+    def _at(self, place: Edge | str, which: int, usual: float) -> float:
+        """The mean time of loading or unloading (`which`) where tasks begin or end."""
+        own = self.own.get(place, (None, None))[which] if isinstance(place, str) else None
+        return usual if own is None else own
+
+    def least_handling(self, leg: Leg) -> float:
+        """The mean handling of a task of a leg at those of its stations that are quickest."""
+        load, unload, visits = self.handling(leg.flow)
+        return (
+            visits
+            + min(self._at(place, LOAD, load) for place in leg.picks.places)
+            + min(self._at(place, UNLOAD, unload) for place in leg.drops.places)
+        )
+
+    def handling(self, flow: str) -> tuple[float, float, float]:
+        """The mean times of loading and unloading a task of a flow, and of all its stops on the way."""
+        spec = self.model.tasks.flows[flow]
+        return (*flow_times(self.model.tasks, spec), len(spec.via) * mean_of(spec.stop_time))
+
+    def _legs(self) -> Iterator[Leg]:
+        total = sum(self.rates.values())
+        for name, flow in self.model.tasks.flows.items():
+            for route in flow.routes:
+                picks, drops = self._points(route.source), self._points(route.target)
+                times = self._times(flow, picks, drops)
+                yield Leg(name, route, self.rates[name] / total * route.share, picks, drops, times)
+
+    def sides(self, leg: Leg) -> list[Leg]:
+        """A leg, and where its picks or drops are on two-way lanes the same with these come to from the other end."""
+        flow = self.model.tasks.flows[leg.flow]
+        return [
+            replace(leg, picks=picks, drops=drops, times=self._times(flow, picks, drops))
+            for picks in self._both_ways(leg.picks)
+            for drops in self._both_ways(leg.drops)
+        ]
+
+    def _both_ways(self, points: Points) -> list[Points]:
+        """Places come to by the edges that the model names, and by those back, where there are any of two-way lanes."""
         import numpy as np
 
-        common = self._shared_among(self.model.tasks.unload_at)
-        if not any(self.own):
-            return common
-        by = {nodes: self._shared_among(nodes) if nodes else common for nodes in dict.fromkeys(self.own)}
-        edge_of = dict(zip(self.goods.tolist(), self.edge_of.tolist(), strict=True))
-        found = np.zeros_like(common)
-        for good, nodes in zip(listed(self.model), self.own, strict=True):
-            found[edge_of[good]] += by[nodes][edge_of[good]]
-        return found / found.sum(axis=1, keepdims=True)
+        two_way = {edge for lane in self.layout.two_way for edge in (lane, lane[::-1])}
+        if two_way.isdisjoint(points.places):
+            return [points]
+        at = self.travel.time_at
+        rows = [
+            (place[::-1], after - at(place[1]), before + at(place[0])) if place in two_way else (place, before, after)
+            for place, before, after in zip(points.places, points.before, points.after, strict=True)
+        ]
+        places, before, after = zip(*rows, strict=True)
+        return [points, replace(points, places=places, before=np.array(before), after=np.array(after))]
 
-    def _in_parts(self) -> Iterator[tuple[slice, Any]]:
-        """Some of the edges after the other with their `station_shares`: all at once would be another large table."""
-        if any(self.own):
-            yield slice(None), self.station_shares()
-            return
-        for first in range(0, len(self.edges), ROWS):
-            some = slice(first, first + ROWS)
-            yield some, self._shared_among(self.model.tasks.unload_at, some)
+    def _times(self, flow: FlowSpec, picks: Points, drops: Points) -> Any:
+        """The times from each pick to each drop, by the nearest of the stops on the way."""
+        at, times = picks.places, picks.after
+        for name in flow.via:
+            nodes = self.layout.nodes_of(name)
+            table = self.travel.between(at, nodes)
+            nearest = table.argmin(axis=1)
+            times = times + table.min(axis=1)
+            at = [nodes[i] for i in nearest]
+        return self.travel.between(at, drops.places) + times[:, None] + drops.before
 
-    def _shared_among(self, nodes: tuple[str, ...], some: slice = slice(None)) -> Any:
-        """Which part of the goods of some edges goes to which of `stations`, if they are brought to some of these."""
+    def _points(self, places: StorageEnd | tuple[str, ...]) -> Points:
         import numpy as np
 
-        tasks = self.model.tasks
-        alone = self.model.fleet.size == 1
-        at = np.array([self.stations.index(node) for node in dict.fromkeys(nodes)])
-        by_distance = tasks.station_choice == "nearest" or (tasks.station_choice == "least-loaded" and alone)
-        if by_distance or (tasks.station_choice == "each" and nodes is not tasks.unload_at):
-            nearest = at[self.to_stations[some, at].argmin(axis=1)]
-            return np.equal.outer(nearest, np.arange(len(self.stations))).astype(float)
-        even = np.array([nodes.count(node) / len(nodes) for node in self.stations])
-        return np.broadcast_to(even, (len(self.edges[some]), len(even)))
-
-    def cycle(self) -> Cycle:
-        """The mean task, with goods in the order of demand."""
-        import numpy as np
-
-        tasks, (out, onward) = self.model.tasks, self._ways
-        empty = self.station_demand() @ out + self.weights @ self.before
-        times = [np.einsum("ij,ij->i", shares, onward[some]) for some, shares in self._in_parts()]
-        loaded = self.share @ np.concatenate(times) + self.weights @ self.after
-        stop, unload = self.travel.stop_time, self._mean_unload()
-        return Cycle(float(empty) + stop, tasks.mean_load, float(loaded) + stop, unload, tasks.clear_time)
-
-    def _mean_unload(self) -> float:
-        own, usual = own_times(self.model, self.layout), self.model.tasks.mean_unload
-        if not own:
-            return usual
-        times = [own.get(node, (None, None))[1] for node in self.stations]
-        parts = zip(times, self.station_demand().tolist(), strict=True)
-        return float(sum(part * (usual if time is None else time) for time, part in parts))
-
-    def station_demand(self) -> Any:
-        """Each station's share of all tasks."""
-        return sum(self.share[some] @ shares for some, shares in self._in_parts())
+        if not isinstance(places, StorageEnd):
+            nodes, none = list(places), np.zeros(len(places))
+            return Points(np.array(nodes, dtype=object), nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
+        storage = self.layout.storage
+        weights = place_shares(self.model, self.layout, places)
+        weights = np.full(len(storage), 1 / len(storage)) if weights is None else weights
+        names = there = np.flatnonzero(weights)
+        weights = weights[there]
+        if len(there) > POINTS:
+            at = np.searchsorted(np.cumsum(weights), (np.arange(POINTS) + 0.5) / POINTS * weights.sum())
+            there, weights = there[np.minimum(at, len(there) - 1)], np.full(POINTS, 1 / POINTS)
+            names = np.full(POINTS, np.nan)
+        some = [storage[number] for number in there]
+        times = [self.travel.along(place.edge, place.offset) for place in some]
+        before, after = (np.array(part) for part in zip(*times, strict=True))
+        return Points(names, [place.edge for place in some], before, after, weights)
 
 
 def free_flow(model: Model, layout: Layout, speed: float, *, at_once: bool = False) -> FreeFlow | FlowMix:
@@ -157,16 +213,3 @@ def free_flow(model: Model, layout: Layout, speed: float, *, at_once: bool = Fal
 @lru_cache(maxsize=8)
 def _shared(model: Model, layout: Layout, speed: float, slowness: float) -> FreeFlow | FlowMix:
     return (FlowMix if model.tasks.flows else FreeFlow)(model, layout, speed, slowness)
-
-
-def mean_task(model: Model, layout: Layout, speed: float, loaded_speed: float) -> Cycle:
-    """The mean task of a robot with these speeds."""
-    cycle = free_flow(model, layout, speed).cycle()
-    if loaded_speed == speed:
-        return cycle
-    return replace(cycle, loaded=free_flow(model, layout, loaded_speed).cycle().loaded)
-
-
-def least_task(model: Model, layout: Layout) -> Cycle:
-    """The mean task at the fastest, where nothing is lost by starts and stops."""
-    return free_flow(model, layout, model.fleet.fastest, at_once=True).cycle()

@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.flow_mix import FlowMix
-from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.model.facts.demand import asked_for, listed
+from desim_warehouse.model.facts.demand import asked_for, demand, listed
 from desim_warehouse.model.facts.destinations import destinations, own_destinations
 from desim_warehouse.model.facts.stations import own_times
+from desim_warehouse.model.sections.battery import Consumption
 from desim_warehouse.model.sections.flows import StorageEnd
 
 if TYPE_CHECKING:
@@ -21,33 +22,38 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.battery import Consumption
 
 
 @dataclass(frozen=True)
 class Needs:
     """The least that tasks draw from a battery: `most` for the worst task, `reach` up to the edge of a good.
 
-    `of`: both for each task of a list, by its good and its own destinations; empty for flows.
+    `mean` is for the mean task. `of`: both for each task of a list, by its good and its own destinations; empty for
+    flows.
     """
 
     worst: str
     most: float
     reach: float
+    mean: float
     of: Mapping[tuple[int, tuple[str, ...]], tuple[float, float]]
 
 
+TIME = Consumption(standing=1.0, empty=1.0, loaded=1.0, handling=1.0)
+"""With this consumption what tasks draw is the time that they take."""
+
+
 @lru_cache(maxsize=8)
-def least_needs(model: Model, layout: Layout, *, again: bool = False, anywhere: bool = False) -> Needs:
+def least_needs(
+    model: Model, layout: Layout, draws: Consumption, *, again: bool = False, anywhere: bool = False
+) -> Needs:
     """What tasks draw at least, by the fastest robot and routes, the nearest charger and the nearest station.
 
     Where work ends, a task may also begin at a robot's start and end in any bay: it may be the robot's only one.
     `again`: not so for a battery that has been charged. `anywhere`: nothing is drawn before the edge of the good and
     after the delivery.
     """
-    battery, tasks = model.battery, model.tasks
-    assert battery is not None
-    draws, node_time, special = battery.draws, model.traffic.node_time, dict(model.traffic.node_times)
+    tasks, node_time, special = model.tasks, model.traffic.node_time, dict(model.traffic.node_times)
     speed = model.fleet.fastest
     paces = {edge: min(speed, data["speed"]) for edge, data in layout.graph.edges.items()}
     times = {
@@ -66,11 +72,11 @@ def least_needs(model: Model, layout: Layout, *, again: bool = False, anywhere: 
     if tasks.flows:
         flow = free_flow(model, layout, speed, at_once=True)
         assert isinstance(flow, FlowMix)
-        return _needs_of_flows(flow, draws, {**dict.fromkeys(begins, out), **on_lanes}, ends)
+        return _needs_of_flows(flow, draws, None if anywhere else ({**dict.fromkeys(begins, out), **on_lanes}, ends))
     reach = least_costs(times, draws.empty, {**dict.fromkeys(begins, out), **on_lanes})
     back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
     cleared = {node: back[node] + draws.empty * tasks.clear_time for node in destinations(model, layout)}
-    own = zip(listed(model), own_destinations(model, layout), strict=True)
+    own = list(zip(listed(model), own_destinations(model, layout), strict=True))
     work = dict.fromkeys(own) or dict.fromkeys((number, ()) for number in asked_for(model, layout))
     beyond = {
         nodes: least_costs(back_in_time, draws.loaded, {node: cleared[node] for node in nodes or tasks.unload_at})
@@ -90,30 +96,46 @@ def least_needs(model: Model, layout: Layout, *, again: bool = False, anywhere: 
                 needs[-1] += draws.empty * to_good + draws.loaded * (times[edge] - to_good)
         of[number, nodes] = min(needs), min(reach[edge[0]] for edge, _ in sides)
     worst = max(of, key=lambda task: of[task][0], default=(0, ()))
-    return Needs(f"good {worst[0]}", of[worst][0] if of else 0.0, max((far for _, far in of.values()), default=0.0), of)
+    shares = demand(model, layout)
+    every = [(1 / len(own), task) for task in own] or [(float(shares[task[0]]), task) for task in work]
+    return Needs(
+        f"good {worst[0]}",
+        of[worst][0] if of else 0.0,
+        max((far for _, far in of.values()), default=0.0),
+        math.fsum(share * of[task][0] for share, task in every),
+        of,
+    )
 
 
-def _needs_of_flows(flow: FlowMix, draws: Consumption, begins: Mapping[str, float], ends: list[str]) -> Needs:
-    """The same for flows: of storage places the worst, of stations the nearest that serves."""
+def _needs_of_flows(flow: FlowMix, draws: Consumption, between: tuple[Mapping[str, float], list[str]] | None) -> Needs:
+    """The same for flows: of storage places the worst, of stations the nearest that serves.
+
+    `between`: where robots come from, with what they have drawn then, and where they go; None: neither counts.
+    """
     import numpy as np
 
-    worst, most, farthest = "", 0.0, 0.0
-    out = np.array(list(begins.values()))[:, None]
+    worst, most, farthest, mean = "", 0.0, 0.0, 0.0
     for leg in flow.legs:
         reaches, needs = [], []
         for side in flow.sides(leg):
             picks, drops = side.picks, side.drops
-            reach = (out + draws.empty * flow.travel.between(list(begins), picks.places)).min(axis=0)
-            back = drops.after + flow.model.tasks.clear_time + flow.travel.between(drops.places, ends).min(axis=1)
+            reach, back = np.zeros(len(picks.places)), drops.after + flow.model.tasks.clear_time
+            if between is not None:
+                begins, ends = between
+                out = np.array(list(begins.values()))[:, None]
+                reach = (out + draws.empty * flow.travel.between(list(begins), picks.places)).min(axis=0)
+                back = back + flow.travel.between(drops.places, ends).min(axis=1)
             reaches.append(reach)
             needs.append((reach + draws.empty * picks.before)[:, None] + draws.loaded * side.times + draws.empty * back)
-        least = np.min(needs, axis=0)
-        least = least.max(axis=1) if isinstance(leg.route.target, StorageEnd) else least.min(axis=1)
-        need = float(least.max()) + draws.handling * flow.least_handling(leg)
+        least, handled = np.min(needs, axis=0), draws.handling * flow.least_handling(leg)
+        is_put_away = isinstance(leg.route.target, StorageEnd)
+        on_average = least @ leg.drops.weights if is_put_away else least.min(axis=1)
+        mean += leg.share * (float(leg.picks.weights @ on_average) + handled)
+        need = float((least.max(axis=1) if is_put_away else least.min(axis=1)).max()) + handled
         farthest = max(farthest, float(np.min(reaches, axis=0).max()))
         if need > most:
             worst, most = f"a task of flow '{leg.flow}'", need
-    return Needs(worst, most, farthest, {})
+    return Needs(worst, most, farthest, mean, {})
 
 
 def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import hours, of_kinds, starts
-from desim_warehouse.feasibility.flow_mix import FlowMix
-from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.feasibility.mistakes import clashes, crowds, magnitudes, unused
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at

@@ -115,8 +115,8 @@ class RunsSoFar:
     @cached_property
     def lasting(self) -> Wrong | None:
         """What makes the time to come unlike the runs; it is looked for where a verdict may fall, and stands."""
-        for n in [n for n, _ in looks_by(self.n)] or ([1] if self.exact else []):
-            for wrong in judge_design([row.indicators for row in self.rows[:n]], self.model):
+        for n, part in looks_by(self.n) or ([(1, 1.0)] if self.exact else []):
+            for wrong in judge_design([row.indicators for row in self.rows[:n]], self.model, part):
                 if wrong.is_lasting:
                     return wrong
         return None

@@ -40,11 +40,11 @@ def drifts_of_robots(history: History) -> list[float]:
     return [float(last - first) / battery.capacity / hours for (first, last), battery in pairs]
 
 
-def fall(values: Sequence[float], model: Model) -> float | None:
+def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | None:
     """By how much levels fall, or rise (below 0), from the moves of a run's robots or a design's runs; None: by chance.
 
     Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
-    from 0 (a t interval).
+    from 0 (a t interval). `part`: of the error, where it is asked again as runs come in.
     """
     if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
         return None
@@ -53,7 +53,7 @@ def fall(values: Sequence[float], model: Model) -> float | None:
         return None
     from scipy.special import stdtrit
 
-    half = float(stdtrit(len(values) - 1, 0.5 + CONFIDENCE / 2)) * stdev(values) / math.sqrt(len(values))
+    half = float(stdtrit(len(values) - 1, 1 - (1 - CONFIDENCE) * part / 2)) * stdev(values) / math.sqrt(len(values))
     return mean if abs(mean) > half else None
 
 

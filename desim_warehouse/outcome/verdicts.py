@@ -236,24 +236,29 @@ def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
     return found
 
 
-def judge_design(runs: Sequence[Mapping[str, float]], model: Model) -> list[Verdict]:
-    """The verdicts on a design, from the indicators of its runs: by their means over those runs that have them."""
+def judge_design(runs: Sequence[Mapping[str, float]], model: Model, part: float = 1.0) -> list[Verdict]:
+    """The verdicts on a design, from the indicators of its runs: by their means over those runs that have them.
+
+    `part`: of the error, where it is judged again as runs come in.
+    """
     values: defaultdict[str, list[float]] = defaultdict(list)
     for run in runs:
         for name, value in run.items():
             if math.isfinite(value):
                 values[name].append(value)
     means = {name: math.fsum(found) / len(found) for name, found in values.items()}
-    return _with_drift(judge(means, model), values["energy_drift_per_hour"], means, model)
+    return _with_drift(judge(means, model), values["energy_drift_per_hour"], means, model, part)
 
 
 def _may_move(kpis: Mapping[str, float]) -> bool:
     return abs(kpis.get("energy_drift_per_hour", 0.0)) >= settled.LEAST_DRIFT
 
 
-def _with_drift(found: list[Verdict], moves: Sequence[float], kpis: Mapping[str, float], model: Model) -> list[Verdict]:
+def _with_drift(
+    found: list[Verdict], moves: Sequence[float], kpis: Mapping[str, float], model: Model, part: float = 1.0
+) -> list[Verdict]:
     """The same, and that batteries have not settled, in its place in the list."""
-    size = settled.fall(moves, model)
+    size = settled.fall(moves, model, part)
     if size is None or any(verdict.code == "BATTERIES_FALL" for verdict in found):
         return found
     moves_by = f"{'fall' if size > 0 else 'rise'} by {_shown(100 * abs(size))}"

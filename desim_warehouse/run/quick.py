@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.ahead import at_work, most_loads
-from desim_warehouse.feasibility.asked import peak_rate
+from desim_warehouse.feasibility.asked import most_loads, peak_rate
 from desim_warehouse.feasibility.estimate import MeanTask, QuickEstimate, StationLoad, mixed
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
@@ -52,7 +51,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     found = {kind: probe(model, kind, waiting or _known(model)) for kind in count}
     of_kinds = {kind: _task(one) for kind, one in found.items()}
     cycle = mixed(of_kinds, count)
-    rate, peak, busy = arrival_rate(model), peak_rate(model), min(at_work(model, layout), sum(count.values()))
+    rate, peak, busy = arrival_rate(model), peak_rate(model), min(_at_work(model, layout), sum(count.values()))
     balance = power(model, layout, cycle, of_kinds, rate, busy)
     charging = None
     if balance is not None and balance.charging_rate is not None and model.tasks.never_end:
@@ -77,6 +76,14 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         None if peak is None else peak / model.units.hour,
         duty,
     )
+
+
+def _at_work(model: Model, layout: Layout) -> int:
+    """Robots that can be on a task at once: each needs a slot at its station from the beginning."""
+    used = destinations(model, layout)
+    if model.tasks.flows or not all(node in layout.stations for node in used):
+        return model.fleet.size
+    return min(model.fleet.size, sum(layout.stations[node].places for node in used))
 
 
 def _known(model: Model) -> int:

@@ -206,9 +206,13 @@ class Results:
 
     @cached_property
     def verdicts(self) -> Mapping[str, list[Verdict]]:
-        """What is wrong with each design, by the means of its runs (see `desim_warehouse.outcome.verdicts`)."""
+        """What is wrong with each design, by the means of its runs (see `desim_warehouse.outcome.verdicts`).
+
+        Where a search asked for runs, it asked the same at each of its looks.
+        """
+        part = 1 / len(statistics.looks()) if isinstance(self.plan.replications, tuple) else 1.0
         return {
-            design: judge_design([row.indicators for row in self.runs(design)], model)
+            design: judge_design([row.indicators for row in self.runs(design)], model, part)
             for design, model in self.models.items()
         }
 

@@ -42,7 +42,15 @@ from desim_warehouse.world.robots.levels import ChargingLevels
 from desim_warehouse.world.robots.mixed_reach import MixedReach
 from desim_warehouse.world.robots.reach import Reach, may_do
 from desim_warehouse.world.robots.robot import Robot
-from desim_warehouse.world.robots.settled import SEED, SettlingRun, Standing, any_of, has_long_run, nodes_at_start
+from desim_warehouse.world.robots.settled import (
+    SEED,
+    SettledError,
+    SettlingRun,
+    Standing,
+    any_of,
+    has_long_run,
+    nodes_at_start,
+)
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import less, tallies
 from desim_warehouse.world.robots.ways_round import WaysRound
@@ -479,12 +487,13 @@ def _settled(model: Model, streams: Streams, heed: Callable[[Clock], object] | N
     if model.fleet.start_energy != "settled" or not has_long_run(model):
         return None
     if model not in _FLEETS:
-        settling = SettlingRun(model, model.floor)
+        settling = SettlingRun(model)
         if settling.model not in _FLEETS:  # runs of another length have the same
             world = World(settling.model, SEED, heed=heed, settles=True)
             settling.watch(world.env, world.robots)
             try:
                 world.run()
+            except SettledError:
                 _FLEETS[settling.model] = settling.fleets
             except (BatteryError, StallError):  # it has no long run; the run itself says how that ends
                 _FLEETS[settling.model] = []

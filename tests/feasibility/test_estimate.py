@@ -1,13 +1,11 @@
 """The quick estimate: by hand on a ring of four nodes, and against runs in which nobody is in the way."""
 
 import dataclasses
-import tracemalloc
 
 import numpy as np
 import pytest
 
 import desim_warehouse as dw
-from benchmarks.growth import warehouse
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.model import load
 from desim_warehouse.run.quick import estimate
@@ -165,24 +163,6 @@ def test_a_station_is_as_busy_as_rate_times_unloading():
     busy = run.robots["unloading"].sum() / (servers * counted)
     mean = sum(item.busy * item.servers for item in found.stations) / servers
     assert busy == pytest.approx(mean, rel=0.02)
-
-
-def test_the_nearest_of_many_stations_takes_one_table_of_goods_and_stations(monkeypatch):
-    nodes = [f"r{row}c{column}" for row in range(16) for column in range(16)]
-    model = warehouse(15, 4, {"layout.stations.packing": {"at": nodes}, "tasks.station_choice": "nearest"})
-    flow = free_flow(model, model.floor, model.fleet.fastest, at_once=True)
-    assert flow is free_flow(model, model.floor, model.fleet.fastest)  # robots that need no time to start and stop
-    assert len(flow.stations) == 256
-    least, whole = flow.to_stations.min(axis=1), flow.cycle()
-    monkeypatch.setattr("desim_warehouse.feasibility.free_flow.ROWS", 20)
-    tracemalloc.start()
-    parts, demand = flow.cycle(), flow.station_demand()
-    peak = tracemalloc.get_traced_memory()[1]
-    tracemalloc.stop()
-    assert parts == whole
-    assert parts.loaded == pytest.approx(flow.share @ least + flow.weights @ flow.after)
-    np.testing.assert_allclose(demand, flow.share @ flow.station_shares())
-    assert peak < flow.to_stations.nbytes / 2
 
 
 def test_goods_along_their_edges_are_worked_out_together_as_one_by_one():

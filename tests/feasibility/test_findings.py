@@ -51,7 +51,7 @@ def test_every_code_is_given_somewhere_and_none_that_is_not_listed():
     ]
     given = set()
     for source in sources:
-        given |= set(re.findall(r'Finding\(\s*"([A-Z0-9_]+)"', source.read_text(encoding="utf-8")))
+        given |= set(re.findall(r'(?:Finding\(\s*|code=)"([A-Z0-9_]+)"', source.read_text(encoding="utf-8")))
     assert given == set(CODES)
 
 
@@ -112,6 +112,19 @@ def test_without_chargers_a_run_that_its_batteries_last_for_is_no_error():
     assert "NO_CHARGER" in codes({**none, "run.length": 5100, "fleet.start_energy": 0.5})
 
 
+def test_without_chargers_batteries_that_last_by_the_bound_alone_are_a_warning():
+    """Standing draws a tenth of driving: certain is only what tasks cost that are asked for, without empty drives."""
+    states = {"standing": 0.001, "empty": 0.02, "loaded": 0.01, "handling": 0.01}
+    changes = {"layout.bays.chargers.chargers": 0, "run.warm_up": 0, "battery.consumption": states}
+    found = codes({**changes, "run.length": 16_000})
+    assert "NEVER_CHARGED" in found
+    assert "the run draws about" in found["NEVER_CHARGED"].text
+    done = dw.simulate(planner({**changes, "run.length": 16_000}))
+    assert max(done.record.energy) < 25  # where they stop working
+    assert "NEVER_CHARGED" not in codes({**changes, "run.length": 4_000})
+    assert "NO_CHARGER" in codes({**changes, "run.length": 160_000})
+
+
 def test_batteries_that_differ_by_what_robots_do_are_a_warning():
     states = {"standing": 0.005, "empty": 0.0051, "loaded": 0.0052, "handling": 0.005}
     found = codes({**DEFAULTS, "battery.consumption": states})
@@ -120,14 +133,16 @@ def test_batteries_that_differ_by_what_robots_do_are_a_warning():
 
 
 def test_the_cause_of_a_flat_battery_names_bays_and_cures():
-    def why(changes):
+    def why(changes, drew=0.0):
         model = planner(changes)
-        return cause(model, build(model.layout))
+        return cause(model, build(model.layout), drew=drew)
 
     none = why({"layout.bays.chargers.chargers": 0})
     assert none == "no bay has a charger: give layout.bays.chargers.chargers (or total_chargers) some"
     assert "12 robots park at B, D, E, G, without a charger" in why(DEFAULTS)
-    assert "need at least 3 chargers" in why(TWO)
+    assert (
+        "2 chargers give 0.04 per s, but 12 robots that draw as this one did take 0.06; need at least 3 chargers"
+    ) in why(TWO, drew=0.005)
     assert why({}) == (
         "4 chargers (at A, C, F, H) for 12 robots, none in the bays parking (layout.bays): it waited longer than its "
         "battery lasts, in traffic or for a charger; more chargers, more energy kept back (policies.charging: margin "

@@ -160,7 +160,7 @@ def test_it_is_a_note_where_the_run_has_no_night(fourteen):
 
 def test_the_error_of_a_robot_at_rest_says_what_was_short(fourteen):
     with pytest.raises(BatteryError, match="need at least 5 chargers"):
-        dw.simulate(with_night(fourteen, {**SHORT, "run.length": "24 h"}))
+        dw.simulate(with_night(fourteen, {**SHORT, "run.length": "24 h", "fleet.start_energy": 1}))
 
 
 def test_policies_of_ones_own_are_not_run_by_a_check(fourteen):

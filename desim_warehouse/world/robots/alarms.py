@@ -82,9 +82,10 @@ class Alarms:
             return
         started = robot.battery.started
         low = started if started is not None and started < spec.capacity else None
+        drew = robot.battery.drawn(now) / now if now else 0.0
         raise BatteryError(
             f"robot {robot.number} ran flat at time {now:g}, {robot.body.place(now)}, {robot.state}: "
-            f"{self.reach.why_flat(low, robot.view(), resting=STATES[robot.state].is_parked)}"
+            f"{self.reach.why_flat(low, drew, robot.view(), resting=STATES[robot.state].is_parked)}"
         )
 
     def _low(self, _: Event) -> None:

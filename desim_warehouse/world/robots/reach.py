@@ -124,9 +124,9 @@ class Reach:
         """Have in common with another kind's what was given back, and what waits for places to open."""
         self._given_back, self.openings = other._given_back, other.openings
 
-    def why_flat(self, started: float | None, robot: RobotView, *, resting: bool) -> str:
-        """Why a robot's battery ran flat in this model, and what helps (`started` and `resting` as in `cause`)."""
-        text = cause(self._model, self._layout, started, resting=resting)
+    def why_flat(self, started: float | None, drew: float, robot: RobotView, *, resting: bool) -> str:
+        """Why a robot's battery ran flat in this model, and what helps (for the rest see `cause`)."""
+        text = cause(self._model, self._layout, started, drew=drew, resting=resting)
         if resting and self.chargers:
             way, level = (
                 self.consumption.empty * self.out_of(robot.node, robot),

@@ -5,11 +5,11 @@ when they must. So it is not worked out but looked up, in a run of the same mode
 
 With `four-thresholds` levels stay at 69 % on a ring with little to do, at 58 % with twice as much, and at 40 % in a
 busy draft, so no formula by policy holds: levels drawn between two thresholds rose by 5 to 17 % of capacity an hour
-on a ring of eight. The run lasts for as long as a battery takes to be emptied, and is then looked at 48 times; where
-hours or rates differ, at the end of a whole day. Each run draws one look for the whole fleet, as robots that take
-turns are never all low. Work that ends has no long run, so its levels are drawn between where charging begins and
-ends. Rejected: simulating the hours before each run, which costs one to three runs of six hours every time and not
-once for each model.
+on a ring of eight. The run lasts until the robots of each kind have drawn what their batteries hold between charged and
+to be charged, and is then looked at 48 times; where hours or rates differ, at the end of a whole day. Each run draws
+one look for the whole fleet, as robots that take turns are never all low. Work that ends has no long run, so its levels
+are drawn between where charging begins and ends. Rejected: simulating the hours before each run, which costs one to
+three runs of six hours every time and not once for each model.
 """
 
 from __future__ import annotations
@@ -19,7 +19,6 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from simpy.events import Timeout
 
-from desim_warehouse.feasibility import ahead
 from desim_warehouse.model.facts.charging import chargers_at, cycle_levels
 from desim_warehouse.model.facts.kinds import by_kind
 from desim_warehouse.model.sections.flows import ProfileArrivals
@@ -27,7 +26,6 @@ from desim_warehouse.model.sections.flows import ProfileArrivals
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping, Sequence
 
-    from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.places.bays import Bay
@@ -42,8 +40,8 @@ DAY = 24
 """Hours."""
 MOST = 12
 """Hours: the most that a fleet is given to settle, and to be looked at."""
-SETTLES = 1.0
-"""Times that a battery is emptied until the fleet has settled."""
+A_CHECK = 1 / 60
+"""Hours between two looks at whether it has settled."""
 ROUNDS = 12
 """How often batteries are seen to be emptied, all robots together: many robots are looked at for a shorter time."""
 LEAST_SEEN, MOST_SEEN = 0.5, 2.0
@@ -60,31 +58,52 @@ class Standing(NamedTuple):
 Fleet = tuple[Standing, ...]
 
 
-class SettlingRun:
-    """The run of a model that nobody counts: how long it is, and when the fleet is looked at."""
+class SettledError(Exception):
+    """The fleet has been looked at often enough."""
 
-    def __init__(self, model: Model, layout: Layout) -> None:
-        hour, cycle = model.units.hour, _cycle(model, layout)
-        settles = min(SETTLES * cycle, MOST * hour)
-        every = _repeats(model)
-        if every:
-            first = math.ceil(settles / every - 1e-9)
-            self.times = [every * first]
-        else:
-            rounds = min(max(ROUNDS / model.fleet.size, LEAST_SEEN), MOST_SEEN)
-            seen = min(rounds * cycle, MOST * hour)
-            self.times = [settles + seen * (look + 1) / LOOKS for look in range(LOOKS)]
-        self.model = model.replace({"run.length": self.times[-1] * (1 + 1e-9), "run.warm_up": 0, "log": "tasks"})
+
+class SettlingRun:
+    """The run that nobody counts: when the fleet has settled in it, it is looked at, and a SettledError ends it."""
+
+    def __init__(self, model: Model) -> None:
+        self._hour, self._every = model.units.hour, _repeats(model)
+        self._most = MOST * self._hour
+        self._between = {
+            kind: high - low for kind, alone in by_kind(model).items() for low, high in [cycle_levels(alone)]
+        }
+        self._rounds = min(max(ROUNDS / model.fleet.size, LEAST_SEEN), MOST_SEEN)
+        length = 2 * self._most + self._every + self._hour
+        self.model = model.replace({"run.length": length, "run.warm_up": 0, "log": "tasks"})
         self.fleets: list[Fleet] = []
 
     def watch(self, env: Clock, robots: Sequence[Robot]) -> None:
         """Look at the fleet when it is time."""
+        kinds = {kind: [robot for robot in robots if robot.kind == kind] for kind in self._between}
 
         def look(_: object) -> None:
             self.fleets.append(tuple(map(_standing, robots)))
+            if len(self.fleets) == (1 if self._every else LOOKS):
+                raise SettledError
 
-        for time in self.times:
-            Timeout(env, time).callbacks.append(look)
+        def check(_: object) -> None:
+            now = env.now
+            if now < self._most and not self._has_settled(kinds, now):
+                Timeout(env, A_CHECK * self._hour).callbacks.append(check)
+            elif self._every:
+                Timeout(env, self._every * math.ceil(now / self._every - 1e-9) - now).callbacks.append(look)
+            else:
+                seen = min(self._rounds * now, self._most)
+                for number in range(1, LOOKS + 1):
+                    Timeout(env, seen * number / LOOKS).callbacks.append(look)
+
+        Timeout(env, A_CHECK * self._hour).callbacks.append(check)
+
+    def _has_settled(self, kinds: Mapping[str, Sequence[Robot]], now: float) -> bool:
+        """Whether the robots of each kind have drawn what their batteries hold between being charged and charging."""
+        return all(
+            math.fsum(robot.battery.drawn(now) for robot in robots) >= len(robots) * self._between[kind]
+            for kind, robots in kinds.items()
+        )
 
 
 def has_long_run(model: Model) -> bool:
@@ -115,22 +134,6 @@ def _standing(robot: Robot) -> Standing:
     charging, bay = robot.charging, robot.bay
     at = bay.node if bay is not None and bay.charges and (charging.is_charging or charging.must_charge) else None
     return Standing(robot.battery.level(robot.env.now), at)
-
-
-def _cycle(model: Model, layout: Layout) -> float:
-    """The time in which a battery goes from full to where it is charged, at the fleet's mean draw; the longest."""
-    balance = ahead.balance(model, layout)
-    assert balance is not None
-    times = []
-    for kind, alone in by_kind(model).items():
-        low, high = cycle_levels(alone)
-        drawn = (balance.kinds.get(kind, balance).draws or 0.0) / _count(model, kind, bool(balance.kinds))
-        times.append((high - low) / drawn if drawn else math.inf)
-    return max(times)
-
-
-def _count(model: Model, kind: str, apart: bool) -> int:
-    return model.fleet.kinds_of_robots().count(kind) if apart else model.fleet.size
 
 
 def _repeats(model: Model) -> float:
