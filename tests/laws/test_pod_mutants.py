@@ -1,4 +1,4 @@
-"""What the auditor of pods is worth: each of these mistakes in the world is seen in a few random models, or they stall."""
+"""What the auditor of pods is worth: each of these mistakes is seen in a few random models, or their work never ends."""
 
 import pytest
 
