@@ -1,4 +1,4 @@
-"""What the auditor of pods is worth: each of these mistakes is seen in a few random models, or their work never ends."""
+"""What the auditor of pods is worth: each of these mistakes is seen in a few random models, or work never ends."""
 
 import pytest
 
