@@ -69,7 +69,7 @@ def main() -> None:
     for pod in ("nearest", "most-lines"):
         line, visit, task, tour = rates(pod)
         print(f"{pod}: a line {task / line:.2f} tasks, a visit {tour / visit:.2f} tours over a station")
-    stations = [f"r10c{n}" for n in range(1, 25, 3)]
+    stations = [f"r10c{n}" for n in range(1, 20, 2)]
     pods = {"count": 2000, "items": 1000, "per_pod": 15, "popularity": {"classes": CLASSES}}
     shift = hall(25, 10, 100, stations, pods, "8 h")
     shift["tasks"]["flows"]["picks"] |= {"arrivals": {"poisson": 2500}}

@@ -52,11 +52,9 @@ class RandomPod:
 
 def _soonest(call: PodCall, pods: Sequence[PodView]) -> int:
     """The number of the pod that is there soonest; pods on one edge are there as soon as each other."""
-    time, nodes = call.travel.time, set(call.robots)
-    soon = {
-        edge: min(time(node, edge[0]) for node in nodes) + time(edge[1], call.station)
-        for edge in {pod.edge for pod in pods}
-    }
+    time, nodes, edges = call.travel.time, set(call.robots), {pod.edge for pod in pods}
+    first = {begin: min(time(node, begin) for node in nodes) for begin in {begin for begin, _ in edges}}
+    soon = {edge: first[edge[0]] + time(edge[1], call.station) for edge in edges}
     return min((soon[pod.edge], pod.number) for pod in pods)[1]
 
 
@@ -120,8 +118,8 @@ class ByTurnover:
 
 def _by_time(call: StorageCall) -> list[int]:
     """The free places, nearest to the station first."""
-    time = call.travel.time
-    ways = sorted((time(call.station, place.edge[0]), place.offset, place.number) for place in call.places)
+    time = {node: call.travel.time(call.station, node) for node in {place.edge[0] for place in call.places}}
+    ways = sorted((time[place.edge[0]], place.offset, place.number) for place in call.places)
     return [number for _, _, number in ways]
 
 

@@ -223,10 +223,9 @@ class Pods:
         """The pods on their places that have lines open at a station, and which; by number."""
         found: dict[Pod, list[Task]] = {}
         for item, lines in self.waiting[node].items():
+            some = list(lines.values())
             for pod in self.shelves.holding(item):
-                left = pod.left(item)
-                if pod.stands and pod.bound is None and left > 0:
-                    some = list(lines.values())
+                if pod.stands and pod.bound is None and (left := pod.left(item)) > 0:
                     found.setdefault(pod, []).extend(some if left >= len(some) else some[: int(left)])
         for line, pod in self.to_put[node].values():
             if pod.stands and pod.bound is None:

@@ -40,7 +40,7 @@ class Pod:
 
     def left(self, item: int) -> float:
         """Units of an item that are promised to no line yet."""
-        return self.stock.get(item, 0) - self.promised[item]
+        return self.stock.get(item, 0) - self.promised.get(item, 0)
 
 
 class Shelves:
