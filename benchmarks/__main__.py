@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks import allocation_call, growth, replay, studies, traffic, waits
+from benchmarks import allocation_call, growth, pods, replay, studies, traffic, waits
 
 if __name__ == "__main__":
     waits.report(long="--long" in sys.argv)
@@ -14,3 +14,4 @@ if __name__ == "__main__":
     print(replay.report())
     if "--long" in sys.argv:
         growth.report()
+        pods.main()

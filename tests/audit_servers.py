@@ -64,7 +64,13 @@ class Servers:
                 turn.pop(robot, None)
                 if kind in {"enter", "parked"}:
                     del docked[robot]
+        self.picked_from(docked, turn)
         return found
+
+    def picked_from(self, docked, turn):
+        """A pod that is still there when the run ends has more lines."""
+        for robot in docked.keys() & turn.keys() if self.run.model.pods is not None else ():
+            turn[robot].end = None
 
     def check_turns_of(self, node, turns, servers):
         """No more robots than servers are between their first load and their last."""

@@ -141,7 +141,9 @@ def sites(path):
 
 def drawn(under, seed, count):
     """Mutants by place: (module, rank of the change in it)."""
-    modules = sorted(path.relative_to(PACKAGE).as_posix() for part in under for path in (PACKAGE / part).rglob("*.py"))
+    places = [PACKAGE / part for part in under]
+    files = [file for place in places for file in (place.rglob("*.py") if place.is_dir() else [place])]
+    modules = sorted(file.relative_to(PACKAGE).as_posix() for file in files)
     every = [(path, rank) for path in modules for rank in range(len(sites(path)[1]))]
     return sorted(random.Random(seed).sample(every, min(count, len(every))))
 
@@ -264,7 +266,7 @@ def main():
     parser.add_argument("tests", nargs="+")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--count", type=int, default=200)
-    parser.add_argument("--under", default="world,outcome,study/statistics", help="folders of the package")
+    parser.add_argument("--under", default="world,outcome,study/statistics", help="folders or modules of the package")
     parser.add_argument("--budget", type=int, default=30, help="seconds of tests for each mutant")
     arguments = parser.parse_args()
     quiet = ["--tb=no", "-p", "no:randomly", "-p", "no:cacheprovider", "-m", "not long"]

@@ -304,7 +304,7 @@ class QuickEstimate:
             robots += f", at most {self.most_out} of them under way,"
         if self.on_duty < 1:
             robots += f", able to work {amount(100 * self.on_duty)} % of the time,"
-        text = f"robots: {robots} can do {self._can_do(hour)} tasks an hour"
+        text = f"robots: {robots} can do {self.can_do(hour)} tasks an hour"
         if self.capacity < APART * self.most:
             text += f", as they queue for {self.network.longest}"
         if self.charging:
@@ -316,7 +316,7 @@ class QuickEstimate:
                 text += f"; {self._need(self.peak * hour, need, 'of the busiest hour')}"
         return text
 
-    def _can_do(self, hour: float) -> str:
+    def can_do(self, hour: float) -> str:
         """Tasks an hour with queues, up to those without where these are much more."""
         least = amount(self.capacity * hour)
         return least if self.capacity >= APART * self.most else f"{least} to {amount(self.most * hour)}"

@@ -10,8 +10,6 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
-BY_TIME = {"in-order", "earliest-due"}
-"""Allocations that go by no distance."""
 UNKNOWN = "; estimates do not know of it"
 
 
@@ -22,9 +20,6 @@ def left_out(model: Model, layout: Layout) -> list[str]:
         found.append(f"robots draw on while they are broken, and begin again what they did{UNKNOWN}")
     if model.fleet.has_hours or model.layout.has_hours:
         found.append(f"robots finish their tasks and charge when their hours, or those of stations, are over{UNKNOWN}")
-    allocation = model.policies.allocation
-    if allocation.name not in BY_TIME and not allocation.own:
-        found.append(f"where many tasks wait, {allocation.name} drives less than for tasks in order{UNKNOWN}")
     found += [
         f"{name} is a policy of your own: the first of its kind is tried{UNKNOWN}" for name in model.policies.own()
     ]

@@ -6,6 +6,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from desim_warehouse.policies.pod_views import OrderCall, PodCall, PodView, PutCall, StationView, StorageCall
 
 
@@ -18,7 +20,7 @@ class NearestPod:
 
     def choose(self, call: PodCall) -> int:
         """The number of the pod."""
-        return min(call.pods, key=lambda pod: (_soon(call, pod), pod.number)).number
+        return _soonest(call, call.pods)
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class MostLines:
     def choose(self, call: PodCall) -> int:
         """The number of the pod."""
         most = max(len(pod.lines) for pod in call.pods)
-        return min((_soon(call, pod), pod.number) for pod in call.pods if len(pod.lines) == most)[1]
+        return _soonest(call, [pod for pod in call.pods if len(pod.lines) == most])
 
 
 @dataclass(frozen=True)
@@ -48,9 +50,12 @@ class RandomPod:
         return call.pods[int(call.draw * len(call.pods))].number
 
 
-def _soon(call: PodCall, pod: PodView) -> float:
-    time = call.travel.time
-    return min(time(node, pod.edge[0]) for node in call.robots) + time(pod.edge[1], call.station)
+def _soonest(call: PodCall, pods: Sequence[PodView]) -> int:
+    """The number of the pod that is there soonest; pods on one edge are there as soon as each other."""
+    time, nodes, edges = call.travel.time, set(call.robots), {pod.edge for pod in pods}
+    first = {begin: min(time(node, begin) for node in nodes) for begin in {begin for begin, _ in edges}}
+    soon = {edge: first[edge[0]] + time(edge[1], call.station) for edge in edges}
+    return min((soon[pod.edge], pod.number) for pod in pods)[1]
 
 
 @dataclass(frozen=True)
@@ -113,8 +118,8 @@ class ByTurnover:
 
 def _by_time(call: StorageCall) -> list[int]:
     """The free places, nearest to the station first."""
-    time = call.travel.time
-    ways = sorted((time(call.station, place.edge[0]), place.offset, place.number) for place in call.places)
+    time = {node: call.travel.time(call.station, node) for node in {place.edge[0] for place in call.places}}
+    ways = sorted((time[place.edge[0]], place.offset, place.number) for place in call.places)
     return [number for _, _, number in ways]
 
 

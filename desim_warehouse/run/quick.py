@@ -10,6 +10,7 @@ from desim_warehouse.feasibility.estimate import MeanTask, QuickEstimate, Statio
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
+from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
@@ -26,6 +27,12 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 
+BY_TIME = {"in-order", "earliest-due"}
+"""Allocations that go by no distance."""
+CHOICE = 20
+"""Tasks among which others may choose."""
+LEAST_LESS = 0.01
+"""Part of the empty drive that is worth a line."""
 PARTS = {
     Phase.TO_GOOD: "empty",
     Phase.LOADING: "load",
@@ -84,6 +91,19 @@ def _at_work(model: Model, layout: Layout) -> int:
     if model.tasks.flows or not all(node in layout.stations for node in used):
         return model.fleet.size
     return min(model.fleet.size, sum(layout.stations[node].places for node in used))
+
+
+def with_choice(model: Model) -> list[str]:
+    """What the fleet does where an allocation that goes by distance has some tasks to choose from, in a line."""
+    allocation = model.policies.allocation
+    if allocation.name in BY_TIME or allocation.own:
+        return []
+    now, then = estimate(model), estimate(model, max(CHOICE, _known(model)))
+    if then.cycle.empty >= now.cycle.empty * (1 - LEAST_LESS):
+        return []
+    drives = f"{amount(then.cycle.empty)} {model.units.time} empty for each instead of {amount(now.cycle.empty)}"
+    done = then.can_do(model.units.hour)
+    return [f"with {CHOICE} tasks to choose from, {allocation.name} drives {drives}: {done} tasks an hour"]
 
 
 def _known(model: Model) -> int:

@@ -57,3 +57,12 @@ def test_a_run_without_an_end_is_closed_at_times():
 def test_a_stop_on_the_way_takes_time_to_brake_and_to_gather_speed():
     over = {"fleet.robot.acceleration": 0.5}
     assert "a stop on the way costs up to 2 s of braking and gathering speed" in check(dw.load(LIFELONG, over)).facts
+
+
+def test_what_a_choice_among_waiting_tasks_saves_has_a_line():
+    """A shop with 9 robots: of twenty waiting tasks the nearest begins close to where the last one ended."""
+    shop = dw.load("models/gallery/e-commerce.yaml")
+    [line] = [fact for fact in check(shop).facts if "to choose from" in fact]
+    assert line.startswith("with 20 tasks to choose from, nearest drives ")
+    in_order = shop.replace({"policies.allocation": "in-order"})
+    assert not [fact for fact in check(in_order).facts if "to choose from" in fact]

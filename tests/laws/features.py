@@ -107,5 +107,6 @@ def warehouse(number, features="", ground=ONE_WAY):
 if __name__ == "__main__":
     from tests.laws.found import faults_of
 
-    number, features, ground = (*sys.argv[1:], "", ONE_WAY)[:3]
+    given = sys.argv[1:]
+    number, features, ground = (*given, *("", ONE_WAY)[len(given) - 1 :])
     print("\n".join(faults_of(warehouse(int(number), features, ground), int(number))))  # noqa: T201 - a tool

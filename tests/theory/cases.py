@@ -443,4 +443,18 @@ def hours_and_buffers() -> Iterator[Case]:
         )
 
 
-CASES = [*queues(), *people(), *roads(), *chargers(), *hours_and_buffers(), *failures()]
+def pods() -> Iterator[Case]:
+    """Lines that a pod serves where few are open at a station; with more, those that are left are on fewer pods."""
+    share = 0.15
+    for lines, pod in ((1, "nearest"), (2, "random")):
+        chosen = lines * share / (1 - (1 - share) ** lines)
+        yield Case(
+            "Goods to person",
+            f"one robot, {count(lines, 'open line')}, an item on {100 * share:g} % of the pods, pod: {pod}",
+            partial(models.hall_of_pods, lines, pod, share),
+            (Quantity("lines picked at a visit", chosen / (1 - share), "pile_on"),),
+            long=True,
+        )
+
+
+CASES = [*queues(), *people(), *roads(), *chargers(), *hours_and_buffers(), *failures(), *pods()]

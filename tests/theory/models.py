@@ -6,6 +6,8 @@ In queues robots are fast and far apart, so that no one is in another's way: wha
 import math
 from itertools import pairwise
 
+from tests.world.test_pods import HALL
+
 FAST = {"radius": 0.05, "speed": 1000}
 TRIANGLE = {
     "nodes": {"A": [0, 0], "B": [50, 0], "C": [50, 50]},
@@ -319,3 +321,12 @@ def crossing(robots):
         "run": {"length": 2000, "warm_up": 500},
         "log": "moves",
     }
+
+
+# Goods to person
+
+
+def hall_of_pods(lines, pod, share):
+    """A hall of 170 pods with so many orders of one line open at a station; of 1,000 items, so that all differ."""
+    pods = {**HALL["pods"], "items": 1000, "per_pod": round(1000 * share), "orders": lines}
+    return {**HALL, "pods": pods, "policies": {**HALL["policies"], "pod": pod}}

@@ -1,9 +1,12 @@
 """docs/dev/validation.md says what the cases give; rows of the fast cases are made anew in test_cases.py."""
 
+import re
+
 import pytest
 
 from docs import make_validation
 from docs.make_validation import PAGE, PICTURES, ROBOTS
+from tests.reference import rawsimo
 from tests.reference.stops import Unmatched
 from tests.theory.cases import CASES, Found
 
@@ -43,6 +46,16 @@ def test_the_event_model_beside_the_stepped_reference(robots):
 @LONG
 def test_the_papers_cells():
     assert make_validation.paper().rstrip() in TEXT
+
+
+@pytest.mark.slow
+def test_lines_an_hour_of_pods_are_those_of_rawsimo():
+    assert make_validation.pods().rstrip() in TEXT
+    most, nearest = re.search(r"difference is ([\d.]+) % for most lines and ([\d.]+) % for the nearest", TEXT).groups()
+    bounds = [within for *_, within in rawsimo.RULES.values()]
+    assert [float(most) <= 100 * bounds[0], float(nearest) <= 100 * bounds[1]] == [True, True]
+    here, there = re.search(r"at (\d+) robots here and at (\d+) there", TEXT).groups()
+    assert here == there
 
 
 def test_the_figures_show_every_row():

@@ -289,11 +289,19 @@ HALL = {
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("pod", "lines", "within"), [("random", 2.469, 0.05), ("most-lines", 6.649, 0.02)])
-def test_pile_on_with_one_robot_is_that_of_the_closed_form(pod, lines, within):
-    """The closed form takes all open lines to be of different items; random visits come out 3 % above it."""
-    model = dw.load(HALL, {"policies.pod": pod})
+@pytest.mark.parametrize(("pod", "lines"), [("random", 2.469), ("most-lines", 6.649)])
+def test_pile_on_with_one_robot_is_that_of_the_closed_form(pod, lines):
+    """Of 1,000 items, so that open lines are of different ones. Those left after a visit are on fewer pods: 1.4 %."""
+    model = dw.load(HALL, {"policies.pod": pod, "pods.items": 1000, "pods.per_pod": 150})
     bounds = pile_on(model)
     assert {"random": bounds.random, "most-lines": bounds.most}[pod] == pytest.approx(lines, abs=5e-4)
-    found = [dw.simulate(model, seed).kpis["pile_on"] for seed in range(3)]
-    assert sum(found) / 3 == pytest.approx(lines, rel=within)
+    found = [dw.simulate(model, seed).kpis["pile_on"] for seed in range(10)]
+    assert sum(found) / 10 == pytest.approx(lines, rel=0.02)
+
+
+def test_a_pod_is_called_as_soon_as_its_station_opens():
+    """The instant is met exactly: 30.747... and the wait from then on add up to a moment before it."""
+    opens = 125.44290764140025
+    hours = {"calendars.late": {"every": 1000, "lasts": 500, "first": opens}, "layout.stations.pick.hours": "late"}
+    run = played([(30.747021393516384, 1)], **{key.replace(".", "__"): value for key, value in hours.items()})
+    assert times(run, "assigned") == [opens]

@@ -18,6 +18,7 @@ from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.policies.pod_views import OrderCall, PodCall, PutCall, StationView, StorageCall
 from desim_warehouse.policies.protocols import StopPlace
+from desim_warehouse.world.places.hours import at
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Generator, Mapping, Sequence
@@ -195,9 +196,9 @@ class Pods:
         closed, now = self.stations.closed(), self.env.now
         opens = [time for node, time in closed.items() if self.waiting[node] or self.to_put[node]]
         first = min(opens, default=now)
-        if now < first < float("inf") and self._wakes_at != first:
+        if now < first and self._wakes_at != first:
             self._wakes_at = first
-            Timeout(self.env, first - now).callbacks.append(lambda _: self.dispatcher.call())
+            at(self.env, first).callbacks.append(lambda _: self.dispatcher.call())
         return closed
 
     def _call(self, nodes: Sequence[str], closed: Collection[str]) -> bool:
@@ -222,10 +223,9 @@ class Pods:
         """The pods on their places that have lines open at a station, and which; by number."""
         found: dict[Pod, list[Task]] = {}
         for item, lines in self.waiting[node].items():
+            some = list(lines.values())
             for pod in self.shelves.holding(item):
-                left = pod.left(item)
-                if pod.stands and pod.bound is None and left > 0:
-                    some = list(lines.values())
+                if pod.stands and pod.bound is None and (left := pod.left(item)) > 0:
                     found.setdefault(pod, []).extend(some if left >= len(some) else some[: int(left)])
         for line, pod in self.to_put[node].values():
             if pod.stands and pod.bound is None:

@@ -40,7 +40,7 @@ class Pod:
 
     def left(self, item: int) -> float:
         """Units of an item that are promised to no line yet."""
-        return self.stock.get(item, 0) - self.promised[item]
+        return self.stock.get(item, 0) - self.promised.get(item, 0)
 
 
 class Shelves:
@@ -57,6 +57,7 @@ class Shelves:
         stands = draws.permutation(len(storage))[: spec.count].tolist()
         if holds is not None and holds.places:
             stands = list(holds.places)
+        self.endless = spec.units is None
         self.pods = [Pod(number, place, {}) for number, place in enumerate(stands)]
         if holds is None:
             # Items are dealt out round after round: each is on as many pods as another, give or take one.
@@ -110,5 +111,5 @@ class Shelves:
     def view(self, pod: Pod, lines: Sequence[Task] = ()) -> PodView:
         """A pod as policies see it."""
         place = self.storage[pod.place]
-        units = sum(pod.stock.values()) + pod.coming
+        units = math.inf if self.endless else sum(pod.stock.values()) + pod.coming
         return PodView(pod.number, pod.home, place.edge, place.offset, units, pod.rank, lines)
