@@ -4,6 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
+from desim_warehouse.model.order_day import order_day
 from desim_warehouse.run import check
 from tests.audit_pods import audit_pods
 from tests.world.test_pods import RING
@@ -77,6 +78,12 @@ def test_a_model_of_files_is_complete_by_itself(files, tmp_path):
     (tmp_path / "pods.csv").unlink()
     assert dw.load(model.content()).pods.holds.names == ("tea", "milk")
     assert dw.load(model.content()).digest() == model.digest()
+
+
+def test_orders_of_a_wms_keep_their_items(files, tmp_path):
+    (tmp_path / "day.csv").write_text("created_at,order,sku\n2026-03-02 08:00,1,tea\n2026-03-02 08:01,2,milk\n")
+    day = order_day(tmp_path / "day.csv", files(), columns={"item": "sku"})
+    assert day.table()["item"].tolist() == ["tea", "milk"]
 
 
 WRONG = {
