@@ -64,7 +64,7 @@ def test_a_task_s_energy_and_the_chargers_it_takes():
 
 
 def test_a_robot_that_finds_no_task_drives_home_and_back():
-    """With next to no demand: from its bay and back to it, which on the ring is one round more than from task to task."""
+    """With next to no demand it begins in its bay and ends there, on the ring a round more than from task to task."""
     found = by_hand({"battery": BATTERY, "fleet.size": 4, "tasks.goods": {"poisson": 0.1}})
     assert found.cycle.calm_time > found.cycle.time
     assert found.cycle.calm_energy > found.cycle.energy
