@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.fleet.capped import Capped
+    from desim_warehouse.study.fleet.most import Most
     from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
 
 
@@ -50,6 +51,7 @@ class Sized:
     `worse`: designs that do worse than one with fewer robots or chargers, with that one, and by how much.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
     `counts`: robots and chargers of all designs searched.
+    `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
     """
 
@@ -67,6 +69,7 @@ class Sized:
     capped: Capped | None = None
     trip: Estimate | None = None
     counts: tuple[tuple[int, int], ...] = ()
+    most: Most | None = None
 
 
 @dataclass(frozen=True)

@@ -7,6 +7,7 @@ a target, however well the run looks.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -20,6 +21,7 @@ from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strateg
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, growth_of
+from desim_warehouse.study.fleet.most import APART, RUNS, Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.procedures import judge_of, scouted
@@ -106,6 +108,8 @@ class _Planner:
         """The cheapest design for a demand."""
         changes = {**changes, **more_demand(self.model, growth)}
         robots, chargers = self.designs.counts(growth)
+        most = self._most(robots, chargers[-1], changes, name) if self.model.pods is not None else None
+        robots = [size for size in robots if most is None or size <= most.up_to]
         factors: dict[str, Any] = {"fleet.size": robots}
         if self.designs.zone is not None:
             cases = {f"{number}": self.designs.of_chargers(number) for number in chargers}
@@ -152,7 +156,26 @@ class _Planner:
             capped,
             trip,
             tuple(counts),
+            most,
         )
+
+    def _most(self, robots: Sequence[int], chargers: int, changes: Mapping[str, Any], name: str) -> Most | None:
+        """The fleet that does most, where a larger one does worse and there are runs enough to see it."""
+        runs = RUNS * min(len(robots), 2 * APART)
+        if len(robots) == 1 or not self.budget.allows(runs):
+            return None
+        self.budget.take(runs)
+        study = self.study(
+            f"{name} most", {"fleet.size": robots}, {**changes, **self.designs.of_chargers(chargers)}, self.seed + 1
+        )
+        with study.session(**under(self.where, study.plan.name.replace(" ", "-"))) as runner:
+            return study.carry_out(
+                runner,
+                lambda _: most_steps(robots, self.target, self.zone),
+                self.target.indicator,
+                failed=math.nan,
+                flat=self.target.missed,
+            )
 
     def _capped(self, study: Study, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
         """What a cap on the robots under way gives the largest fleet, where none is enough and robots wait much."""
