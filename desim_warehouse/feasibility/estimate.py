@@ -35,6 +35,7 @@ class MeanTask:
 
     `empty` is the drive to the good, `loaded` that to the station, `other` all else: drives to chargers and back,
     waiting there, for people and for the next decision. `charging` is not in its `time`. `energy`: what it draws.
+    `calm_time` and `calm_energy` are those of a task after which none waits: it begins and ends in a bay.
     """
 
     empty: float
@@ -44,6 +45,8 @@ class MeanTask:
     other: float
     energy: float
     charging: float
+    calm_time: float = 0.0
+    calm_energy: float = 0.0
 
     @property
     def time(self) -> float:

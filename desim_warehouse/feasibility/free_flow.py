@@ -205,11 +205,8 @@ class FlowMix:
         return Points(names, [place.edge for place in some], before, after, weights)
 
 
+@lru_cache(maxsize=8)
 def free_flow(model: Model, layout: Layout, speed: float, *, at_once: bool = False) -> FreeFlow | FlowMix:
     """Free driving in a model at a speed; runs of one model share it. `at_once`: starts and stops take no time."""
-    return _shared(model, layout, speed, 0.0 if at_once else model.fleet.slowness)
-
-
-@lru_cache(maxsize=8)
-def _shared(model: Model, layout: Layout, speed: float, slowness: float) -> FreeFlow | FlowMix:
+    slowness = 0.0 if at_once else model.fleet.slowness
     return (FlowMix if model.tasks.flows else FreeFlow)(model, layout, speed, slowness)

@@ -119,6 +119,7 @@ def _alike(
     draws, robots = battery.draws, model.fleet.size
     task = cycle.energy
     at_task = task / cycle.time if cycle.time else draws.standing
+    time, energy = _at_rate(cycle, rate, at_work)
     chargers = sum(chargers_at(model, layout).values())
     each = task / cycle.charging if task and cycle.charging else charging_rate(model)
     busiest = max(draws.standing, draws.empty, draws.loaded, draws.handling)
@@ -127,8 +128,10 @@ def _alike(
     def drawn(charging: float) -> float:
         """Drawn by the fleet in the long run, with this number of robots charging."""
         free = max(min(at_work, robots - charging), 0.0)
-        work = free if rate is None else min(rate * cycle.time, free)
-        return work * at_task + max(robots - charging - work, 0.0) * away * draws.standing
+        if rate is None or rate * time >= free:
+            return free * at_task + max(robots - charging - free, 0.0) * away * draws.standing
+        work = rate * time
+        return rate * energy + max(robots - charging - work, 0.0) * away * draws.standing
 
     def suffices(charging: float) -> bool:
         return (charging * each if charging else 0.0) >= drawn(charging)
@@ -145,11 +148,28 @@ def _alike(
         chargers=chargers,
         charging_rate=each if chargers else None,
         gives=chargers * each if chargers else 0.0,
-        draws=None if needed is None else part * drawn(min(chargers / part, needed)),
+        draws=None if needed is None else part * drawn(min(chargers / part, max(used, 0.0))),
         most=part * robots * busiest,
         needed=needed if needed is None or part == 1 else math.ceil(part * used - _EPS),
         standing=draws.standing,
     ), part * max(used, 0.0)
+
+
+def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, float]:
+    """The time and the energy that a task takes a robot at a rate: as many go home between two as find none waiting.
+
+    Source: the share of the time in which tasks wait for one of n robots that are busy for the part ρ of their time is
+    about ρ^√(2 (n + 1)) (Sakasegawa 1977, An approximation formula L_q ≈ α ρ^β / (1 - ρ), Annals of the Institute of
+    Statistical Mathematics 29, 67-75).
+    """
+    if rate is None or not robots or not cycle.calm_time:
+        return cycle.time, cycle.energy
+    busy = min(rate * cycle.time / robots, 1.0)
+    waits = busy ** math.sqrt(2 * (robots + 1))
+    return (
+        waits * cycle.time + (1 - waits) * cycle.calm_time,
+        waits * cycle.energy + (1 - waits) * cycle.calm_energy,
+    )
 
 
 def idle_away(model: Model, layout: Layout) -> float:

@@ -44,6 +44,7 @@ class OrderDay:
         start: when the run starts: a time of day in seconds.
         midnight: the day of the first order; None where the file has no dates.
         seconds: in a time unit of the model.
+        items: with pods, how the file writes each item, by number.
     """
 
     lines: tuple[OrderLine, ...]
@@ -54,6 +55,7 @@ class OrderDay:
     start: float
     midnight: dt.datetime | None
     seconds: float
+    items: tuple[str, ...] = ()
 
     @property
     def orders(self) -> int:
@@ -91,6 +93,7 @@ class OrderDay:
             "due": [line.due for line in self.lines],
             "priority": [line.priority for line in self.lines],
             "quantity": [line.quantity for line in self.lines],
+            "item": [None if line.item is None else self.items[line.item] for line in self.lines],
         }
         frame = pd.DataFrame(
             {name: cells for name, cells in columns.items() if any(cell is not None for cell in cells)}
@@ -155,6 +158,7 @@ def order_day(
         clock(how.start),
         day.midnight,
         how.seconds,
+        tuple(how.item_numbers),
     )
 
 

@@ -9,6 +9,8 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from simpy.events import Timeout
+
 from desim_warehouse.model.facts.demand import demand, listed
 from desim_warehouse.model.facts.destinations import own_destinations
 from desim_warehouse.model.facts.places import place_shares
@@ -34,6 +36,7 @@ class Backlog:
     """About `count` tasks for a robot of a `kind`, `waiting` of which are known at any time.
 
     `in_turn`: stations that are chosen by other robots are gone to in turn. `rates`: of the flows, in any unit.
+    `pause`: from when a task is taken until the next is known.
     """
 
     def __init__(
@@ -48,13 +51,14 @@ class Backlog:
         waiting: int,
         in_turn: bool,
         rates: Mapping[str, float],
+        pause: float = 0.0,
     ) -> None:
         self._env, self._model, self._layout = env, model, layout
         self._random, self._rates = streams.stream("probe"), rates
         self._in_turn = in_turn and model.tasks.station_choice in BY_OTHERS
         made = list(self._of_flows(streams, kind, count) if model.tasks.flows else self._of_goods(count))
         self.total: int | None = len(made)
-        self._waiting, self._open = waiting, 0
+        self._waiting, self._open, self._pause = waiting, 0, pause
         self._coming, self._left = iter(made), len(made)
 
     def start(self, release: Callable[[Task], None]) -> None:
@@ -65,7 +69,10 @@ class Backlog:
     def taken(self, task: Task) -> None:
         """Others follow."""
         self._open -= len(task.tasks)
-        self._fill()
+        if self._pause:
+            Timeout(self._env, self._pause).callbacks.append(lambda _: self._fill())
+        else:
+            self._fill()
 
     def returned(self, task: Task) -> None:
         """It is open again."""

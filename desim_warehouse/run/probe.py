@@ -37,6 +37,8 @@ TASKS = 1000
 """Tasks of a probe: their mean is then known to about 1 %."""
 SMALL = 1000
 """Nodes of floors on which so many are tried; on larger ones a quarter of it."""
+CALM = 200
+"""Tasks of a robot that rests between them."""
 SEED = 0
 FOREVER = 1e9
 """A length, in time units, at which no probe ends."""
@@ -69,6 +71,11 @@ class Probe:
     tasks: int
 
 
+def _rates(model: Model) -> FrozenMap[str, float]:
+    """Those of the flows, the same for every demand."""
+    return FrozenMap({name: rate / model.tasks.demand for name, rate in flow_rates(model).items()})
+
+
 class _StuckError(Exception):
     """Nothing was delivered for long."""
 
@@ -84,7 +91,7 @@ def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
     """
     count = TASKS if len(model.floor.points) < SMALL else TASKS // 4
     in_turn, battery = model.fleet.size > 1, kinds.by_kind(model)[kind].battery
-    rates = FrozenMap({name: rate / model.tasks.demand for name, rate in flow_rates(model).items()})
+    rates = _rates(model)
     if battery is not None and not chargers_at(model, model.floor):
         return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, rates, battery.draws)
     try:
@@ -116,17 +123,51 @@ def _probe(
             break
     if len(rounds) > 1:
         return _measured(log, rounds[0], rounds[-1], draws)
-    begun = sorted({row.time for row in log.of("assigned") if row.time <= done[-waiting]})
+    return _measured(log, *_counted(log, done[-waiting]), draws)
+
+
+def calm(model: Model, kind: str, waiting: int, pause: float) -> tuple[float, float]:
+    """The time and the energy of a task for a robot that is back in a bay, and at rest, before the next is known.
+
+    Its battery is never empty. `pause`: from when a task is taken until the next is known, more than it takes.
+    """
+    battery = kinds.by_kind(model)[kind].battery
+    assert battery is not None
+    return _calm(
+        _alone(model, kind, endless=True), kind, waiting, model.fleet.size > 1, _rates(model), battery.draws, pause
+    )
+
+
+@lru_cache(maxsize=64)
+def _calm(
+    one: Model,
+    kind: str,
+    waiting: int,
+    in_turn: bool,
+    rates: FrozenMap[str, float],
+    draws: Consumption,
+    pause: float,
+) -> tuple[float, float]:
+    log = _run(one, kind, waiting, CALM, in_turn, rates, pause)
+    found = _measured(log, *_counted(log, math.inf), draws, at_rest=False)
+    return found.time, found.energy
+
+
+def _counted(log: Log, end: float) -> tuple[float, float]:
+    """The begin and the end of what counts: tasks that were taken up to a time, without the first of them."""
+    begun = sorted({row.time for row in log.of("assigned") if row.time <= end})
     if not begun[1:]:
         raise SimulationError("a robot by itself does no second task")
-    return _measured(log, begun[len(begun) // 20], begun[-1], draws)
+    return begun[len(begun) // 20], begun[-1]
 
 
-def _run(one: Model, kind: str, waiting: int, count: int, in_turn: bool, rates: FrozenMap[str, float]) -> Log:
+def _run(
+    one: Model, kind: str, waiting: int, count: int, in_turn: bool, rates: FrozenMap[str, float], pause: float = 0.0
+) -> Log:
     """The log of a robot that does some tasks, as far as it comes."""
-    demand = partial(Backlog, kind=kind, count=count, waiting=waiting, in_turn=in_turn, rates=rates)
+    demand = partial(Backlog, kind=kind, count=count, waiting=waiting, in_turn=in_turn, rates=rates, pause=pause)
     world = World(one, SEED, demand=demand)
-    patience, done = PATIENCE * one.units.hour, 0
+    patience, done = PATIENCE * one.units.hour + pause, 0
     if one.battery is not None and one.battery.charge_rate:
         patience += one.battery.capacity / one.battery.charge_rate
 
@@ -189,8 +230,8 @@ def _built_in(model: Model) -> dict[str, PolicySpec]:
     return {kind: PolicySpec(name=next(iter(catalogue.OURS[kind]))) for kind in own}
 
 
-def _measured(log: Log, begin: float, end: float, draws: Consumption | None) -> Probe:
-    """What a log says of a task between two times."""
+def _measured(log: Log, begin: float, end: float, draws: Consumption | None, *, at_rest: bool = True) -> Probe:
+    """What a log says of a task between two times; `at_rest`: time at rest counts."""
     done = [row for row in log.of("delivered") if begin < row.time <= end]
     tasks = len(done)
     phases: dict[Phase, float] = {}
@@ -200,10 +241,10 @@ def _measured(log: Log, begin: float, end: float, draws: Consumption | None) -> 
     stored = {row.task for row in log.of("released") if row.value is not None and row.value >= 0}
     shelved = {row.task for row in log.of("delivered") if row.edge is not None}
     for row, then in pairwise(log.of(*STATES)):
-        if row.time >= end or then.time <= begin:
+        state = STATES[row.kind]
+        if row.time >= end or then.time <= begin or (state.phase is Phase.REST and not at_rest):
             continue
         spent = min(then.time, end) - max(row.time, begin)
-        state = STATES[row.kind]
         assert state.phase is not None
         phases[state.phase] = phases.get(state.phase, 0.0) + spent / tasks
         drawn += spent * getattr(draws, state.draws or "", 0.0)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.asked import most_loads, peak_rate
@@ -17,7 +18,7 @@ from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.stations import open_share, specs, worked_capacity
 from desim_warehouse.run.backlog import flows_of
-from desim_warehouse.run.probe import Probe, probe
+from desim_warehouse.run.probe import Probe, calm, probe
 from desim_warehouse.states import Phase
 from desim_warehouse.values.distributions import mean_of
 
@@ -31,6 +32,8 @@ BY_TIME = {"in-order", "earliest-due"}
 """Allocations that go by no distance."""
 CHOICE = 20
 """Tasks among which others may choose."""
+LEISURE = 4.0
+"""Times as long as a task takes until the next one is known, where robots rest between them."""
 LEAST_LESS = 0.01
 """Part of the empty drive that is worth a line."""
 PARTS = {
@@ -56,7 +59,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     layout, kinds = model.floor, model.fleet.kinds_of_robots()
     count = {kind: kinds.count(kind) for kind in kinds if not model.tasks.flows or flows_of(model, kind)}
     found = {kind: probe(model, kind, waiting or _known(model)) for kind in count}
-    of_kinds = {kind: _task(one) for kind, one in found.items()}
+    of_kinds = {kind: _task(model, kind, one) for kind, one in found.items()}
     cycle = mixed(of_kinds, count)
     rate, peak, busy = arrival_rate(model), peak_rate(model), min(_at_work(model, layout), sum(count.values()))
     balance = power(model, layout, cycle, of_kinds, rate, busy)
@@ -112,11 +115,15 @@ def _known(model: Model) -> int:
     return max(len(model.tasks.flows), 1) * (loads - 1) + loads
 
 
-def _task(one: Probe) -> MeanTask:
+def _task(model: Model, kind: str, one: Probe) -> MeanTask:
     """The parts of a task as measured."""
     known = {part: one.phases.get(phase, 0.0) for phase, part in PARTS.items()}
     other = one.time - math.fsum(known.values())
-    return MeanTask(**known, other=other if other > 1e-6 * one.time else 0.0, energy=one.energy, charging=one.charging)
+    found = MeanTask(**known, other=other if other > 1e-6 * one.time else 0.0, energy=one.energy, charging=one.charging)
+    if model.battery is None or arrival_rate(model) is None:
+        return found
+    time, energy = calm(model, kind, _known(model), LEISURE * _known(model) * one.time)
+    return replace(found, calm_time=time, calm_energy=energy)
 
 
 def _extent(layout: Layout) -> tuple[float, float]:

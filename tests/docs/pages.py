@@ -150,7 +150,9 @@ def parse_desim(words: str) -> None:
 
 
 def models(page: Path, folder: Path) -> Iterator[tuple[str, dw.Model]]:
-    """The models of a page as it stands: of every command with a model file, its `--set` applied; nothing is run.
+    """The models of a page as it stands: of every command with a model file, `--set` and `--unset` applied.
+
+    Nothing is run.
 
     `folder` has models/ and studies/ already; files of the page are put there, and those that `new` and `import` write.
     """
@@ -167,4 +169,6 @@ def models(page: Path, folder: Path) -> Iterator[tuple[str, dw.Model]]:
             file = next((item for item in words[2:] if item.endswith(".yaml") and Path(item).is_file()), None)
             if words[0] == "desim" and file and "fleet:" in Path(file).read_text(encoding="utf-8"):
                 given = [after for before, after in itertools.pairwise(words) if before == "--set"]
-                yield command.words, dw.load(file, dict(map(parse_assignment, given)))
+                unset = [after for before, after in itertools.pairwise(words) if before == "--unset"]
+                changes = dict(map(parse_assignment, given)) | dict.fromkeys(unset, dw.UNSET)
+                yield command.words, dw.load(file, changes)

@@ -55,11 +55,21 @@ def test_a_task_s_energy_and_the_chargers_it_takes():
     assert power.share == pytest.approx(100.75 / 10000)
     assert power.lasts == pytest.approx(10000 / (100.75 / 97))
     assert (power.chargers, power.gives) == (4, pytest.approx(36, rel=0.002))
-    # always work: three robots at 100.75 / 97 draw 3.1 while one charges at 9
+    # always work: f robots charge at 9 what 4 - f draw at 100.75 / 97
+    drawn = 100.75 / 97
     assert power.needed == 1
-    assert power.draws == pytest.approx(3 * 100.75 / 97)
+    assert power.draws == pytest.approx((4 - 4 * drawn / (9 + drawn)) * drawn, rel=0.002)
     assert found.charging == pytest.approx(100.75 / 9, rel=0.002)
     assert found.fleet_capacity == pytest.approx(4 / (97 + 100.75 / 9), rel=0.002)
+
+
+def test_a_robot_that_finds_no_task_drives_home_and_back():
+    """With next to no demand it begins in its bay and ends there, on the ring a round more than from task to task."""
+    found = by_hand({"battery": BATTERY, "fleet.size": 4, "tasks.goods": {"poisson": 0.1}})
+    assert found.cycle.calm_time > found.cycle.time
+    assert found.cycle.calm_energy > found.cycle.energy
+    quiet = found.rate * found.cycle.calm_energy
+    assert found.power.draws == pytest.approx(quiet, rel=0.01)  # all bays have chargers, where robots draw nothing
 
 
 def test_demand_stations_and_knee():

@@ -4,6 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
+from desim_warehouse.model.order_day import order_day
 from desim_warehouse.run import check
 from tests.audit_pods import audit_pods
 from tests.world.test_pods import RING
@@ -77,6 +78,21 @@ def test_a_model_of_files_is_complete_by_itself(files, tmp_path):
     (tmp_path / "pods.csv").unlink()
     assert dw.load(model.content()).pods.holds.names == ("tea", "milk")
     assert dw.load(model.content()).digest() == model.digest()
+
+
+def test_bundles_go_to_the_emptiest_pod_with_those_on_their_way():
+    bundles = {"from": "pick", "to": "storage", "arrivals": {"schedule": [{"at": 0, "tasks": 3}]}, "stop_time": 5}
+    holds = {"names": ["tea"], "pod": [0, 1], "item": [0, 0], "units": [5, 1]}
+    pods = {"count": 2, "items": 1, "bundle": 2, "holds": holds}
+    run = dw.simulate(dw.load(RING, {"tasks.flows": {"bundles": bundles}, "pods": pods}))
+    # pod 1 holds 1, then 3, then 5 as pod 0: the last is for that with the smaller number
+    assert sorted((task, pod) for _, task, pod in delivered(run)) == [(0, 1), (1, 1), (2, 0)]
+
+
+def test_orders_of_a_wms_keep_their_items(files, tmp_path):
+    (tmp_path / "day.csv").write_text("created_at,order,sku\n2026-03-02 08:00,1,tea\n2026-03-02 08:01,2,milk\n")
+    day = order_day(tmp_path / "day.csv", files(), columns={"item": "sku"})
+    assert day.table()["item"].tolist() == ["tea", "milk"]
 
 
 WRONG = {

@@ -13,6 +13,7 @@ from desim_warehouse.report.text import cap_words, judged, numbers, tipping_word
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.study import rare
+from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.fleet.utilisation import TRIP
 from desim_warehouse.study.statistics.cheapest import Counts, within_counts
 
@@ -112,7 +113,7 @@ class _Planned:
             line += f" {close} may also be enough; {self._would_tell(sized)}."
         if edge := self._left(sized, "edge"):
             line += f" {edge} may also be enough, within {self._zone()} of the target, where no run will tell."
-        return line + self._worse(sized)
+        return line + self._worse(sized) + self._most(sized)
 
     def _would_tell(self, sized: Sized) -> str:
         """How many runs of a fleet would tell whether it is enough, where those done did not."""
@@ -155,6 +156,7 @@ class _Planned:
         line = f"{capital(self._when(sized))}: no fleet is enough. {capital(self._fleet(largest.counts))}: "
         text = self._text(sized, largest)
         line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
+        line += self._most(sized)
         line += "" if sized.capped is None else f" {cap_words.capped(sized.capped, self.model)}."
         if sized.trip is not None:
             return f"{line} {self._trip(sized.trip)}"
@@ -178,6 +180,15 @@ class _Planned:
             for more, less, one in sized.worse
         ]
         return f" More is not always better here: {spoken(said)}."
+
+    def _most(self, sized: Sized) -> str:
+        """With pods, which fleet does most, where more robots do worse."""
+        most = sized.most
+        if most is None:
+            return ""
+        scale = words.scale(self.goal.indicator, self.model, (most.mean, most.at_largest))
+        best = f"{number_of(most.robots, 'robot')} do most, {scale.value(most.mean)} in {RUNS} runs"
+        return f" More is not always better here: {best}; {most.largest} do {scale.value(most.at_largest)}."
 
     def _strategies(self) -> list[str]:
         """Whether another way of dispatching makes do with less."""
@@ -213,7 +224,9 @@ class _Planned:
         sure = f"{100 * plan.confidence:g} % confidence for each demand"
         if plan.ended or self.answered is None:
             return f"Each answer above holds with {sure}."
-        alike = "" if any(one.worse for one in self.demands) else " This takes it that more never does worse."
+        most = [one.most.up_to for one in self.demands if one.most is not None]
+        up_to = f", up to {min(most)} robots" if most else ""
+        alike = "" if any(one.worse for one in self.demands) else f" This takes it that more never does worse{up_to}."
         if self.yearly:
             alike += " What fails with less demand is taken to fail with more."
         return (
@@ -361,6 +374,7 @@ class _Planned:
             "capped": None if sized.capped is None else asdict(sized.capped),
             "open": [self._counted(counts) for counts in sized.open],
             "busy": {part: one.mean for part, one in sized.utilisation.items()},
+            **({"most": asdict(sized.most)} if sized.most else {}),
         }
 
     # Packers, hours and years

@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.fleet.capped import Capped
     from desim_warehouse.study.fleet.designs import Designs
     from desim_warehouse.study.fleet.hours import Hour
+    from desim_warehouse.study.fleet.most import Most
     from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
     from desim_warehouse.study.statistics.cheapest import Counts
 
@@ -68,6 +69,7 @@ class Sized:
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
     `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
     `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
+    `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
     """
 
@@ -88,6 +90,7 @@ class Sized:
     hours: tuple[Hour, ...] = ()
     year: int | None = None
     failed_before: frozenset[Counts] = frozenset()
+    most: Most | None = None
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ a target, however well the run looks.
 from __future__ import annotations
 
 import itertools
+import math
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
@@ -22,6 +23,7 @@ from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_m
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour, parts_of_the_day
+from desim_warehouse.study.fleet.most import APART, RUNS, Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.procedures import judge_of, scouted
@@ -124,6 +126,8 @@ class _Planner:
         """The cheapest design for a demand; for that of a year with what is known of other years."""
         changes = {**changes, **more_demand(self.model, growth)}
         ranges = self.designs.counts(growth)
+        most = self._most(ranges, changes, name) if self.model.pods is not None else None
+        ranges[0] = [size for size in ranges[0] if most is None or size <= most.up_to]
         counts = list(itertools.product(*ranges))
         study = self.study(name, self.designs.factors(ranges), changes, self.seed)
         known = statistics.NOTHING if year is None else self._known(growth, counts)
@@ -174,6 +178,7 @@ class _Planner:
             self._by_hour(study, best),
             year,
             frozenset(counts[number] for number in known.failing),
+            most,
         )
 
     def _by_hour(self, study: Study, best: Shown | None) -> tuple[Hour, ...]:
@@ -207,6 +212,24 @@ class _Planner:
             min(enough, key=lambda n: self.designs.key(counts[n]), default=None),
             compare=len(self.shared) < ENDS,
         )
+
+    def _most(self, ranges: Sequence[Sequence[int]], changes: Mapping[str, Any], name: str) -> Most | None:
+        """The fleet that does most, where a larger one does worse and there are runs enough to see it."""
+        robots, *others = ranges
+        runs = RUNS * min(len(robots), 2 * APART)
+        if len(robots) == 1 or not self.budget.allows(runs):
+            return None
+        self.budget.take(runs)
+        largest = self.designs.overrides((robots[-1], *(side[-1] for side in others)))
+        study = self.study(f"{name} most", {"fleet.size": robots}, {**changes, **largest}, self.seed + 1)
+        with study.session(**under(self.where, study.plan.name.replace(" ", "-"))) as runner:
+            return study.carry_out(
+                runner,
+                lambda _: most_steps(robots, self.target, self.zone),
+                self.target.indicator,
+                failed=math.nan,
+                flat=self.target.missed,
+            )
 
     def _capped(self, study: Study, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
         """What a cap on the robots under way gives the largest fleet, where none is enough and robots wait much."""
