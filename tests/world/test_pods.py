@@ -95,6 +95,12 @@ def test_a_line_joins_a_pod_that_is_at_its_station():
     assert run.T == 145
 
 
+def test_a_line_joins_for_the_last_unit_and_no_further():
+    run = dw.simulate(dw.load(RING, {"tasks.flows.picks.arrivals": at((0, 1), (35, 2)), "pods.stock": 2}), until=300)
+    assert [(row.time, row.task) for row in run.history.rows("assigned")] == [(0, 0), (35, 1)]
+    assert audit_pods(run) == []
+
+
 def test_a_line_does_not_join_a_pod_on_its_way_back():
     run = with_pods_at([0], [(0, 1), (50, 1)], fleet__size=2)
     # the robot that has put it down stands right at it, and would drive 60 m: that in the bay is nearer
