@@ -21,7 +21,7 @@ from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strateg
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, growth_of
-from desim_warehouse.study.fleet.most import APART, RUNS, Most, most_steps
+from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.procedures import judge_of, scouted
@@ -160,18 +160,14 @@ class _Planner:
         )
 
     def _most(self, robots: Sequence[int], chargers: int, changes: Mapping[str, Any], name: str) -> Most | None:
-        """The fleet that does most, where a larger one does worse and there are runs enough to see it."""
-        runs = RUNS * min(len(robots), 2 * APART)
-        if len(robots) == 1 or not self.budget.allows(runs):
-            return None
-        self.budget.take(runs)
+        """The fleet that does most, where a larger one does worse."""
         study = self.study(
             f"{name} most", {"fleet.size": robots}, {**changes, **self.designs.of_chargers(chargers)}, self.seed + 1
         )
         with study.session(**under(self.where, study.plan.name.replace(" ", "-"))) as runner:
             return study.carry_out(
                 runner,
-                lambda _: most_steps(robots, self.target, self.zone),
+                lambda _: most_steps(robots, self.target, self.zone, self.budget),
                 self.target.indicator,
                 failed=math.nan,
                 flat=self.target.missed,
