@@ -143,6 +143,13 @@ def test_the_time_of_a_line_is_accounted_for():
     assert parts.sum(axis=1).tolist() == [43, 53, 63, 73, 83, 93]
 
 
+def test_of_lines_that_are_open_at_the_end_one_is_picked():
+    run = played([(0, 4)], run__length=58)  # picked at 43 and 53; 5 s of the third
+    parts = run.account("task")
+    assert parts["unloading"].tolist() == [10, 10, 5, 0]
+    assert parts["waiting_for_lines"].tolist() == [0, 10, 20, 25]
+
+
 def test_a_run_says_how_many_lines_a_visit_served():
     run = with_pods_at([0], [(0, 2)])
     said = "A pod served 2 lines a visit; pickers had none 86.2 % of the time."  # 20 of 145 s
