@@ -125,8 +125,8 @@ def test_orders_of_a_wms_keep_their_items(files, tmp_path):
 
 
 WRONG = {
-    "more pods": ({"holds": HOLDS + "C,1,tea,1\n"}, "pods.count: it has 3 pods, expected count: 3"),
-    "fewer items": ({"holds": "pod,item\nA,tea\nB,tea\n"}, "pods.items: it has 1 items, expected items: 1"),
+    "more pods": ({"holds": HOLDS + "C,1,tea,1\n"}, "pods.count: pods.holds has 3 pods, expected count: 3"),
+    "fewer items": ({"holds": "pod,item\nA,tea\nB,tea\n"}, "pods.items: pods.holds has 1 item, expected items: 1"),
     "no column": ({"holds": "pod,sku\nA,tea\n"}, "no column 'item'"),
     "two places": ({"holds": HOLDS + "B,1,milk,1\n"}, "pod 'B' is on two places"),
     "one place for two": ({"holds": HOLDS.replace("B,2", "B,0")}, "two pods on place 0, expected a place for each"),
