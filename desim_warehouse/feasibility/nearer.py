@@ -19,6 +19,8 @@ _LEAST = 0.01
 
 def nearer(model: Model) -> dict[str, Any]:
     """The overrides by which classes that lie otherwise lie by distance; none where there is nothing to move."""
+    if model.pods is not None:
+        return {}
     return {
         ".".join(("tasks", *keys, "by")): "distance"
         for keys, popularity in model.tasks.popularities()

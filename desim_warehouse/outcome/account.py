@@ -295,6 +295,9 @@ def _turns(history: History) -> dict[int, float]:
     last, found = [0.0] * len(history.states), {}
     for row in history.rows("delivered"):
         found[row.task], last[row.robot] = last[row.robot], row.time
+    for one in sorted(history.assignments, key=lambda one: (one.start, one.task)):
+        if one.ended == "open":  # the first of a robot's is picked when the run ends, the others wait
+            found[one.task], last[one.robot] = last[one.robot], math.inf
     return found
 
 

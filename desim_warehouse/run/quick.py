@@ -99,7 +99,7 @@ def _at_work(model: Model, layout: Layout) -> int:
 def with_choice(model: Model) -> list[str]:
     """What the fleet does where an allocation that goes by distance has some tasks to choose from, in a line."""
     allocation = model.policies.allocation
-    if allocation.name in BY_TIME or allocation.own:
+    if allocation.name in BY_TIME or allocation.own or model.pods is not None:  # a pod is called when a robot is free
         return []
     now, then = estimate(model), estimate(model, max(CHOICE, _known(model)))
     if then.cycle.empty >= now.cycle.empty * (1 - LEAST_LESS):

@@ -47,6 +47,7 @@ TAKE_LONG = {
         "my-own-day",
         "open-rmf-fleet",
         "shifts",
+        "ten-questions",
     )
 }
 """Pages of more than 10 s; every day their commands are read only, in the long run they are carried out."""

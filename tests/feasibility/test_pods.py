@@ -69,6 +69,13 @@ def test_places_are_no_limit_to_raise_where_few_pods_are_enough():
     assert "STATION_PLACES" not in codes({**MANY, "layout.stations.picking.places": 2})
 
 
+def test_what_is_of_single_loads_is_not_said():
+    """Visits are called when a robot is free, so there are none to choose from, and no item has a place."""
+    facts = " ".join(check(dw.load(HALL, {"tasks.popularity": CLASSES})).facts)
+    assert "to choose from" not in facts
+    assert "nearer" not in facts
+
+
 def test_stations_are_limited_by_their_pickers():
     """Two pickers, a line in 10 s: 720 an hour, of which 450 are 62.5 %."""
     found = estimate(dw.load(HALL))

@@ -7,8 +7,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.shipped import gallery
-from desim_warehouse.study.fleet.most import RUNS, most_steps
-from desim_warehouse.study.statistics import Target
+from desim_warehouse.study.fleet.most import APART, RUNS, most_steps
+from desim_warehouse.study.statistics import Budget, Target
 from desim_warehouse.study.statistics.procedure import follow
 
 HALL = dw.load(gallery()["goods-to-person"])
@@ -22,7 +22,7 @@ SHORT = {**ALWAYS, "run.length": "1 h"}
 AT_LEAST, AT_MOST = Target("throughput_per_hour", ">=", 600.0), Target("cycle_time_mean", "<=", 90.0)
 
 
-def most(does, robots=range(1, 41), target=AT_LEAST, zone=5.0):
+def most(does, robots=range(1, 41), target=AT_LEAST, zone=5.0, runs=1000):
     """What is found where a fleet does so much; how many runs it took."""
     asked = []
 
@@ -30,8 +30,9 @@ def most(does, robots=range(1, 41), target=AT_LEAST, zone=5.0):
         asked.append((rank, run))
         return does(robots[rank])
 
-    found = follow(most_steps(robots, target, zone), sample)
-    assert len(asked) == len(set(asked))
+    budget = Budget(runs)
+    found = follow(most_steps(robots, target, zone, budget), sample)
+    assert len(asked) == len(set(asked)) == budget.spent
     return found, len(asked)
 
 
@@ -40,6 +41,16 @@ def test_the_fleet_that_does_most_is_found_between_those_looked_at_first():
     assert (found.robots, found.mean, found.largest, found.at_largest) == (9, 650, 40, 588)
     assert found.up_to == 11  # beyond the zone of 5 they do worse
     assert runs <= RUNS * 20
+    most_of_many, runs = most(lambda robots: -abs(robots - 170), range(1, 401), runs=2 * APART * RUNS)
+    assert abs(most_of_many.robots - 170) <= 3
+
+
+def test_without_runs_nothing_is_said():
+    assert most(lambda robots: -robots, runs=10) == (None, 0)
+
+
+def test_one_fleet_is_no_choice():
+    assert most(lambda robots: 600, [7])[0] is None
 
 
 def test_less_may_be_better():

@@ -95,6 +95,12 @@ def test_a_line_joins_a_pod_that_is_at_its_station():
     assert run.T == 145
 
 
+def test_a_line_joins_for_the_last_unit_and_no_further():
+    run = dw.simulate(dw.load(RING, {"tasks.flows.picks.arrivals": at((0, 1), (35, 2)), "pods.stock": 2}), until=300)
+    assert [(row.time, row.task) for row in run.history.rows("assigned")] == [(0, 0), (35, 1)]
+    assert audit_pods(run) == []
+
+
 def test_a_line_does_not_join_a_pod_on_its_way_back():
     run = with_pods_at([0], [(0, 1), (50, 1)], fleet__size=2)
     # the robot that has put it down stands right at it, and would drive 60 m: that in the bay is nearer
@@ -135,6 +141,13 @@ def test_the_time_of_a_line_is_accounted_for():
     assert parts["queueing_server"].tolist() == [0, 0, 16, 16, 16, 16]
     assert parts["waiting_for_pod"].tolist() == [0] * 6
     assert parts.sum(axis=1).tolist() == [43, 53, 63, 73, 83, 93]
+
+
+def test_of_lines_that_are_open_at_the_end_one_is_picked():
+    run = played([(0, 4)], run__length=58)  # picked at 43 and 53; 5 s of the third
+    parts = run.account("task")
+    assert parts["unloading"].tolist() == [10, 10, 5, 0]
+    assert parts["waiting_for_lines"].tolist() == [0, 10, 20, 25]
 
 
 def test_a_run_says_how_many_lines_a_visit_served():

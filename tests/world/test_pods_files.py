@@ -5,7 +5,10 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.order_day import order_day
+from desim_warehouse.model.sections.pods import PodsSpec
 from desim_warehouse.run import check
+from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.orders.shelves import Shelves
 from tests.audit_pods import audit_pods
 from tests.world.test_pods import RING
 
@@ -89,6 +92,32 @@ def test_bundles_go_to_the_emptiest_pod_with_those_on_their_way():
     assert sorted((task, pod) for _, task, pod in delivered(run)) == [(0, 1), (1, 1), (2, 0)]
 
 
+def test_a_bundle_is_not_for_a_pod_that_another_station_has():
+    holds = {"names": ["tea", "milk"], "pod": [0, 1], "item": [0, 1], "units": [1, 9]}
+    pods = {"count": 2, "items": 2, "bundle": 2, "holds": holds, "popularity": {"weights": [1, 0]}}
+    flows = {
+        "picks": {"from": "storage", "to": "pick", "arrivals": {"schedule": [{"at": 0}]}, "stop_time": 10},
+        "bundles": {"from": "other", "to": "storage", "arrivals": {"schedule": [{"at": 10}]}, "stop_time": 5},
+    }
+    stations = {"pick": {"at": ["C"], "places": 5}, "other": {"at": ["D"], "places": 5}}
+    changes = {"layout.stations": stations, "tasks.flows": flows, "pods": pods, "fleet.size": 2}
+    run = dw.simulate(dw.load(RING, changes))
+    assert {task: pod for _, task, pod in delivered(run)} == {0: 0, 1: 1}  # though pod 0 is the emptiest
+
+
+def test_what_policies_see_of_a_pod():
+    holds = {"names": ["milk", "tea"], "pod": [0, 1], "item": [0, 1], "units": [9, 1]}
+    spec = PodsSpec(count=2, items=2, holds=holds, popularity={"weights": [1, 5]})
+    shelves = Shelves(spec, dw.load(RING).floor.storage, Streams(0), keep=False)
+    assert [shelves.view(pod).rank for pod in shelves.pods] == [0.5, 0]  # tea is asked for more often
+    first = shelves.pods[0]
+    first.coming = 2
+    assert shelves.view(first).units == 11
+    shelves.put(first, 1, 2)
+    assert (shelves.view(first).units, first.left(1)) == (11, 2)
+    assert list(shelves.holding(1)) == [shelves.pods[1], first]
+
+
 def test_orders_of_a_wms_keep_their_items(files, tmp_path):
     (tmp_path / "day.csv").write_text("created_at,order,sku\n2026-03-02 08:00,1,tea\n2026-03-02 08:01,2,milk\n")
     day = order_day(tmp_path / "day.csv", files(), columns={"item": "sku"})
@@ -96,8 +125,8 @@ def test_orders_of_a_wms_keep_their_items(files, tmp_path):
 
 
 WRONG = {
-    "more pods": ({"holds": HOLDS + "C,1,tea,1\n"}, "pods.count: it has 3 pods, expected count: 3"),
-    "fewer items": ({"holds": "pod,item\nA,tea\nB,tea\n"}, "pods.items: it has 1 items, expected items: 1"),
+    "more pods": ({"holds": HOLDS + "C,1,tea,1\n"}, "pods.count: pods.holds has 3 pods, expected count: 3"),
+    "fewer items": ({"holds": "pod,item\nA,tea\nB,tea\n"}, "pods.items: pods.holds has 1 item, expected items: 1"),
     "no column": ({"holds": "pod,sku\nA,tea\n"}, "no column 'item'"),
     "two places": ({"holds": HOLDS + "B,1,milk,1\n"}, "pod 'B' is on two places"),
     "one place for two": ({"holds": HOLDS.replace("B,2", "B,0")}, "two pods on place 0, expected a place for each"),

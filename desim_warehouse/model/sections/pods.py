@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
-from desim_warehouse.errors import got
+from desim_warehouse.errors import got, number_of
 from desim_warehouse.model.sections.flows import SaturatedArrivals, StorageEnd
 from desim_warehouse.model.sections.popularity import AbcClass, Popularity, shares
 from desim_warehouse.values.fields import (
@@ -139,9 +139,8 @@ class PodsSpec(Part):
             return None
         for key, there in (("count", max(holds.pod, default=-1) + 1), ("items", len(holds.names))):
             if info.data.get(key, there) != there:
-                raise wrong(
-                    f"it has {there} {'pods' if key == 'count' else key}, expected {key}: {there}", TOP, "pods", key
-                )
+                has = number_of(there, "pod" if key == "count" else "item")
+                raise wrong(f"pods.holds has {has}, expected {key}: {there}", TOP, "pods", key)
         places = known(info).places
         if places is not None and (far := [place for place in holds.places if place >= places]):
             raise wrong(f"no such place (got {far[0]}), expected numbers from 0 to {places - 1}", "places")

@@ -11,16 +11,17 @@ from dataclasses import dataclass
 from statistics import fmean
 from typing import TYPE_CHECKING
 
+from desim_warehouse.study.statistics import RunsEndedError
 from desim_warehouse.study.statistics.procedure import request
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from desim_warehouse.study.statistics import Procedure, Target
+    from desim_warehouse.study.statistics import Budget, Procedure, Target
 
 RUNS = 3
 APART = 12
-"""Fleets that are looked at first, spread over all."""
+"""Fleets that are looked at first, spread over all, and then between those beside the best."""
 
 
 @dataclass(frozen=True)
@@ -37,24 +38,31 @@ class Most:
     up_to: int
 
 
-def most_steps(robots: Sequence[int], target: Target, zone: float) -> Procedure[Most | None]:
-    """The fleet that does most, among numbers of `robots` in order; None where the largest does not do worse."""
+def most_steps(robots: Sequence[int], target: Target, zone: float, budget: Budget) -> Procedure[Most | None]:
+    """The fleet that does most, among numbers of `robots` in order; None where the largest does not do worse.
+
+    So it is where the runs allowed end before.
+    """
     last = len(robots) - 1
-    first = sorted({round(rank * last / (APART - 1)) for rank in range(APART)})
     means: dict[int, float] = {}
 
-    def look(ranks: Sequence[int]) -> Procedure[None]:
-        asked = [(rank, run) for rank in ranks if rank not in means for run in range(RUNS)]
+    def look(low: int, high: int) -> Procedure[int]:
+        ranks = sorted({low + round(n * (high - low) / (APART - 1)) for n in range(APART)} - means.keys())
+        asked = [(rank, run) for rank in ranks for run in range(RUNS)]
+        budget.take(len(asked))
         values = yield from request(asked, failing=True)
-        for n in range(0, len(asked), RUNS):
-            some = values[n : n + RUNS]
-            means[asked[n][0]] = -math.inf if any(map(math.isnan, some)) else target.sign * fmean(some)
+        for n, rank in enumerate(ranks):
+            some = values[n * RUNS : (n + 1) * RUNS]
+            means[rank] = -math.inf if any(map(math.isnan, some)) else target.sign * fmean(some)
+        return max(sorted(means), key=means.__getitem__)
 
-    yield from look(first)
-    best = max(means, key=means.__getitem__)
-    beside = [rank for rank in first if rank < best][-1:] + [rank for rank in first if rank > best][:1]
-    yield from look(range(min(beside, default=best), max(beside, default=best) + 1))
-    best = max(means, key=means.__getitem__)
+    try:
+        best = yield from look(0, last)
+        low = max((rank for rank in means if rank < best), default=best)
+        high = min((rank for rank in means if rank > best), default=best)
+        best = yield from look(low, high)
+    except RunsEndedError:
+        return None
     as_good = max(rank for rank, mean in means.items() if mean >= means[best] - zone)
     if as_good == last:
         return None

@@ -23,7 +23,7 @@ from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_m
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour, parts_of_the_day
-from desim_warehouse.study.fleet.most import APART, RUNS, Most, most_steps
+from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.procedures import judge_of, scouted
@@ -214,18 +214,14 @@ class _Planner:
         )
 
     def _most(self, ranges: Sequence[Sequence[int]], changes: Mapping[str, Any], name: str) -> Most | None:
-        """The fleet that does most, where a larger one does worse and there are runs enough to see it."""
+        """The fleet that does most, where a larger one does worse."""
         robots, *others = ranges
-        runs = RUNS * min(len(robots), 2 * APART)
-        if len(robots) == 1 or not self.budget.allows(runs):
-            return None
-        self.budget.take(runs)
         largest = self.designs.overrides((robots[-1], *(side[-1] for side in others)))
         study = self.study(f"{name} most", {"fleet.size": robots}, {**changes, **largest}, self.seed + 1)
         with study.session(**under(self.where, study.plan.name.replace(" ", "-"))) as runner:
             return study.carry_out(
                 runner,
-                lambda _: most_steps(robots, self.target, self.zone),
+                lambda _: most_steps(robots, self.target, self.zone, self.budget),
                 self.target.indicator,
                 failed=math.nan,
                 flat=self.target.missed,
