@@ -36,7 +36,7 @@ DAILY = {
     "pods": 60,
     "wider pods": 20,
     "hours pods breakdowns": 20,
-    "kinds closures hours pods breakdowns": 20,
+    "kinds closures hours moving pods breakdowns": 20,
     "policies": 60,
     "restless": 60,
     "restless breakdowns": 30,
