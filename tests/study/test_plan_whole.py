@@ -1,6 +1,7 @@
 """The planner's whole question: packers beside robots, the worst hour, the years to come, and named options."""
 
 import json
+from types import SimpleNamespace
 
 import pytest
 
@@ -11,7 +12,10 @@ from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.report.text.printed import printed
 from desim_warehouse.study.fleet import Designs, plan_fleet, plan_options
 from desim_warehouse.study.fleet.hours import by_hour, parts_of_the_day
+from desim_warehouse.study.fleet.plan import _Planner
+from desim_warehouse.study.statistics import Cheapest, DesignVerdict
 from tests.docs import pages
+from tests.study import plans
 
 HOUR = {"run.length": 3600, "run.warm_up": 600}
 SLOW_PACKING = {**HOUR, "tasks.unload_time": 80, "tasks.goods.due_within": 900}
@@ -155,3 +159,33 @@ def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
     for wrong, said in (("A", "no NAME: KEY=VALUE, and no file"), ("A: fleet.sise=2", "unknown key")):
         status, _, err = pages.run_desim(f"{plan} --option '{wrong}'")
         assert (status, said in err) == (2, True), err
+
+
+def test_a_fleet_that_runs_flat_is_told_with_the_cause():
+    """Robots that break down on the way wait for a repair for longer than their batteries last."""
+    model, target = plans.model(plans.HARD)
+    found = plan_fleet(model, f"on_time >= {target}", strategies={}, robots=[15], chargers=[9], cache=False)
+    said = found.answer.answer[0]
+    assert "no fleet is enough. 15 robots and 9 chargers: a robot runs flat. Robot " in said
+    assert "it waited longer than its battery lasts, in traffic, for a repair or for a charger" in said
+    assert "Nothing is scarce" not in said
+
+
+def test_of_designs_with_equal_runs_the_cheapest_is_named():
+    """Six chargers for five robots are shown to be enough; five, which gave the same on each day, were left open."""
+
+    def verdict(number, what):
+        return DesignVerdict(number, what, 2, 0.98, 0.96, 0.99, 0.99, deterministic=False)
+
+    def rows(*values):
+        return [SimpleNamespace(replication=r, indicators={"on_time": value}) for r, value in enumerate(values)]
+
+    counts = [(4, 6), (5, 4), (5, 5), (5, 6)]
+    verdicts = {3: verdict(3, "meets"), 2: verdict(2, "undecided"), 1: verdict(1, "undecided"), 0: verdict(0, "fails")}
+    found = Cheapest(3, (0, 1, 2), verdicts, {}, 8, 0.95, 0.01)
+    runs = {0: rows(0.8, 0.9), 1: rows(0.97, 0.98), 2: rows(0.97, 0.99), 3: rows(0.97, 0.99, 1.0)}
+    planner = SimpleNamespace(designs=SimpleNamespace(key=lambda design: design))
+    study = SimpleNamespace(results=SimpleNamespace(by_point=runs))
+    named = _Planner._as_cheap(planner, study, found, counts)
+    assert (named.design, named.below) == (2, (0, 1))
+    assert named.verdicts[2].verdict == "meets"

@@ -155,6 +155,8 @@ class _Planned:
         largest = sized.below[-1]
         line = f"{capital(self._when(sized))}: no fleet is enough. {capital(self._fleet(largest.counts))}: "
         text = self._text(sized, largest)
+        if largest.flat:
+            return f"{line}{text}. {capital(largest.flat)}."
         line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
         line += self._most(sized)
         line += "" if sized.capped is None else f" {cap_words.capped(sized.capped, self.model)}."

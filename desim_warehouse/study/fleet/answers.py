@@ -26,7 +26,8 @@ class Shown:
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
     None where all runs failed. `vetoed`: why it fails in any case. `cost`: of what is counted a year, None
     without prices of it. `wrong`: the verdicts on its runs. `delivered`: tasks an hour, which is what counts of one
-    that cannot keep up. `to_tell`: how many runs in all would probably tell, where these did not.
+    that cannot keep up. `to_tell`: how many runs in all would probably tell, where these did not. `flat`: the error of
+    the first run in which a robot ran flat.
     """
 
     counts: Counts
@@ -38,6 +39,7 @@ class Shown:
     wrong: tuple[Verdict, ...] = ()
     delivered: Estimate | None = None
     to_tell: int | None = None
+    flat: str = ""
 
     @property
     def robots(self) -> int:

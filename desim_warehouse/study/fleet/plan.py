@@ -27,6 +27,7 @@ from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.procedures import judge_of, scouted
+from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.study import Study, under, with_answer
 from desim_warehouse.study.target import first_look, indifference, read_target
@@ -132,6 +133,7 @@ class _Planner:
         study = self.study(name, self.designs.factors(ranges), changes, self.seed)
         known = statistics.NOTHING if year is None else self._known(growth, counts)
         found, doubts = self._cheapest(study, counts, known)
+        found = self._as_cheap(study, found, counts)
         if year is not None:
             fails = {counts[n] for n, one in found.verdicts.items() if one.verdict == "fails"}
             answer = None if found.design is None or found.open else counts[found.design]
@@ -259,6 +261,22 @@ class _Planner:
         )
         return found, doubts
 
+    def _as_cheap(self, study: Study, found: Cheapest, counts: list[Counts]) -> Cheapest:
+        """The same, naming the cheapest of the designs whose runs are day by day those of the design that was found.
+
+        So are those of fleets with a charger for each robot and with more; the first may be open when the other is not.
+        """
+        best, runs = found.design, study.results.by_point
+        if best is None:
+            return found
+        alike = [number for number in found.close if _equal(runs[number], runs[best])]
+        if not alike:
+            return found
+        cheapest = min(alike, key=lambda number: self.designs.key(counts[number]))
+        verdicts = {**found.verdicts, cheapest: replace(found.verdicts[best], value=cheapest)}
+        below = tuple(number for number in found.below if number not in alike)
+        return replace(found, design=cheapest, below=below, verdicts=verdicts)
+
     def _shown(
         self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
     ) -> Shown:
@@ -272,7 +290,9 @@ class _Planner:
         if not verdict.closed:
             values = [row.measured(self.target.indicator) for row in study.results.by_point[number]]
             to_tell = statistics.runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
-        return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell)
+        flat = next((row.outcome.error or "" for row in study.results.by_point[number] if ran_flat(row)), "")
+        why = flat.partition(": ")[2]
+        return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
         """What other strategies do with the designs that are too small with the model's own."""
@@ -338,6 +358,13 @@ class _Planner:
             if any(point.overrides.get(key) != own[key] for key in factors):
                 found.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
         return found
+
+
+def _equal(ours: Sequence[Row], others: Sequence[Row]) -> bool:
+    """Whether two designs have the same indicators on each day that both were run."""
+    theirs = {row.replication: row for row in others}
+    pairs = [(row, theirs[row.replication]) for row in ours if row.replication in theirs]
+    return bool(pairs) and all(dict(a.indicators) == dict(b.indicators) for a, b in pairs)
 
 
 def _named(point: Point) -> str:
