@@ -124,7 +124,6 @@ def command(
 
 def _cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) -> str:
     """What a cap on the robots under way gives the largest fleet, if they wait much for each other."""
-    from desim_warehouse.report.text import cap_words
     from desim_warehouse.study.fleet.capped import tried_cap, waits_much
     from desim_warehouse.study.study import under
 
@@ -137,7 +136,7 @@ def _cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) 
     found, _ = tried_cap(model, indicator, seed=study.plan.seed, first=first, cap=2 * first, **where)
     if found is None:
         return ""
-    return f"{cap_words.capped(found, model)}."
+    return f"{size_words.capped(found, model)}."
 
 
 def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:

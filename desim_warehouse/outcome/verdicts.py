@@ -175,8 +175,9 @@ RULES = {
         "work never ends, and in the counted time the fleet's mean level falls, or rises, by at least "
         f"{100 * settled.LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * settled.CONFIDENCE:g} % "
         "interval: of a run from the moves of its robots, of a design from those of its runs; one robot alone, or one "
-        "run of a design, has no interval. Where it rises a fleet looks worse than it will be. Not said beside the one "
-        "above. Neither is said of a day by the clock that begins full, if chargers fill the batteries before the next",
+        "run of a design, has no interval. Not said of fleets that begin settled. Where it rises a fleet looks worse "
+        "than it will be. Not said beside the one above. Neither is said of a day by the clock that begins full, if "
+        "chargers fill the batteries before the next",
         None,
     ),
     "JAMMED": VerdictRule(

@@ -232,7 +232,7 @@ def scouted(
     budget: statistics.Budget,
     where: Mapping[str, Any],
     told: str = "",
-    known: statistics.Known = statistics.NOTHING,
+    known: statistics.Earlier = statistics.NOTHING,
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 

@@ -43,6 +43,8 @@ def test_what_is_to_be_expected_is_simple_arithmetic(warehouse):
 
 
 def test_a_level_falls_if_it_does_by_more_than_its_interval_and_one_per_cent(warehouse):
+    assert settled.fall([-0.04, -0.05, -0.06, -0.05], warehouse) is None  # it begins settled
+    warehouse = before(warehouse)
     # the half-width of 99 % at 3 degrees of freedom is 5.84 s / 2: of a standard deviation of 0.01 it is 0.029
     assert settled.fall([-0.04, -0.05, -0.06, -0.05], warehouse) == pytest.approx(0.05)
     assert settled.fall([0.04, 0.05, 0.06, 0.05], warehouse) == pytest.approx(-0.05)

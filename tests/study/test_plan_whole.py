@@ -102,7 +102,8 @@ def test_years_are_a_table_and_equal_separate_plans(small):
     assert [row[:2] for row in table.rows] == [("today", "60"), ("1", "96"), ("2", "153.6")]
     assert "Year by year" in printed(found.answer)
     larger = next(n for n, one in enumerate(found.demands) if one.best.counts != found.today.best.counts)
-    assert f"The fleet for today is too small in year {larger}." in found.answer.answer
+    [lasts] = [line for line in found.answer.answer if line.startswith("The fleet for today is ")]
+    assert lasts.endswith(f" in year {larger}.")  # too small, or where more robots may do worse not shown to be enough
 
 
 @pytest.mark.parametrize(

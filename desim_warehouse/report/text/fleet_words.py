@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, PairGrid
-from desim_warehouse.report.text import cap_words, judged, numbers, tipping_words, words
+from desim_warehouse.report.text import judged, numbers, size_words, tipping_words, words
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.study import rare
@@ -159,7 +159,7 @@ class _Planned:
             return f"{line}{text}. {capital(largest.flat)}."
         line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
         line += self._most(sized)
-        line += "" if sized.capped is None else f" {cap_words.capped(sized.capped, self.model)}."
+        line += "" if sized.capped is None else f" {size_words.capped(sized.capped, self.model)}."
         if sized.trip is not None:
             return f"{line} {self._trip(sized.trip)}"
         (part, most), *_ = sized.utilisation.items()

@@ -1,18 +1,21 @@
-"""The answer of `desim size --target`: the smallest value that meets it."""
+"""The answer of `desim size --target`: the smallest value that meets it, and what a cap on robots under way gives."""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.report.answer import Answer, BigNumber, Option, Rows, merged
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
+from desim_warehouse.study.fleet.capped import KEY
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
     from desim_warehouse.study.design import Point
+    from desim_warehouse.study.fleet.capped import Capped
     from desim_warehouse.study.procedures import SizeFound
     from desim_warehouse.study.statistics import DesignVerdict
 
@@ -125,3 +128,14 @@ class _Sized:
         title = capital(words.in_sentence(self.goal.indicator))
         bars = (judged.bar(one.name, one.number, one.standing) for one in self.options if one.number is not None)
         return judged.figure(title, bars, self.goal.value, judged.aim(self.goal))
+
+
+def capped(found: Capped, model: Model | None) -> str:
+    """What a cap on the robots under way gives."""
+    scale_of = words.scale(found.indicator, model, (found.mean,))
+    gain, is_now = found.gain, f"{words.in_sentence(found.indicator)} is {scale_of.value(found.mean)}"
+    ends = "" if gain.low == gain.high else f" ({scale_of.bare(gain.low)} to {scale_of.bare(gain.high)})"
+    return (
+        f"With at most {found.cap} of {number_of(found.robots, 'robot')} under way {is_now}: better by "
+        f"{scale_of.value(gain.mean)}{ends}; desim size --key {KEY} finds the best cap"
+    )

@@ -193,7 +193,7 @@ class _Planner:
         self.budget.take(DAYS)
         return by_hour(model, self.seed, DAYS, self.confidence)
 
-    def _known(self, growth: float, counts: list[Counts]) -> statistics.Known:
+    def _known(self, growth: float, counts: list[Counts]) -> statistics.Earlier:
         """What other years say of designs: what fails with less demand fails, what is enough for more is enough.
 
         Larger designs are compared in the first and the last year alone, which are planned first.
@@ -208,7 +208,7 @@ class _Planner:
             smaller = (n for design in designs for n, one in enumerate(counts) if within_counts(one, design))
             return frozenset(n for n in smaller if counts[n] != largest)
 
-        return statistics.Known(
+        return statistics.Earlier(
             among(design for one in less for design in one.failing),
             among(design for one in less for design in one.doubted),
             min(enough, key=lambda n: self.designs.key(counts[n]), default=None),
@@ -247,7 +247,7 @@ class _Planner:
         self.budget.take(runs)
         return found
 
-    def _cheapest(self, study: Study, counts: list[Counts], known: statistics.Known) -> tuple[Cheapest, set[int]]:
+    def _cheapest(self, study: Study, counts: list[Counts], known: statistics.Earlier) -> tuple[Cheapest, set[int]]:
         """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
         where = under(self.where, f"{study.plan.name} scout".replace(" ", "-"))
         doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)

@@ -41,7 +41,7 @@ Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 
 
 @dataclass(frozen=True)
-class Known:
+class Earlier:
     """What is known of designs before they are judged, by number: `failing` fail, `doubted` may, `enough` may suffice.
 
     `compare`: whether the answer is held against larger designs.
@@ -53,7 +53,7 @@ class Known:
     compare: bool = True
 
 
-NOTHING = Known()
+NOTHING = Earlier()
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ def scout_steps(
     cost: Cost,
     target: Target,
     budget: Budget,
-    known: Known = NOTHING,
+    known: Earlier = NOTHING,
     hopeless: Callable[[int], bool] = lambda _: False,
 ) -> Procedure[set[int]]:
     """Look for the cheapest design with a single run of each probe; returns the numbers of those that failed.
@@ -154,7 +154,7 @@ def cheapest_meeting_steps(
     doubted: Iterable[int] = (),
     *,
     scan: bool = False,
-    known: Known = NOTHING,
+    known: Earlier = NOTHING,
 ) -> Procedure[Cheapest]:
     """The cheapest design whose mean indicator meets the target, and that no cheaper one does by more than its zone.
 
@@ -194,7 +194,7 @@ def cheapest_meeting_steps(
 class _Proof:
     """The state of `cheapest_meeting_steps`: the best design so far, and those known to fail."""
 
-    def __init__(self, designs: Sequence[Counts], cost: Cost, judge: Judge, doubts: set[int], known: Known) -> None:
+    def __init__(self, designs: Sequence[Counts], cost: Cost, judge: Judge, doubts: set[int], known: Earlier) -> None:
         self.designs = designs
         self.judge = judge
         self.doubts = doubts

@@ -8,8 +8,8 @@ from hypothesis import strategies as st
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics import (
     Budget,
+    Earlier,
     Judge,
-    Known,
     Target,
     cheapest_meeting_steps,
     follow,
@@ -273,7 +273,7 @@ def test_of_three_counts_it_is_the_cheapest_that_meets_by_any_prices(least):
 def test_what_is_known_to_fail_is_not_judged_again():
     """Two robots with everything failed with less demand; what is enough for more is where the scout ends."""
     numbers = {design: number for number, design in enumerate(GRID)}
-    known = Known(
+    known = Earlier(
         frozenset(n for design, n in numbers.items() if design[0] <= 4), frozenset(), numbers[6, 1], compare=False
     )
     asked = []
