@@ -63,8 +63,7 @@ def peak_rate(model: Model) -> float | None:
     profiles = [flow.when.profile for flow in model.tasks.flows.values() if isinstance(flow.when, ProfileArrivals)]
     starts = [0.0]
     for rates in map(model.rates, profiles):  # the busiest hour begins, or ends, where a rate does
-        first = -rates.phase % rates.every
-        ends = [first + n * rates.every for n in range(int((length - first) / rates.every) + 1)]
+        ends = rates.changes(length)
         starts += [*ends, *(end - hour for end in ends)]
     for _, hours in changing.values():
         starts += [start for a, b in first_stretches(hours, length) for start in (a, b - hour)]

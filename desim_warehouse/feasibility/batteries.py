@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
-from desim_warehouse.feasibility.needs import TIME, Needs, least_needs
+from desim_warehouse.feasibility.needs import TIME, least_needs
 from desim_warehouse.feasibility.power import at_rest, needed_at_rest
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
@@ -39,7 +39,7 @@ MINUTE = 60.0
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """What `simulate` refuses in a model with batteries."""
-    small = list(_battery_too_small(model, least_needs(model, layout, _battery(model).draws)))
+    small = list(_battery_too_small(model, layout))
     small = small or [found for found in _charged_too_low(model, layout) if found.level == "error"]
     yield from small
     chargers = chargers_at(model, layout)
@@ -58,7 +58,7 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
     length = model.run.length
     if balance is not None and balance.draws is not None and length is not None and not balance.chargers:
         each = balance.draws * length / model.fleet.size
-        if not any(found.code == "NO_CHARGER" for found in errors(model, layout)):
+        if not list(_no_charger(model, layout, _drawn_at_least(model, layout), "at least")):
             yield from (replace(found, code="NEVER_CHARGED") for found in _no_charger(model, layout, each, "about"))
 
 
@@ -70,7 +70,7 @@ def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[F
     if found is not None and isinstance(battery.consumption, Consumption):
         yield Finding("CHARGE_TOGETHER", found.place, found.text, found.cure)
     yield from _threshold(model, layout)
-    if not list(_battery_too_small(model, least_needs(model, layout, _battery(model).draws))):
+    if not list(_battery_too_small(model, layout)):
         yield from (found for found in _charged_too_low(model, layout) if found.level == "warning")
     yield from _not_settled(model, balance)
     seconds = battery.capacity / battery.charge_rate * units.seconds
@@ -134,9 +134,7 @@ def _no_charger_in_time(
 
 def too_small(model: Model, layout: Layout) -> str:
     """Which tasks no battery lasts for in a model, by hand, and what helps; empty where that is not known."""
-    found = list(_battery_too_small(model, least_needs(model, layout, _battery(model).draws))) or list(
-        _charged_too_low(model, layout)
-    )
+    found = list(_battery_too_small(model, layout)) or list(_charged_too_low(model, layout))
     return "; ".join(f"{item.text}; {item.cure} [{item.code}]" for item in found)
 
 
@@ -165,8 +163,9 @@ def _full(model: Model, battery: BatterySpec) -> float:
     return known.full if model.tasks.never_end else max(known.full, start_energy(model)[1] * battery.capacity)
 
 
-def _battery_too_small(model: Model, needs: Needs) -> Iterator[Finding]:
+def _battery_too_small(model: Model, layout: Layout) -> Iterator[Finding]:
     battery, known = _battery(model), levels(model)
+    needs = least_needs(model, layout, battery.draws)
     units = f"consumption is energy per {model.units.time}"
     margin = 0.0 if known is None or known.margin is None else known.margin
     if needs.most + margin > holds(model, battery) * (1 + EPS):

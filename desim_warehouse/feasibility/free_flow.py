@@ -84,10 +84,9 @@ class Points:
     """Where tasks begin or end: the nodes of stations, or the edges of storage places.
 
     `before` and `after` are the times from an edge's start to the place and from there to its end; `weights` add up
-    to 1. `names` tell one from another; nan: each stands for several places.
+    to 1.
     """
 
-    names: Any
     places: Sequence[Edge | str]
     before: Any
     after: Any
@@ -189,20 +188,19 @@ class FlowMix:
 
         if not isinstance(places, StorageEnd):
             nodes, none = list(places), np.zeros(len(places))
-            return Points(np.array(nodes, dtype=object), nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
+            return Points(nodes, none, none, np.full(len(nodes), 1 / len(nodes)))
         storage = self.layout.storage
         weights = place_shares(self.model, self.layout, places)
         weights = np.full(len(storage), 1 / len(storage)) if weights is None else weights
-        names = there = np.flatnonzero(weights)
+        there = np.flatnonzero(weights)
         weights = weights[there]
         if len(there) > POINTS:
             at = np.searchsorted(np.cumsum(weights), (np.arange(POINTS) + 0.5) / POINTS * weights.sum())
             there, weights = there[np.minimum(at, len(there) - 1)], np.full(POINTS, 1 / POINTS)
-            names = np.full(POINTS, np.nan)
         some = [storage[number] for number in there]
         times = [self.travel.along(place.edge, place.offset) for place in some]
         before, after = (np.array(part) for part in zip(*times, strict=True))
-        return Points(names, [place.edge for place in some], before, after, weights)
+        return Points([place.edge for place in some], before, after, weights)
 
 
 @lru_cache(maxsize=8)

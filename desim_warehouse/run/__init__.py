@@ -335,7 +335,7 @@ def check(model: Source) -> Check:
     findings, calculation = examine(model, layout, estimate)
     if not any(item.level == "error" and item.code not in model.accept for item in findings):
         findings = checks.worst_first([*findings, *night.findings(model, layout)])
-        facts += [] if calculation is None else [*nearer.lines(model, estimate), *with_choice(model)]
+        facts += [] if calculation is None else [*nearer.lines(model, estimate), *with_choice(model, calculation)]
     lines = [] if calculation is None else calculation.lines(model.units)
     return Check(facts, findings, calculation, model.accept, lines)
 

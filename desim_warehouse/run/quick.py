@@ -96,12 +96,15 @@ def _at_work(model: Model, layout: Layout) -> int:
     return min(model.fleet.size, sum(layout.stations[node].places for node in used))
 
 
-def with_choice(model: Model) -> list[str]:
-    """What the fleet does where an allocation that goes by distance has some tasks to choose from, in a line."""
+def with_choice(model: Model, now: QuickEstimate) -> list[str]:
+    """What the fleet does where an allocation that goes by distance has some tasks to choose from, in a line.
+
+    `now`: the estimate of the model.
+    """
     allocation = model.policies.allocation
     if allocation.name in BY_TIME or allocation.own or model.pods is not None:  # a pod is called when a robot is free
         return []
-    now, then = estimate(model), estimate(model, max(CHOICE, _known(model)))
+    then = estimate(model, max(CHOICE, _known(model)))
     if then.cycle.empty >= now.cycle.empty * (1 - LEAST_LESS):
         return []
     drives = f"{amount(then.cycle.empty)} {model.units.time} empty for each instead of {amount(now.cycle.empty)}"

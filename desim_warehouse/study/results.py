@@ -41,6 +41,11 @@ if TYPE_CHECKING:
 _MOST_MAIN = 6
 
 
+def outcome_of(row: Row) -> tuple[object, ...]:
+    """What came out of a run, with its replication, as something that can be compared."""
+    return row.replication, row.outcome.error, *sorted((name, repr(value)) for name, value in row.indicators.items())
+
+
 @dataclass(frozen=True, eq=False)
 class Results:
     """The finished runs of a study and what follows from them.
@@ -369,10 +374,7 @@ class Results:
 
     def outcomes(self, design: str) -> tuple[object, ...]:
         """What came out of the runs of a design, each with its replication, as something that can be compared."""
-        return tuple(
-            (row.replication, row.outcome.error, *sorted((name, repr(value)) for name, value in row.indicators.items()))
-            for row in self.runs(design)
-        )
+        return tuple(map(outcome_of, self.runs(design)))
 
     @cached_property
     def same(self) -> Mapping[str, str]:

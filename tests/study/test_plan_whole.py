@@ -179,7 +179,11 @@ def test_of_designs_with_equal_runs_the_cheapest_is_named():
         return DesignVerdict(number, what, 2, 0.98, 0.96, 0.99, 0.99, deterministic=False)
 
     def rows(*values):
-        return [SimpleNamespace(replication=r, indicators={"on_time": value}) for r, value in enumerate(values)]
+        ended = SimpleNamespace(error=None)
+        return [
+            SimpleNamespace(replication=r, outcome=ended, indicators={"on_time": value})
+            for r, value in enumerate(values)
+        ]
 
     counts = [(4, 6), (5, 4), (5, 5), (5, 6)]
     verdicts = {3: verdict(3, "meets"), 2: verdict(2, "undecided"), 1: verdict(1, "undecided"), 0: verdict(0, "fails")}

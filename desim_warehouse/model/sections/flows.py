@@ -547,6 +547,11 @@ class Rates:
         """The mean number of tasks by a time."""
         return self._from_first(self.phase + time) - self.before
 
+    def changes(self, end: float) -> list[float]:
+        """The times of a run up to its `end` at which a rate begins."""
+        first = -self.phase % self.every
+        return [first + n * self.every for n in range(int((end - first) / self.every) + 1)]
+
     def _from_first(self, time: float) -> float:
         """The same from the first rate on."""
         rounds, rest = divmod(time, self.every * len(self.rates))

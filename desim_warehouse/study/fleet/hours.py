@@ -13,6 +13,7 @@ from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics.shares import TaskShare
 from desim_warehouse.values.calendars import DAY, clock_of
+from desim_warehouse.working_day import clock
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -47,9 +48,7 @@ def parts_of_the_day(model: Model) -> list[tuple[float, float]]:
     rates = [model.rates(profile) for profile in profiles]
     edges = {run.warm_up, run.end}
     for one in rates:
-        first = -one.phase % one.every
-        steps = (first + n * one.every for n in range(math.ceil((run.end - first) / one.every)))
-        edges |= {step for step in steps if run.warm_up < step < run.end}
+        edges |= {step for step in one.changes(run.end) if run.warm_up < step < run.end}
     found: list[tuple[float, float, float]] = []
     ordered = sorted(edges)
     for begin, end in pairwise(ordered):
@@ -80,9 +79,7 @@ def by_hour(model: Model, seed: int, days: int, confidence: float) -> tuple[Hour
     for replication in range(days if parts else 0):
         history = simulate(model, run_seed(seed, replication)).history
         known = [
-            (task.released, one.missed)
-            for task in history.tasks.values()
-            if (one := task.deadline) is not None and (one.due < history.end or not one.missed)
+            (task.released, one.missed) for task in history.tasks.values() for one in history.settled([task.deadline])
         ]
         for (begin, end), of_days in zip(parts, shares, strict=True):
             missed = [late for released, late in known if begin <= released < end]
@@ -102,5 +99,4 @@ def by_hour(model: Model, seed: int, days: int, confidence: float) -> tuple[Hour
 
 
 def _clock(model: Model, time: float) -> str:
-    minutes = round((clock_of(model.run.start) + time / model.units.hour * 3600) % DAY / 60)
-    return f"{minutes // 60:02}:{minutes % 60:02}"
+    return clock(round((clock_of(model.run.start) + time / model.units.hour * 3600) % DAY / 60))

@@ -27,6 +27,7 @@ from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import CAP
 from desim_warehouse.study.procedures import judge_of, scouted
+from desim_warehouse.study.results import outcome_of
 from desim_warehouse.study.runner import ran_flat
 from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.study import Study, under, with_answer
@@ -361,10 +362,10 @@ class _Planner:
 
 
 def _equal(ours: Sequence[Row], others: Sequence[Row]) -> bool:
-    """Whether two designs have the same indicators on each day that both were run."""
+    """Whether of two designs the same came out on each day that both were run."""
     theirs = {row.replication: row for row in others}
-    pairs = [(row, theirs[row.replication]) for row in ours if row.replication in theirs]
-    return bool(pairs) and all(dict(a.indicators) == dict(b.indicators) for a, b in pairs)
+    both = [(row, theirs[row.replication]) for row in ours if row.replication in theirs]
+    return bool(both) and all(outcome_of(one) == outcome_of(other) for one, other in both)
 
 
 def _named(point: Point) -> str:

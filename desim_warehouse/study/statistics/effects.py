@@ -150,7 +150,7 @@ def gains_steps(
         beaten |= {
             design
             for design in competing
-            if any(is_less(doses[design], doses[other], 1.0 - error / max(changes - 1, 1)) for other in competing)
+            if any(_is_less(doses[design], doses[other], error / max(changes - 1, 1)) for other in competing)
         }
         alive = [design for design in competing if design not in beaten]
         if not alive or (len(alive) == 1 and found[alive[0]].low > 0):
@@ -165,10 +165,10 @@ def _dose(scale: float | None, ours: Sequence[float], base: Sequence[float]) -> 
     return (1.0 if scale is None else scale) * np.subtract(ours, base[: len(ours)], dtype=float)
 
 
-def is_less(ours: NDArray[np.float64], other: NDArray[np.float64], level: float, by: float = 0.0) -> bool:
-    """Whether the mean of a difference of two designs on the same days is shown to be below `by`."""
+def _is_less(ours: NDArray[np.float64], other: NDArray[np.float64], error: float) -> bool:
+    """Whether one change is shown to gain less than another on the same days."""
     found, reach = gaps(ours, other)
-    return bool((found[0] if found.size == 1 else bounds(found, level, reach=reach)[1]) < by)
+    return bool((found[0] if found.size == 1 else bounds(found, 1.0 - error, reach=reach)[1]) < 0)
 
 
 def _ranked(
