@@ -1,7 +1,5 @@
 """Python in a process of its own, whose register of states was edited before anything read it."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys

@@ -1,7 +1,5 @@
 """The register of states: what is true of a state is said there, and nobody else knows one by its name."""
 
-from __future__ import annotations
-
 import ast
 import dataclasses
 import json
@@ -231,10 +229,7 @@ for path, changes in CASES:
 
 CASES = [
     ("models/tutorial.yaml", {"fleet.size": 5, "policies.allocation": "regret"}),
-    (
-        "models/tutorial.yaml",
-        {"fleet.size": 4, "fleet.robot.breakdowns": {"every": {"exponential": 60}, "repair": 25}},
-    ),
+    ("models/tutorial.yaml", {"fleet.size": 4, "fleet.robot.breakdowns": {"every": {"exponential": 60}, "repair": 25}}),
     ("models/people.yaml", {"run.length": 1500, "run.warm_up": 300}),
     ("tests/golden/models/flows.yaml", {}),
     (

@@ -1,7 +1,5 @@
 """Reports in a browser: on a phone, on dark ground and on paper."""
 
-from __future__ import annotations
-
 import base64
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Two-way lanes made one-way: the floor stays connected, bridges stay, trips are not longer than they must be."""
 
-from __future__ import annotations
-
 import itertools
 
 import networkx as nx

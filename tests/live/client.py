@@ -17,12 +17,7 @@ if TYPE_CHECKING:
     from desim_warehouse.live import Live
 
 TUTORIAL = "models/tutorial.yaml"
-BUSY = {
-    "tasks.goods": {"poisson": 150, "due_within": 300},
-    "tasks.end": None,
-    "run.length": 3600,
-    "run.warm_up": 600,
-}
+BUSY = {"tasks.goods": {"poisson": 150, "due_within": 300}, "tasks.end": None, "run.length": 3600, "run.warm_up": 600}
 
 
 class Client:

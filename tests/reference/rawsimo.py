@@ -4,8 +4,6 @@ What RAWSim-O did was read off its own statistics, three runs each. docs/dev/val
 2.5 s for a turn round are 0.625 s for a quarter here.
 """
 
-from __future__ import annotations
-
 from statistics import fmean
 
 import desim_warehouse as dw

@@ -1,7 +1,5 @@
 """One answer: what is printed, kept and shown is the same, of one design, with one interval for each number."""
 
-from __future__ import annotations
-
 import ast
 import html
 import json

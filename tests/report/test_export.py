@@ -1,7 +1,5 @@
 """A run in open formats: the tables, and a trace that Perfetto reads."""
 
-from __future__ import annotations
-
 import itertools
 import json
 from collections import Counter

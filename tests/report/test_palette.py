@@ -1,7 +1,5 @@
 """Colours of the floor of a replay: whatever says something alone is seen on everything that it lies on."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest

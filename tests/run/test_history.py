@@ -1,7 +1,5 @@
 """What the history says of a run: the energy that is left at its end, worked out by hand and told by the batteries."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Rows of the log are written by its methods alone, and taken apart by nobody but the history."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

@@ -122,11 +122,7 @@ def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path):
 
 def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     process = subprocess.Popen(
-        command(tmp_path, 100_000, 2),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
+        command(tmp_path, 100_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
@@ -208,8 +204,7 @@ DAILY = ("study.Progress.__enter__",)
 
 
 @pytest.mark.parametrize(
-    ("workers", "place"),
-    [pytest.param(*one, marks=[] if one[1] in DAILY else [pytest.mark.long]) for one in START_UP],
+    ("workers", "place"), [pytest.param(*one, marks=[] if one[1] in DAILY else [pytest.mark.long]) for one in START_UP]
 )
 def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, place):
     """The signal comes as this is called for the first time; were it not heeded, the study would go on for long."""

@@ -1,7 +1,5 @@
 """An ordinary day from the first command to the plan: two shifts, a night without orders, an aisle closed at noon."""
 
-from __future__ import annotations
-
 from statistics import fmean
 
 import pytest

@@ -365,10 +365,7 @@ def failures() -> Iterator[Case]:
         FAILURES,
         "4 robots with work at all times, 2 chargers in order for 400 s and in repair for 100 s",
         partial(models.with_outages, models.fleet_on(places, robots, p, r, 5e4), every, repair),
-        (
-            Quantity("robots at chargers", at_chargers, charging),
-            Quantity("power drawn", at_chargers * r, power),
-        ),
+        (Quantity("robots at chargers", at_chargers, charging), Quantity("power drawn", at_chargers * r, power)),
         long=True,
     )
 

@@ -1,7 +1,5 @@
 """The replay's columns: what is packed is what is read, in few bytes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given

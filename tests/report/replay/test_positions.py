@@ -1,7 +1,5 @@
 """Positions rebuilt from the log: exact at its events, continuous and no faster than robots drive in between."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from functools import cache

@@ -66,13 +66,6 @@ def day_shares(rng: Generator, true: float, tasks: int, alike: float, days: int)
     return np.asarray(rng.binomial(tasks, rng.beta(true * both, (1 - true) * both, days)) / tasks)
 
 
-def times_in_m_m_1(rng: Generator, load: float, n: int, start: int = 2000) -> NDArray[np.float64]:
-    """Waiting and service at a counter in turn of arrival, rate 1: exponential with mean load / (1 - load)."""
-    service, arrivals = rng.exponential(load, n + start), rng.exponential(1.0, n + start)
-    steps = np.concatenate([[0.0], np.cumsum(service[:-1] - arrivals[1:])])  # Lindley: a walk above its minimum
-    return np.asarray((steps - np.minimum.accumulate(steps) + service)[start:])
-
-
 def _holds(interval: tuple[float | None, float | None] | None, truth: float) -> bool:
     assert interval is not None
     low, high = interval
