@@ -11,7 +11,7 @@ POLICIES = ("threshold", "reach-aware", "opportunity", "four-thresholds", {"name
 HOURS = 4
 
 
-def model(number: int, policy: object) -> dw.Model:
+def model(number, policy):
     """Two to seven robots that keep up, with batteries that last two to six hours of work.
 
     Where they hardly keep up, orders queue after hours, and levels follow the queue.

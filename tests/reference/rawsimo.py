@@ -27,7 +27,7 @@ LINES = {
 SEEDS = range(3)
 
 
-def model() -> dw.Model:
+def model():
     """The same floor, with the stations at the end of the hall."""
     floor = dw.load(HALL).floor
     nodes = {name: [data["x"], data["y"]] for name, data in floor.graph.nodes(data=True)}
@@ -48,7 +48,7 @@ def model() -> dw.Model:
     return dw.load({**HALL, "layout": layout, "run": run}, {**robots, "policies.allocation": "nearest"})
 
 
-def lines_an_hour(rule: str, robots: int) -> float:
+def lines_an_hour(rule, robots):
     """The mean of a few runs."""
     pod, storage, _ = RULES[rule]
     changed = model().replace({"fleet.size": robots, "policies.pod": pod, "policies.storage": storage})

@@ -149,7 +149,7 @@ def test_a_column_that_is_no_indicator_is_given_no_unit():
     assert words.indicator_label("run_time", None) == "Computing time of a run (s)"
 
 
-def vary(sizes: list[int]) -> Study:
+def vary(sizes):
     return Study(dw.load("models/multibots.yaml"), {"fleet.size": sizes}, seed=1)
 
 

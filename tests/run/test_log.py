@@ -13,7 +13,7 @@ MAY = {"outcome/history.py", "contracts.py"}
 """The one reader of rows; and where whole logs are compared, no row taken apart."""
 
 
-def touches_rows(source: str) -> bool:
+def touches_rows(source):
     """Whether a source reaches for the rows of a log."""
     return any(
         isinstance(node, ast.Attribute)

@@ -45,7 +45,7 @@ def command(folder, replications, workers):
     return [*DESIM, "what-if", str(MULTIBOTS), *vary, *options]
 
 
-def lines(folder: Path) -> int:
+def lines(folder):
     path = folder / JOURNAL
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
@@ -57,7 +57,7 @@ def wait_for(what):
         time.sleep(0.005)
 
 
-def children(pid: int) -> list[int]:
+def children(pid):
     """Worker processes of a study (not the resource tracker)."""
     found = []
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
@@ -68,18 +68,18 @@ def children(pid: int) -> list[int]:
     return found
 
 
-def alive(pid: int) -> bool:
+def alive(pid):
     try:
         return ") Z " not in Path(f"/proc/{pid}/stat").read_text()
     except FileNotFoundError:
         return False
 
 
-def finished(table: pd.DataFrame) -> pd.DataFrame:
+def finished(table):
     return table.drop(columns="run_time")
 
 
-def kill_after(folder: Path, workers: int, runs: int) -> None:
+def kill_after(folder, workers, runs):
     """Start the study, kill -9 it as soon as it has this many runs, and wait for its workers to end."""
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(command(folder, 200, workers), stdout=quiet, stderr=quiet)

@@ -23,7 +23,7 @@ def study(factors=None, **more):
     return dw.Study(MULTIBOTS, factors or {"fleet.size": [1, 2]}, **more)
 
 
-def same(one: pd.DataFrame, other: pd.DataFrame) -> bool:
+def same(one, other):
     """Bit for bit, run times apart."""
     return one.drop(columns="run_time").equals(other.drop(columns="run_time"))
 
