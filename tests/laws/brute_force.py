@@ -3,8 +3,6 @@
 Shares no code with the rule but the routes that robots have declared and where they stand.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 

@@ -1,7 +1,5 @@
 """What a server of a live page stands: many listeners at once, thousands of designs, requests that are never whole."""
 
-from __future__ import annotations
-
 import socket
 from time import monotonic, sleep
 

@@ -109,8 +109,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
 
 def test_numbers_of_numpy_are_numbers():
     model = load(
-        SMALL,
-        {"fleet.size": np.int64(3), "tasks.goods": np.array([1, 2]), "traffic.node_time": np.float32(1.5)},
+        SMALL, {"fleet.size": np.int64(3), "tasks.goods": np.array([1, 2]), "traffic.node_time": np.float32(1.5)}
     )
     assert model == load(SMALL, {"fleet.size": 3, "tasks.goods": [1, 2], "traffic.node_time": 1.5})
 

@@ -1,7 +1,5 @@
 """Lengths of rational B-splines: circles and parabolas exactly, others as version 0.2.0 had them."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

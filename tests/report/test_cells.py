@@ -1,7 +1,5 @@
 """A floor of many cells is a map: aisles light, shelves dark, places coloured; arrows where lanes are one-way."""
 
-from __future__ import annotations
-
 import pytest
 from matplotlib.collections import PolyCollection
 from matplotlib.quiver import Quiver

@@ -1,7 +1,5 @@
 """Figures by their data: what stands where, not how it looks."""
 
-from __future__ import annotations
-
 import io
 
 import matplotlib as mpl
@@ -130,19 +128,6 @@ def test_no_interval_where_chance_plays_no_part_or_there_is_one_replication(runs
 def test_many_numbers_are_points_without_a_line():
     table = pd.DataFrame({"x.y": np.arange(40.0), "replication": 0, "T": np.arange(40.0) ** 2})
     assert plot.by_factor(table, "x.y", "T").containers[0].lines[0].get_linestyle() == "None"
-
-
-def test_the_papers_fig_6_is_a_special_case(model):
-    goods = {"1": [11, 8, 39, 28, 53, 1, 69, 42, 79, 6], "2": [74, 50, 62, 15, 49, 34, 14, 72, 31, 37]}
-    made = [
-        (name, size, dw.simulate(model.replace({"fleet.size": size, "tasks.goods": list(group)})).T)
-        for name, group in goods.items()
-        for size in (1, 6)
-    ]
-    table = pd.DataFrame([{"fleet.size": n, "tasks.goods": g, "replication": 0, "T": t} for g, n, t in made])
-    ax = plot.by_factor(table, "fleet.size", "T", group="tasks.goods", model=model, seconds=True)
-    expected = {g: [t * 0.05 for name, _, t in made if name == g] for g in goods}
-    assert {name: pytest.approx(y) for name, (_, y) in lines(ax).items()} == expected
 
 
 def test_the_knee_of_a_throughput_curve_is_marked(model):

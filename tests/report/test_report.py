@@ -1,7 +1,5 @@
 """The report: made of every study, needs nothing from outside, and its numbers are the table's."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -26,7 +24,6 @@ from desim_warehouse.report.page import ReportPage, example
 from desim_warehouse.report.svg import account
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.write import report, template
-from desim_warehouse.study.study import Study
 from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
 
@@ -147,15 +144,6 @@ def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
     assert shown == {key: words.value(key, value, run.model) for key, value in kpis.items()}
     assert run.edges["waits"].sum() + run.nodes["waits"].sum() == kpis["S"]
     assert len(run.history.counted_deliveries) == kpis["tasks"] < len(run.history.delivered)
-
-
-def test_a_verdict_rests_on_the_interval_that_is_shown():
-    """Two designs are judged at once, each by a bound of 97.5 %: the end of the interval of 95 % beside it."""
-    study = Study(example(), {"fleet.size": [1, 4]}, replications=4, target="on_time >= 60 %")
-    found = study.run().results
-    for design, one in found.judged.items():
-        shown = found.estimate(found.runs(design), "on_time").interval
-        assert (one.low, one.high) == pytest.approx(shown)
 
 
 def test_one_task_is_not_tasks():

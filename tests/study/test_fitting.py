@@ -15,7 +15,7 @@ DRAWN = {
     "triangular": lambda rng: rng.triangular(4, 6, 12, 600),
 }
 ROUNDED = {kind: draw for kind, draw in DRAWN.items() if kind != "uniform"} | {
-    "lognormal": lambda rng: rng.lognormal(np.log(5) - 0.08, 0.4, 300),
+    "lognormal": lambda rng: rng.lognormal(np.log(5) - 0.08, 0.4, 300)
 }
 
 

@@ -80,7 +80,7 @@ def test_a_damaged_byte_costs_that_run_only(tmp_path):
 SOUND = {"model": "model", "seed": 9, "version": dw.__version__, "values": {"T": 1.5}, "time": 0.1}
 
 
-def line_of(text: str) -> bytes:
+def line_of(text):
     """A line of the journal with the right checksum."""
     return b"%08x %s\n" % (zlib.crc32(text.encode()), text.encode())
 

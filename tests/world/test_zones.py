@@ -50,13 +50,6 @@ def test_the_next_robot_waits_before_a_zone_until_the_one_in_it_is_out():
     assert one_by_one[1] == pytest.approx((first[1] + 1, first[1] + 21))
 
 
-@pytest.mark.parametrize("members", [["B", "C"], ["A", "C", ["C", "D"]], [["E", "A"], ["A", "B"], "D"]])
-def test_work_ends_with_stops_stations_and_bays_in_a_zone(members):
-    run = dw.simulate(dw.load(LOOP, {"tasks.goods": {"random": 20}, **zone(*members)}))
-    assert run.kpis["tasks"] == 20
-    assert audit(run) == []
-
-
 SPINE = {
     "layout": {
         "nodes": {"W": [0, 0], "P": [10, 0], "Q": [20, 0], "E": [30, 0], "p": [10, 10], "q": [20, 10]},
@@ -105,12 +98,6 @@ def test_robots_follow_each_other_in_a_zone_of_one_direction():
     }
     visits = on(dw.simulate(dw.load(SPINE, {**LINE, **through})), ("W", "P"))
     assert visits[1][0] < visits[0][1]
-
-
-def test_no_zone_no_difference():
-    plain, none = (dw.simulate(dw.load(SPINE, changes)).record.rows for changes in ({}, {"traffic.zones": {}}))
-    assert plain == none
-    assert dw.load(SPINE).digest() == dw.load(SPINE, {"traffic.zones": {}}).digest()
 
 
 @pytest.mark.parametrize(
