@@ -11,7 +11,7 @@ import pytest
 
 import desim_warehouse
 from desim_warehouse.model.schema import Tasks
-from desim_warehouse.model.sections.battery import Consumption
+from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.outcome.log import KINDS
 from desim_warehouse.states import APART, AT_START, ROLES, SHOWN, STATES, TIMES, WAITING, Phase, Role, State, seen

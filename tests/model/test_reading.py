@@ -10,7 +10,7 @@ import pytest
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
 from desim_warehouse.model.messages import dotted
-from desim_warehouse.model.sections.battery import Consumption
+from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.goods import Good, RandomGoods
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"

@@ -16,14 +16,14 @@ from nbclient import NotebookClient
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
+from desim_warehouse.folders import gallery
 from desim_warehouse.outcome.account import OF_TASKS
-from desim_warehouse.report import floor_svg, html, run_parts
+from desim_warehouse.report import html, run_parts, svg
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.page import ReportPage, example
-from desim_warehouse.report.rows_svg import account
+from desim_warehouse.report.svg import account
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.write import report, template
-from desim_warehouse.shipped import gallery
 from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
 
@@ -116,9 +116,9 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
 
 
 def test_a_floor_of_many_lanes_is_a_picture(lifelong, monkeypatch):
-    assert "<svg" in floor_svg.floor(lifelong)
-    monkeypatch.setattr(floor_svg, "_LANES", 20)
-    assert "<img" in floor_svg.floor(lifelong)
+    assert "<svg" in svg.floor(lifelong)
+    monkeypatch.setattr(svg, "_LANES", 20)
+    assert "<img" in svg.floor(lifelong)
 
 
 def test_a_run_whose_log_has_no_waits_has_no_account(model):

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.fit import fit
-from desim_warehouse.study.fit.families import Counted, families
+from desim_warehouse.study.fit import Counted, families, fit
 
 DRAWN = {
     "lognormal": lambda rng: rng.lognormal(2, 0.5, 600),

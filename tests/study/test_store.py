@@ -12,8 +12,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study.execution.lock import FolderLock
-from desim_warehouse.study.execution.store import JOURNAL, Store
+from desim_warehouse.study.execution.store import JOURNAL, FolderLock, Store
 from desim_warehouse.study.execution.work import Outcome
 
 from .conftest import MULTIBOTS

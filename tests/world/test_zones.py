@@ -6,7 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.run import check
-from desim_warehouse.world.traffic.deadlock.avoidance import Avoidance
+from desim_warehouse.world.traffic.avoidance import Avoidance
 from tests.auditor import audit
 
 LOOP = {
