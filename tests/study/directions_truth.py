@@ -15,7 +15,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.designs.directions import Floor
-from desim_warehouse.study.designs.search import LocalSearch
+from desim_warehouse.study.designs.local_search import LocalSearch
 from desim_warehouse.study.statistics import follow
 
 RUNS = 500

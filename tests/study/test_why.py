@@ -109,7 +109,7 @@ def test_an_aisle_that_is_closed_is_named_and_not_the_robots_that_wait_before_it
 
 def test_a_planted_node_is_named_in_a_sentence():
     model, name = bottlenecks.planted(0)
-    found = why(model, seed=0)
+    found = why(model, search=dw.Search(seed=0))
     said = found.answer.answer[0]
     assert said.startswith(f"{name.capitalize()[:1]}{name[1:]} holds it up most. ")
     assert ": throughput rises by " in said
