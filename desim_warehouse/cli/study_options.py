@@ -18,7 +18,7 @@ from click.core import ParameterSource
 from desim_warehouse.cli.answers import typed
 from desim_warehouse.cli.completion import keys_then
 from desim_warehouse.cli.options import TimeIn, with_confidence, with_seed
-from desim_warehouse.errors import ReportError, StudyError, reason
+from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.study.limits import FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS
 
@@ -150,11 +150,7 @@ def with_search(
             from desim_warehouse.study.search import Search
 
             said = {field.name: given.pop(field.name) for field in dataclass_fields(Search) if field.name in given}
-            try:
-                search = Search(**said, cache=not no_cache, progress=not quiet)
-            except StudyError as error:
-                raise click.UsageError(str(error)) from None
-            return function(**given, search=search)
+            return function(**given, search=Search(**said, cache=not no_cache, progress=not quiet))
 
         decorated = cast("F", call)
         for option in reversed(options):

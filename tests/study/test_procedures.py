@@ -90,12 +90,19 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
             "on_time is a share, expected a number from 0 to 1, or a %; did you mean 95 %",
         ),
         (lambda: procedures.size(study({"fleet.size": [1, 2]}), "share_idle < -0.1"), "expected a number from 0 to 1"),
-        (
-            lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 5 %"),
-            "T is no share, expected a number",
-        ),
+        (lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 5 %"), "T is no share, expected a number"),
         (lambda: procedures.size(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
         (lambda: procedures.size(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
+        (lambda: dw.Search(first=10, cap=4), "first 10, cap 4: expected 2 <= first <= cap"),
+        (lambda: dw.Search(confidence=95), "confidence 95: expected a number between 0 and 1, did you mean 0.95"),
+        (
+            lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", 1, search=dw.Search(seed=3)),
+            "search, seed 3: the study has 0; expected it in the study alone",
+        ),
+        (
+            lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 3", search="scan"),
+            "size, search: 'scan', expected a Search; scan=True looks at all values",
+        ),
     ],
 )
 def test_what_cannot_be_asked_is_told(call, message):

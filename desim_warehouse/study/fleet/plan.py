@@ -206,7 +206,7 @@ class _Planner:
         )
 
     def _used(self, study: Study, found: Cheapest, counts: list[Counts]) -> tuple[dict[str, Estimate], Estimate | None]:
-        """What is busy at the design found, or at the largest, and what a trip takes where nothing is scarce at that."""
+        """What is busy at the design found or at the largest, and what a trip takes where nothing is scarce at that."""
         busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
         used = utilisation(study, study.points[busiest])
         trip = found.design is None and nothing_scarce(used)
