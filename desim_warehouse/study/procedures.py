@@ -148,7 +148,7 @@ def _race(
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
-    study.refuse_other(search)
+    _refuse_other(study, search)
     first, cap = search.looks(*RACED)
 
     def steps(exact: bool) -> statistics.Procedure[statistics.Selection]:
@@ -195,7 +195,7 @@ def size(
         raise StudyError(f"size: {shown(study):.60}, expected a Study of one factor")
     if not isinstance(search, Search):
         raise StudyError(f"size, search: {shown(search):.60}, expected a Search; scan=True looks at all values")
-    study.refuse_other(search)
+    _refuse_other(study, search)
     units = study.plan.base.units.names
     goal = read_target(target, units)
     if len(study.plan.factors) != 1:
@@ -213,6 +213,14 @@ def size(
 
         found = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
     return with_answer(SizeFound(**vars(found), study=study), search)
+
+
+def _refuse_other(study: Study, search: Search) -> None:
+    """Refuse a search that says otherwise what the study says itself; raises StudyError."""
+    for name in ("confidence", "seed", "timeout"):
+        said, own = getattr(search, name), getattr(study.plan, name)
+        if said not in (own, getattr(USUAL, name)):
+            raise StudyError(f"search, {name} {said}: the study has {own}; expected it in the study alone")
 
 
 def scouted(

@@ -174,7 +174,7 @@ class Study:
         return self.run_by(Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress))
 
     def run_by(self, search: Search) -> Study:
-        """The same, done as a search says."""
+        """Do the missing runs as a search says."""
         with self.session(search) as runner:
             runner.recall()
             for _ in runner.replicate():
@@ -284,13 +284,6 @@ class Study:
             if self.folder is not None and self.plan is not before:
                 write_record(self.plan, self.points, runner.keys, self.folder)
             shown.print(shown.summary())
-
-    def refuse_other(self, search: Search) -> None:
-        """Refuse a search that says otherwise what the study says itself; raises StudyError."""
-        for name in ("confidence", "seed", "timeout"):
-            said, own = getattr(search, name), getattr(self.plan, name)
-            if said not in (own, getattr(USUAL, name)):
-                raise StudyError(f"search, {name} {said}: the study has {own}; expected it in the study alone")
 
     def _settle(self, executor: Executor, shown: Progress) -> None:
         """Give each design its warm-up: the one that the folder has, or from pilot runs."""
