@@ -36,7 +36,8 @@ from desim_warehouse.model.sections.flows import (
     mean_rate,
 )
 from desim_warehouse.model.sections.goods import GOODS_FORM, Good, GoodsRule, PoissonGoods, SaturatedGoods
-from desim_warehouse.model.sections.orders import Reading, files_of, problems_of
+from desim_warehouse.model.sections.order_rows import Reading
+from desim_warehouse.model.sections.orders import files_of, problems_of
 from desim_warehouse.model.sections.pods import PodsSpec, fit_for_pods
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.model.sections.popularity import Popularity, PopularityRule
