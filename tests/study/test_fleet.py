@@ -46,7 +46,8 @@ def drafted(folder):
 
 @pytest.fixture(scope="module")
 def found(drafted, folder):
-    return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, robots="1..5", out=folder / "out")
+    how = dw.Search(out=folder / "out")
+    return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, robots="1..5", search=how)
 
 
 def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found):
@@ -136,7 +137,7 @@ def test_traffic_is_named_where_robots_wait_in_it_longer_than_they_are_busy():
     assert next(iter(six)) == "traffic"
     [row] = study.results.by_point[1]
     assert six["traffic"].mean == row.value("share_waiting") > six["robots"].mean
-    plan = plan_fleet(model, "throughput_per_hour >= 20", robots=[6], first=2, runs=10)
+    plan = plan_fleet(model, "throughput_per_hour >= 20", robots=[6], search=dw.Search(first=2, runs=10))
     assert any("the lanes are busiest: " in line for line in plan.answer.answer)
 
 
@@ -160,7 +161,7 @@ def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
     model = dw.load(
         SQUARE, {"calendars": calendars, "fleet.hours": "half", "tasks.goods": demand, "run.length": 36_000}
     )
-    found = plan_fleet(model, "on_time >= 50 %", robots=[1, 2], runs=60)
+    found = plan_fleet(model, "on_time >= 50 %", robots=[1, 2], search=dw.Search(runs=60))
     assert found.today.in_hours
     assert {"share_on_break", "share_idle", "share_waiting"} < set(found.today.shown_by)
     assert " % of their hours" in found.answer.answer[-1]
@@ -170,13 +171,15 @@ def test_where_nothing_is_scarce_a_trip_is_held_against_the_time_allowed():
     """A robot drives 15 s to the good and 15 s with it, loads for 5 s and unloads for 30 s: 65 s of 50."""
     demand = {"poisson": 6, "due_within": 50}
     model = dw.load(SQUARE, {"tasks.goods": demand, "run.length": 36_000, "layout.stations.desk.servers": 2})
-    found = plan_fleet(model, "on_time >= 95 %", robots=[1, 2], runs=60)
+    found = plan_fleet(model, "on_time >= 95 %", robots=[1, 2], search=dw.Search(runs=60))
     assert found.today.best is None
     assert found.today.trip.mean == pytest.approx(65, rel=0.05)
     assert "cycle_time_mean" in found.today.shown_by
     said = found.answer.answer[-1]
     assert re.search(r"Nothing is scarce: a trip takes (1\.\d+ min|6\d(\.\d)? s) where 50 s are allowed", said), said
-    busy = plan_fleet(model.replace({"tasks.unload_time": 300}), "on_time >= 95 %", robots=[1, 2], runs=60)
+    busy = plan_fleet(
+        model.replace({"tasks.unload_time": 300}), "on_time >= 95 %", robots=[1, 2], search=dw.Search(runs=60)
+    )
     assert busy.today.trip is None or max(one.mean for one in busy.today.utilisation.values()) < 0.7
 
 
@@ -239,7 +242,8 @@ def test_a_fleet_that_is_always_on_time_is_enough_for_a_target_of_99_per_cent():
     """Of the case: 6 robots were "too few: 100 % (69 to 100)" at 99.5 %, and open at 99 % after 320 days."""
     model = dw.load(plans.ON_TIME)
     for target, zone in (("on_time >= 99 %", 0.005), ("on_time >= 99.5 %", 0.0025)):
-        plan = plan_fleet(model, target, robots=range(4, 7), strategies={}, cap=320)  # days of 60 tasks
+        days = dw.Search(cap=320)  # of 60 tasks
+        plan = plan_fleet(model, target, robots=range(4, 7), strategies={}, search=days)
         assert plan.zone == pytest.approx(zone)  # 99.5 % and 1 % more would be impossible
         assert plan.today.best.robots == 4
         assert plan.today.best.estimate.mean > 0.999
@@ -264,7 +268,7 @@ def test_a_better_strategy_is_named_and_the_sizes_are_for_it():
         "T <= 4140",
         strategies={"policies.allocation": ["in-order", "hungarian"]},
         robots=[3, 4, 5, 6],
-        cap=320,  # the best of them lies near the target
+        search=dw.Search(cap=320),  # the best of them lies near the target
     )
     assert found.strategy.label == "hungarian"
     said = "This is with hungarian, which needs fewer than in-order."

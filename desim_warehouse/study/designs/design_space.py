@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.designs.directions import Floor
-from desim_warehouse.study.designs.search import Space
+from desim_warehouse.study.designs.local_search import Space
 from desim_warehouse.study.fleet.designs import Designs, refused
 
 if TYPE_CHECKING:
