@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -19,13 +20,12 @@ from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.study.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from desim_warehouse.model import Model
     from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.fleet import FleetPlan, OptionsPlan
     from desim_warehouse.study.search import Search
     from desim_warehouse.study.tipping import TippingPoints
+
 
 ALL_YEAR = 8760.0
 """Hours."""

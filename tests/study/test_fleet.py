@@ -46,8 +46,7 @@ def drafted(folder):
 
 @pytest.fixture(scope="module")
 def found(drafted, folder):
-    how = dw.Search(out=folder / "out")
-    return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, robots="1..5", search=how)
+    return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, robots="1..5", search=dw.Search(out=folder / "out"))
 
 
 def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found):
