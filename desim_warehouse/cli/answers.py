@@ -6,15 +6,15 @@ import json
 import shlex
 import shutil
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from desim_warehouse.report.answer import Answer
+
 
 _NARROWEST = 60
 """Columns of a terminal below which tables are not made narrower."""

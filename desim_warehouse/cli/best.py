@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -26,8 +27,6 @@ from desim_warehouse.cli.warned import warn
 from desim_warehouse.study.limits import MOST_RUNS, RACED, SEARCH_RUNS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from desim_warehouse.model import Model
     from desim_warehouse.study.search import Search
 

@@ -33,6 +33,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.search import Search
     from desim_warehouse.study.tipping import TippingPoints
 
+
 ALL_YEAR = 8760.0
 """Hours."""
 NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says what holds it up."

@@ -5,7 +5,7 @@ from __future__ import annotations
 import sys
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
@@ -15,14 +15,12 @@ from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_values, study_of, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.report.text import race_words, size_words, words
 from desim_warehouse.study.limits import CAP, FIRST
-
-if TYPE_CHECKING:
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.procedures import SizeFound
-    from desim_warehouse.study.search import Search
-    from desim_warehouse.study.study import Study
+from desim_warehouse.study.procedures import SizeFound
+from desim_warehouse.study.search import Search
+from desim_warehouse.study.study import Study
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
 """Keys of which the right value lies between too little and too much."""

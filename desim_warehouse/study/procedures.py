@@ -2,27 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import StudyError, shown
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.outcome.verdicts import judge_design
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import statistics
+from desim_warehouse.study.design import Point
 from desim_warehouse.study.limits import CAP, LEAST_DELTA, RACED
-from desim_warehouse.study.runner import ran_flat
+from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.study import Study, with_answer
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.design import Point
-    from desim_warehouse.study.runner import StudyRunner
 
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
 ZONE = 0.01

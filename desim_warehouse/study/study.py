@@ -2,39 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.model import Model
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.run.folder import ANSWER
+from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.factors import Level
+from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import (
+    Comparison,
+    FirstOrder,
+    MainEffects,
+    Procedure,
+    SobolIndices,
+)
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-
     import pandas as pd
 
     from desim_warehouse.live.frozen import FrozenPage
-    from desim_warehouse.model import Model
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.execution import Executor
-    from desim_warehouse.study.plan import StudyPlan
-    from desim_warehouse.study.statistics import (
-        Comparison,
-        FirstOrder,
-        MainEffects,
-        Procedure,
-        SobolIndices,
-    )
+
 
 T = TypeVar("T")
 

@@ -14,30 +14,27 @@ window, and for batches that wait for a robot.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.nearer import nearer
 from desim_warehouse.feasibility.pods import stations_of
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
 from desim_warehouse.policies import catalogue
-from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Phase, names, staff
+from desim_warehouse.run import Run
+from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Phase, Queue, names, staff
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
 from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
     import pandas as pd
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.run import Run
-    from desim_warehouse.states import Queue
 
 DOSE = 0.1
 """The part of a capacity, or of the work, by which gains are compared."""

@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.statistics import Estimate
 
+
 RESULTS = "results.parquet"
 
 

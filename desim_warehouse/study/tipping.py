@@ -9,28 +9,24 @@ how many robots the middle needs is found on other days.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.fleet.designs import Designs, refused
 from desim_warehouse.study.limits import UNCERTAIN_RUNS
 from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Procedure, RunNumber, Target
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.statistics.thresholds import Crossing, LinearNeed, Worth, crossing, linear_need, worth
 from desim_warehouse.study.study import searched, with_answer
 from desim_warehouse.study.target import read_target
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
-
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.statistics import Procedure, RunNumber, Target
 
 Inputs: TypeAlias = tuple[float, ...]
 """A value of each input."""

@@ -8,34 +8,27 @@ days, and gains are compared for equal doses (`suspects.Suspect.scale`). Where a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import SimulationError, StudyError
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.account import BATCHED, UNTAKEN, share_of_tasks
-from desim_warehouse.outcome.chains import lost_to
+from desim_warehouse.outcome.chains import Root, lost_to
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.outcome.verdicts import Verdict
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import RELIEVED
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import Gains
-from desim_warehouse.study.study import searched, with_answer
+from desim_warehouse.study.statistics import Estimate, Gain, Gains
+from desim_warehouse.study.study import Study, searched, with_answer
 from desim_warehouse.study.suspects import MOST_UNTAKEN, Suspect, left_out, suspects
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.outcome.chains import Root
-    from desim_warehouse.outcome.verdicts import Verdict
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.statistics import Estimate, Gain
-    from desim_warehouse.study.study import Study
 
 LEAST = 0.01
 """Part of the indicator's mean that matters."""

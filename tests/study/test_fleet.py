@@ -17,7 +17,9 @@ from tests.study import plans
 from tests.world.test_hours import SQUARE
 
 WAREHOUSE = "desim new w.yaml --size 16x14 --orders 60/h --due 3"
-SHORT = "--set run.length=3600 --set run.warm_up=600"
+SHORT = {"run.length": 3600, "run.warm_up": 600, "fleet.start_energy": 1, "battery.consumption": 0.0001}
+"""An hour, in which batteries last: settled ones are found in a long run of each fleet."""
+SET = " ".join(f"--set {key}={value}" for key, value in SHORT.items())
 
 
 @pytest.fixture(scope="module")
@@ -39,12 +41,12 @@ def drafted(folder):
     model = folder / "w.yaml"
     if not model.exists():
         assert pages.run_desim(WAREHOUSE.replace("w.yaml", str(model)))[0] == 0
-    return dw.load(model, {"run.length": 3600, "run.warm_up": 600})
+    return dw.load(model, SHORT)
 
 
 @pytest.fixture(scope="module")
 def found(drafted, folder):
-    return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, search=dw.Search(workers=2, out=folder / "out"))
+    return plan_fleet(drafted, "on_time >= 90 %", growth=1.3, robots="1..5", search=dw.Search(out=folder / "out"))
 
 
 def test_the_answer_has_at_most_five_sentences_and_every_number_its_interval(found):
@@ -76,7 +78,7 @@ def test_a_strategy_that_changes_nothing_is_not_judged(found, folder):
     assert set(hungarian.same) == {one.counts for one in found.grown.below}
     runs = dw.Study.open(folder / "out" / "strategies").table.groupby("policies.allocation")["replication"].max()
     assert runs["hungarian"] == 2
-    assert runs["earliest-due"] >= 9
+    assert runs["earliest-due"] > 2
 
 
 def test_runs_are_kept_and_used_again(found, folder):
@@ -95,7 +97,7 @@ def test_runs_are_kept_and_used_again(found, folder):
 
 def test_the_command_says_it_in_words_and_in_json(here):
     plan = (
-        f"desim plan w.yaml --target 'on_time >= 80 %' --vary policies.allocation=nearest --quiet {SHORT} --robots 1..6"
+        f"desim plan w.yaml --target 'on_time >= 80 %' --vary policies.allocation=nearest --quiet {SET} --robots 1..6"
     )
     status, out, err = pages.run_desim(plan)
     assert status == 0, err
@@ -182,7 +184,7 @@ def test_where_nothing_is_scarce_a_trip_is_held_against_the_time_allowed():
 
 def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
     status, out, err = pages.run_desim(
-        f"desim plan w.yaml --target 'on_time >= 95 %' --robots 7..8 --chargers 2..3 --quiet {SHORT} --set "
+        f"desim plan w.yaml --target 'on_time >= 95 %' --robots 7..8 --chargers 2..3 --quiet {SET} --set "
         "tasks.unload_time=300"
     )
     assert status == 3
@@ -211,7 +213,7 @@ def test_what_cannot_be_is_one_message(here, options, said):
 
 def test_runs_that_end_early_leave_what_is_known_and_a_folder_that_opens(here):
     plan = "desim plan w.yaml --target 'on_time >= 90 %' --robots 1..8 --chargers 1..2 --quiet"
-    status, out, err = pages.run_desim(f"{plan} {SHORT} --runs 4 --out early")
+    status, out, err = pages.run_desim(f"{plan} {SET} --runs 4 --out early")
     assert status == 3
     assert "undecided after 4 runs. 16 of 16 fleets remain open." in out
     assert "Try --runs 16." in err
@@ -297,7 +299,7 @@ def test_robots_of_a_kind_have_their_own_price():
 def test_the_command_takes_prices_from_the_model_or_from_options(here):
     plan = (
         "desim plan w.yaml --target 'on_time >= 80 %' --vary policies.allocation=nearest --quiet --json --robots 1..3 "
-        f"{SHORT}"
+        f"{SET}"
     )
     section = "--set 'prices={hours: 4000, robot: 9000, charger: 800}'"
     own, options, both = (

@@ -3,35 +3,36 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from random import Random
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import statistics
-from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
+from desim_warehouse.study.designs.design_space import (
+    AisleWays,
+    ChargerNodes,
+    Combined,
+    DesignPart,
+    DesignSpace,
+    FactorLevels,
+)
 from desim_warehouse.study.designs.local_search import Goal, LocalSearch
+from desim_warehouse.study.factors import Factor, Label
 from desim_warehouse.study.limits import SEARCH_RUNS
 from desim_warehouse.study.procedures import ZONE, Best, judge_of, more_is_better, not_lasting
 from desim_warehouse.study.procedures import best as race
-from desim_warehouse.study.runner import could_not_go_on
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.runner import StudyRunner, could_not_go_on
 from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Estimate, Judge, Procedure, Target
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.study import Study, searched, with_answer
 from desim_warehouse.study.target import check_zone, read_target
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.designs.design_space import Combined, DesignPart
-    from desim_warehouse.study.factors import Factor, Label
-    from desim_warehouse.study.results import Results
-    from desim_warehouse.study.runner import StudyRunner
-    from desim_warehouse.study.statistics import Estimate, Judge, Procedure, Target
 
 FEWEST_RUNS = 50
 """With fewer runs a search looks at little more than the design to begin with."""

@@ -3,32 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from random import Random
-from typing import TYPE_CHECKING, Any, TypeAlias, overload
+from typing import Any, TypeAlias, overload
 
 from desim_warehouse.errors import LayoutError, ModelError, StudyError
-from desim_warehouse.layout.turnable import turnable, turnable_blocks
-from desim_warehouse.model import as_model
+from desim_warehouse.layout import Edge
+from desim_warehouse.layout.turnable import Turnable, Way, turnable, turnable_blocks
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.oriented import changes, orientation, oriented
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.designs.local_search import LocalSearch
 from desim_warehouse.study.limits import SEARCH_RUNS
 from desim_warehouse.study.procedures import more_is_better
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import paired
-from desim_warehouse.study.study import searched, with_answer
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from desim_warehouse.layout import Edge
-    from desim_warehouse.layout.turnable import Turnable, Way
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.statistics import Procedure
-    from desim_warehouse.study.study import Study
+from desim_warehouse.study.statistics import Procedure, paired
+from desim_warehouse.study.study import Study, searched, with_answer
 
 Design: TypeAlias = "tuple[Way, ...]"
 

@@ -7,23 +7,20 @@ few caps are held against no cap on the same days. The best cap of all is `desim
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.verdicts import LEAST_WAITING
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import FIRST
 from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Gain, Gains
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.study import searched
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.statistics import Gain, Gains
 
 KEY = "traffic.most_out"
 PARTS = (0.75, 0.5, 0.33)

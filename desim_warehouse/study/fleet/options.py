@@ -6,12 +6,14 @@ known is whether fewer would do: how far the cost could fall to that of a fleet 
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Source, as_model
 from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet.plan import plan_fleet
 from desim_warehouse.study.limits import PLAN_RUNS
@@ -20,11 +22,8 @@ from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.study import Study, with_answer
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.model import Source
-    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized
+
 
 DAYS = 10
 """Days on which options are compared."""

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.outcome.indicators import within
 from desim_warehouse.study import statistics
+from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
@@ -28,23 +30,17 @@ from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing
 from desim_warehouse.study.limits import PLAN_RUNS
 from desim_warehouse.study.procedures import judge_of, scouted
 from desim_warehouse.study.results import outcome_of
-from desim_warehouse.study.runner import ran_flat
+from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics.cheapest import within_counts
-from desim_warehouse.study.study import searched, with_answer
+from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Estimate, Procedure, Target
+from desim_warehouse.study.statistics.cheapest import Counts, within_counts
+from desim_warehouse.study.study import Study, searched, with_answer
+from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import first_look, indifference, read_target
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.study.design import Point
     from desim_warehouse.study.fleet.hours import Hour
-    from desim_warehouse.study.runner import StudyRunner
-    from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Estimate, Procedure, Target
-    from desim_warehouse.study.statistics.cheapest import Counts
-    from desim_warehouse.study.study import Study
-    from desim_warehouse.study.table import Row
+
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
