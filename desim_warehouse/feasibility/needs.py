@@ -6,6 +6,7 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
+from operator import itemgetter
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
@@ -28,8 +29,7 @@ if TYPE_CHECKING:
 class Needs:
     """The least that tasks draw from a battery: `most` for the worst task, `reach` up to the edge of a good.
 
-    `mean` is for the mean task. `of`: both for each task of a list, by its good and its own destinations; empty for
-    flows.
+    `mean` is for the mean task. `of`: both for each task of a list, by its good and its own destinations; else empty.
     """
 
     worst: str
@@ -84,7 +84,7 @@ def least_needs(
     }
     unload = (time for _, time in own_times(model, layout).values() if time is not None)
     handling = draws.handling * (tasks.mean_load + min([tasks.mean_unload, *unload]))
-    of = {}
+    most, far = [], []
     for number, nodes in work:
         place = layout.storage[number]
         sides = layout.approaches(place.edge, place.offset)
@@ -94,17 +94,15 @@ def least_needs(
             if edge in paces:  # else it is at a node
                 to_good = offset / paces[edge]
                 needs[-1] += draws.empty * to_good + draws.loaded * (times[edge] - to_good)
-        of[number, nodes] = min(needs), min(reach[edge[0]] for edge, _ in sides)
-    worst = max(of, key=lambda task: of[task][0], default=(0, ()))
+        most.append(min(needs))
+        far.append(min(reach[edge[0]] for edge, _ in sides))
+    worst = max(zip(most, work, strict=True), key=itemgetter(0), default=(0.0, (0, ())))
+    of = dict(zip(work, zip(most, far, strict=True), strict=True)) if own else {}
     shares = demand(model, layout)
-    every = [(1 / len(own), task) for task in own] or [(float(shares[task[0]]), task) for task in work]
-    return Needs(
-        f"good {worst[0]}",
-        of[worst][0] if of else 0.0,
-        max((far for _, far in of.values()), default=0.0),
-        math.fsum(share * of[task][0] for share, task in every),
-        of,
-    )
+    every = [1 / len(own) * of[task][0] for task in own] or [
+        float(shares[number]) * need for (number, _), need in zip(work, most, strict=True)
+    ]
+    return Needs(f"good {worst[1][0]}", worst[0], max(far, default=0.0), math.fsum(every), of)
 
 
 def _needs_of_flows(flow: FlowMix, draws: Consumption, between: tuple[Mapping[str, float], list[str]] | None) -> Needs:

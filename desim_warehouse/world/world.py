@@ -12,10 +12,9 @@ from simpy.events import URGENT, Timeout
 
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
-from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import edges_inside, zones_on
 from desim_warehouse.model.facts.charging import spare_batteries, start_levels, swapped_at
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.driving import free_travel
 from desim_warehouse.model.facts.kinds import by_kind, charge_alike
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.outcome.log import Log
@@ -152,16 +151,7 @@ class World:
         """Routes, and free driving times: by what the routing policy looks for, so it is made first."""
         model, layout = self.model, self.layout
         routing = _policy("routing", model.policies.routing)
-        self.travel = travel_on(
-            layout,
-            max(robot.speed for robot in model.fleet.distinct()),
-            model.traffic.node_time,
-            getattr(routing, "cost", "time"),
-            (*layout.bays, *layout.stations, *destinations(model, layout)),
-            model.traffic.turn_time,
-            model.traffic.node_times,
-            model.fleet.slowness,
-        )
+        self.travel = free_travel(model, layout)
         lanes, contact = self.traffic.lanes, model.fleet.contact
         break_down = model.fleet.breaks_down
         ways = self.env, routing, layout, self.travel, lanes, contact, restrictions
