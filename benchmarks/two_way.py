@@ -27,8 +27,8 @@ from desim_warehouse.layout import build
 from desim_warehouse.layout.layout import Layout
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.plants import import_layout
+from desim_warehouse.world.traffic.avoidance import Avoidance
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.deadlock.avoidance import Avoidance
 from desim_warehouse.world.traffic.driver import NoDriver
 from desim_warehouse.world.traffic.traffic import Traffic
 from tests.laws.test_brute_force import refused

@@ -1,12 +1,9 @@
-"""Making the folders that results are written to."""
+"""Folders: those that results are written to, and those with files that people copy (models/gallery, reports)."""
 
 from __future__ import annotations
 
 import errno
-from typing import TYPE_CHECKING
-
-if TYPE_CHECKING:
-    from pathlib import Path
+from pathlib import Path
 
 _DEEPEST = 200
 """Folders inside one another; `Path.mkdir` takes a call for each, and Python allows some hundred."""
@@ -21,3 +18,19 @@ def make_folder(folder: Path, mode: int = 0o777) -> None:
     if len(folder.parts) > _DEEPEST:
         raise OSError(errno.ENAMETOOLONG, f"more than {_DEEPEST} folders inside one another", str(folder))
     folder.mkdir(mode, parents=True, exist_ok=True)
+
+
+PLACES = {"gallery": "models/gallery", "notebooks": "reports"}
+"""A folder of the installed package, and where it is in the source tree; pyproject.toml says the same to the wheel."""
+
+
+def shipped(kind: str) -> Path:
+    """The folder with files of a kind: in the installed package, or in the source tree."""
+    home = Path(__file__).parent
+    installed = home / kind
+    return installed if installed.is_dir() else home.parent / PLACES[kind]
+
+
+def gallery() -> dict[str, Path]:
+    """The model files of the gallery, by name."""
+    return {path.stem: path for path in sorted(shipped("gallery").glob("*.yaml"))}

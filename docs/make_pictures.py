@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parent.parent
 sys.path.insert(0, str(ROOT))
 
 import desim_warehouse as dw  # noqa: E402
-from desim_warehouse.shipped import gallery  # noqa: E402
+from desim_warehouse.folders import gallery  # noqa: E402
 from tests.browser.chromium import start  # noqa: E402
 
 PICTURES = ROOT / "docs" / "pictures"

@@ -4,8 +4,6 @@ Parts are compared with the whole to the last digit but rounding, and with the t
 simulator keeps without the log.
 """
 
-from __future__ import annotations
-
 import math
 
 from desim_warehouse.outcome.chains import QUEUES, TRAFFIC

@@ -1,7 +1,5 @@
 """The part of the auditor that looks at edges that are closed, slow, or have people in them."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """The part of the auditor that looks at hours: of stations, of robots and of flows, and at buffers."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 
 TOL = 1e-6

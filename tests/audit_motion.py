@@ -4,8 +4,6 @@ Between two instants at which a robot stands for certain (it loads, unloads, is 
 the time of the fastest drive over what it has driven, from a stand to a stand.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import groupby
 

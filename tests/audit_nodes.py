@@ -4,8 +4,6 @@ Nodes joined by edges shorter than D are one intersection: a robot is in it from
 its first node until it leaves its last.
 """
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from dataclasses import dataclass, field

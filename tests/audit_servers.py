@@ -1,7 +1,5 @@
 """The part of the auditor that looks at servers: each keeps a robot until it has handled all that it came for."""
 
-from __future__ import annotations
-
 import math
 from collections import defaultdict
 from dataclasses import dataclass

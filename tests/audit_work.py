@@ -1,7 +1,5 @@
 """The part of the auditor that looks at work: tasks, places in bays and stations, batteries, tallies."""
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 from itertools import groupby
 

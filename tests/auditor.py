@@ -5,8 +5,6 @@ paper's literal rule (a robot that drives towards another which is nearer than D
 heading should have stopped). In a gridlock rotation robots follow each other as a train, D apart along the way.
 """
 
-from __future__ import annotations
-
 import math
 from bisect import bisect_right
 from collections import defaultdict

@@ -1,7 +1,5 @@
 """Hypothesis profiles, `fast` for every day and `long` for make test-long; and why tests were skipped."""
 
-from __future__ import annotations
-
 import os
 import signal
 from collections import Counter

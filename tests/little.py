@@ -7,8 +7,6 @@ the number of open tasks is tasks x mean cycle time, less what delivered tasks h
 plus what open tasks have spent in it (Little 2011, Operations Research 59(3), 536-549, section 2).
 """
 
-from __future__ import annotations
-
 import math
 from operator import itemgetter
 

@@ -52,7 +52,7 @@ MEMORY = 4 << 30
 class Sites(ast.NodeVisitor):
     """What can be changed in the functions of a module: the line of each, and a function that changes it."""
 
-    def __init__(self) -> None:
+    def __init__(self):
         self.found = []
         self.function = 0
 
@@ -187,7 +187,7 @@ def forked(work, seconds):
 class Tried:
     """Runs tests in forks, in place of pytest's own loop."""
 
-    def __init__(self, arguments) -> None:
+    def __init__(self, arguments):
         self.arguments = arguments
         self.failed = False
 

@@ -5,8 +5,6 @@ say: rates of consumption, due times, weights, where chargers are. All is counte
 a row counts if its time lies there, a stretch of time (driving, waiting, being in a state) with its part within.
 """
 
-from __future__ import annotations
-
 import math
 import statistics
 from collections import Counter, defaultdict

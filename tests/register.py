@@ -1,7 +1,5 @@
 """Python in a process of its own, whose register of states was edited before anything read it."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -20,7 +18,7 @@ exec(compile(script, "script", "exec"), {"__name__": "__main__"})
 """
 
 
-def python(script: str, register: str | None = None) -> str:
+def python(script, register=None):
     """What a script prints, given the text of `states.py`; default: as it is."""
     source = (_ROOT / "states.py").read_text() if register is None else register
     command = [sys.executable, "-W", "error", "-c", _BEGIN, source, str(_ROOT.parent), script]
@@ -29,7 +27,7 @@ def python(script: str, register: str | None = None) -> str:
     return done.stdout
 
 
-def renamed(prefix: str) -> str:
+def renamed(prefix):
     """The register with other names for all states of the log."""
     source = (_ROOT / "states.py").read_text()
     log, rest = source.split("WAITING = State(")
@@ -40,7 +38,7 @@ def renamed(prefix: str) -> str:
     )
 
 
-def extended(entry: str) -> str:
+def extended(entry):
     """The register with one entry more in `STATES`, as CONTRIBUTING says."""
     source = (_ROOT / "states.py").read_text()
     end = '    )\n}\n"""By name, in the order of tables and indicators."""'

@@ -1,7 +1,5 @@
 """The register of states: what is true of a state is said there, and nobody else knows one by its name."""
 
-from __future__ import annotations
-
 import ast
 import dataclasses
 import json
@@ -13,7 +11,7 @@ import pytest
 
 import desim_warehouse
 from desim_warehouse.model.schema import Tasks
-from desim_warehouse.model.sections.battery import Consumption
+from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.outcome.log import KINDS
 from desim_warehouse.states import APART, AT_START, ROLES, SHOWN, STATES, TIMES, WAITING, Phase, Role, State, seen
@@ -99,11 +97,11 @@ MEANS_ELSE = {
 """Words that model files, pages and kinds of rows have, too: states where something is compared with them."""
 
 
-def entered(tree: ast.AST) -> set[ast.AST]:
+def entered(tree):
     """Constants by which a robot enters a state: handed to `enter`, or given a name or returned for that."""
-    found: set[ast.AST] = set()
+    found = set()
 
-    def take(node: ast.AST | None) -> None:
+    def take(node):
         if isinstance(node, ast.IfExp):
             take(node.body)
             take(node.orelse)
@@ -119,7 +117,7 @@ def entered(tree: ast.AST) -> set[ast.AST]:
     return found
 
 
-def operands(node: ast.AST) -> list[ast.AST]:
+def operands(node):
     """What is compared, one by one."""
     if isinstance(node, ast.MatchValue):
         return [node.value]
@@ -127,7 +125,7 @@ def operands(node: ast.AST) -> list[ast.AST]:
     return [part for side in sides for part in getattr(side, "elts", [side])]
 
 
-def named(source: str, *, world: bool = True) -> set[str]:
+def named(source, *, world=True):
     """States that a source names, other than to enter them."""
     tree = ast.parse(source)
     may = entered(tree) if world else set()
@@ -231,10 +229,7 @@ for path, changes in CASES:
 
 CASES = [
     ("models/tutorial.yaml", {"fleet.size": 5, "policies.allocation": "regret"}),
-    (
-        "models/tutorial.yaml",
-        {"fleet.size": 4, "fleet.robot.breakdowns": {"every": {"exponential": 60}, "repair": 25}},
-    ),
+    ("models/tutorial.yaml", {"fleet.size": 4, "fleet.robot.breakdowns": {"every": {"exponential": 60}, "repair": 25}}),
     ("models/people.yaml", {"run.length": 1500, "run.warm_up": 300}),
     ("tests/golden/models/flows.yaml", {}),
     (

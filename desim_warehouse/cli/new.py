@@ -12,7 +12,7 @@ from click.core import ParameterSource
 
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import TimeIn, with_force, write_files
-from desim_warehouse.shipped import gallery
+from desim_warehouse.folders import gallery
 
 if TYPE_CHECKING:
     from desim_warehouse.draft import Draft

@@ -15,7 +15,7 @@ from desim_warehouse.feasibility.mistakes import of_pods
 from desim_warehouse.feasibility.pods import driven
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import checks
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.orders import files_of, nodes_named
 

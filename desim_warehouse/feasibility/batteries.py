@@ -13,11 +13,11 @@ from desim_warehouse.feasibility.needs import TIME, least_needs
 from desim_warehouse.feasibility.power import at_rest, needed_at_rest
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
-from desim_warehouse.model.facts import energy, kinds
+from desim_warehouse.model.facts import charging
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, levels, refills_overnight, start_energy
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
-from desim_warehouse.model.facts.destinations import own_destinations
-from desim_warehouse.model.sections.battery import Consumption
+from desim_warehouse.model.facts.places import own_destinations
+from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import RandomGoods
 
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.battery import BatterySpec
+    from desim_warehouse.model.sections.fleet import BatterySpec
     from desim_warehouse.policies import Levels
 
 DRAINS = {"HOME_WITHOUT_CHARGER", "NO_CHARGER", "CHARGE_TOGETHER", "THRESHOLD_TOO_LOW"}
@@ -354,7 +354,9 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
     wait, rounds = 0.0, math.ceil(len(away) / count) - 1
     for _ in range(rounds):
         left = level - rate * wait
-        wait += known.swap_time if known.swap_time is not None else energy.charge_time(battery, left, known.sufficient)
+        wait += (
+            known.swap_time if known.swap_time is not None else charging.charge_time(battery, left, known.sufficient)
+        )
         if rate * wait > level + battery.reserve:
             break
     else:
@@ -390,9 +392,9 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
         return
     units = model.units
     time = units.time
-    part = kinds.shares(model)
+    part = charging.shares(model)
     capacity = model.fleet.size * math.fsum(
-        part[kind] * _battery(alone).capacity for kind, alone in kinds.by_kind(model).items()
+        part[kind] * _battery(alone).capacity for kind, alone in charging.by_kind(model).items()
     )
     falls = (balance.draws - balance.gives) * units.hour / capacity
     yield Finding(

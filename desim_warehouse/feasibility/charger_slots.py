@@ -10,8 +10,7 @@ import networkx as nx
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.batteries import must_charge
 from desim_warehouse.findings import Finding
-from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.model.facts.kinds import by_kind
+from desim_warehouse.model.facts.charging import by_kind, chargers_at
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

@@ -10,10 +10,8 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.facts.demand import demand, flow_rates
-from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.driving import free_travel
-from desim_warehouse.model.facts.places import place_shares
-from desim_warehouse.model.facts.stations import flow_times, own_times
+from desim_warehouse.model.facts.places import destinations, flow_times, own_times, place_shares
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.values.distributions import mean_of
 

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.zones import edges_of
-from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.hours import STEPS
-from desim_warehouse.model.facts.stations import specs
+from desim_warehouse.model.facts.places import destinations, specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, ScheduleArrivals
 from desim_warehouse.model.sections.orders import summary

@@ -12,9 +12,8 @@ from typing import TYPE_CHECKING
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.demand import asked_for, demand, listed
-from desim_warehouse.model.facts.destinations import destinations, own_destinations
-from desim_warehouse.model.facts.stations import own_times
-from desim_warehouse.model.sections.battery import Consumption
+from desim_warehouse.model.facts.places import destinations, own_destinations, own_times
+from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.flows import StorageEnd
 
 if TYPE_CHECKING:

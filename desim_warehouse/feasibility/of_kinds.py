@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import batteries, charger_slots
 from desim_warehouse.findings import Finding
-from desim_warehouse.model.facts.kinds import by_kind, charge_alike, said
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, said
 
 if TYPE_CHECKING:
     from collections.abc import Iterator

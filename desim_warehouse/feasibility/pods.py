@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.feasibility.estimate import StationLoad
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.demand import arrival_rate, flow_rates
-from desim_warehouse.model.facts.stations import open_share, specs
+from desim_warehouse.model.facts.places import open_share, specs
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
     PoissonArrivals,

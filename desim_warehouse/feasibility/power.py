@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
-from desim_warehouse.model.facts import kinds
-from desim_warehouse.model.facts.charging import chargers_at, charging_rate
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, charging_rate, said, shares
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -65,7 +64,7 @@ class Power:
     def lines(self, time: str) -> list[str]:
         """The energy balance in words, by kind where kinds differ."""
         if self.kinds:
-            lines = [f"{kinds.said(kind)}: {line}" for kind, one in self.kinds.items() for line in one.lines(time)]
+            lines = [f"{said(kind)}: {line}" for kind, one in self.kinds.items() for line in one.lines(time)]
             if self.needed is not None:
                 lines.append(f"chargers: {self.chargers} in all; need at least {self.needed}")
             return lines
@@ -85,10 +84,10 @@ def power(
     """The energy balance of a fleet with a mean `cycle`, which differs by kind; None without battery."""
     if model.battery is None:
         return None
-    if kinds.charge_alike(model):
+    if charge_alike(model):
         return _alike(model, layout, cycle, rate, at_work)[0]
-    part = kinds.shares(model)
-    of_kinds = kinds.by_kind(model).items()
+    part = shares(model)
+    of_kinds = by_kind(model).items()
     both = {kind: _alike(one, one.floor, cycles.get(kind, cycle), rate, at_work, part[kind]) for kind, one in of_kinds}
     found, needed = {kind: one for kind, (one, _) in both.items()}, math.fsum(used for _, used in both.values())
     task = math.fsum(part[kind] * one.task for kind, one in found.items())
@@ -201,5 +200,5 @@ def at_rest(model: Model, layout: Layout) -> str:
 
 def _standing(model: Model) -> float:
     """What a robot draws standing, on average."""
-    part, alone = kinds.shares(model), kinds.by_kind(model)
+    part, alone = shares(model), by_kind(model)
     return math.fsum(part[kind] * one.battery.draws.standing for kind, one in alone.items() if one.battery is not None)

@@ -11,7 +11,7 @@ from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.feasibility.mistakes import clashes, crowds, magnitudes, unused
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
-from desim_warehouse.model.facts.stations import specs
+from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.values.distributions import mean_of
 

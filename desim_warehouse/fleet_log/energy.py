@@ -22,7 +22,7 @@ import numpy as np
 from desim_warehouse.fleet_log.estimates import FEWEST, KeyEstimate, short, t_quantile, unknown
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, PICK
-from desim_warehouse.model.facts.kinds import charge_alike
+from desim_warehouse.model.facts.charging import charge_alike
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray

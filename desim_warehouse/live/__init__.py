@@ -1,7 +1,7 @@
 """The live page of a model: a server for its own user, on this machine only, and the page that it shows.
 
-`offers` says what may be changed, `by_hand` answers at once. `desk` simulates what somebody listens to, `answers` says
-what the runs tell so far. `app` has the calls and turns away everybody else, `messages` their types.
+`offers` says what may be changed. `desk` simulates what somebody listens to, `answers` says what is known of it, before
+any run and after some. `app` has the calls and turns away everybody else, `messages` their types.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.report.replay.page import colours
 from desim_warehouse.report.text import words
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
-from desim_warehouse.study.execution.notebook import in_notebook
+from desim_warehouse.study.execution.progress import in_notebook
 from desim_warehouse.study.statistics import looks_by
 from desim_warehouse.study.target import read_target
 
@@ -51,8 +51,7 @@ class Live:
         try:
             import uvicorn
 
-            from desim_warehouse.live.app import application
-            from desim_warehouse.live.connections import TimedRequests
+            from desim_warehouse.live.app import TimedRequests, application
         except ImportError as error:
             raise StudyError(f"a live page needs {error.name}; pip install 'desim-warehouse[serve]'") from None
         self.desk = desk

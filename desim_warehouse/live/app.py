@@ -2,6 +2,8 @@
 
 Every call but the page itself needs the token. Host must be ours on every call, and Origin where there is one, so that
 no other page, and no name that leads here, can ask. Nothing is allowed to other origins, and bodies are small.
+
+Connections of the live page's server: whoever begins a request and does not end it soon is not waited for.
 """
 
 from __future__ import annotations
@@ -13,12 +15,14 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
 
+import h11
 from pydantic import ValidationError
 from starlette.applications import Starlette
 from starlette.concurrency import run_in_threadpool
 from starlette.exceptions import HTTPException
 from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingResponse
 from starlette.routing import Route
+from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from desim_warehouse.errors import CheckError, ModelError, StudyError, WarehouseError
 from desim_warehouse.live.desk import MOST_RUNS, Design, Desk, Listener, asked
@@ -28,12 +32,49 @@ from desim_warehouse.report.text.words import scale
 from desim_warehouse.report.web import joined
 
 if TYPE_CHECKING:
+    from asyncio import TimerHandle, Transport
     from collections.abc import AsyncIterator, Callable, Mapping
 
     from starlette.requests import Request
     from starlette.types import ASGIApp, Receive, Scope, Send
 
     from desim_warehouse.live.messages import About
+
+WITHIN = 10.0
+"""Seconds in which a request must come whole, and the first one after a connection is opened."""
+
+
+class TimedRequests(H11Protocol):
+    """HTTP/1.1 that closes connections with a request that is not whole in time; uvicorn waits for ever."""
+
+    _late: TimerHandle | None = None
+
+    def connection_made(self, transport: Transport) -> None:  # type: ignore[override]
+        """Wait for the first request."""
+        super().connection_made(transport)
+        self._watch()
+
+    def data_received(self, data: bytes) -> None:
+        """Wait for the rest of a request, if there is more to come."""
+        super().data_received(data)
+        self._watch()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait for nothing."""
+        self._stop()
+        super().connection_lost(exc)
+
+    def _watch(self) -> None:
+        if self.conn.their_state not in {h11.IDLE, h11.SEND_BODY}:
+            self._stop()
+        elif self._late is None:
+            self._late = self.loop.call_later(WITHIN, self.transport.close)
+
+    def _stop(self) -> None:
+        if self._late is not None:
+            self._late.cancel()
+            self._late = None
+
 
 M = TypeVar("M", bound=Message)
 MOST_BODY = 64 * 1024

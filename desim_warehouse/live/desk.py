@@ -19,8 +19,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError
-from desim_warehouse.live.answers import FEWEST, Named, RunsSoFar, results_of
-from desim_warehouse.live.by_hand import ByHand, by_hand
+from desim_warehouse.live.answers import FEWEST, ByHand, Named, RunsSoFar, by_hand, results_of
 from desim_warehouse.live.messages import Calculated, Tried, Watched
 from desim_warehouse.live.offers import levels_of, spoken_design
 from desim_warehouse.report.text.compare_words import difference
@@ -42,8 +41,7 @@ if TYPE_CHECKING:
     from desim_warehouse.live.messages import About
     from desim_warehouse.live.offers import Offer
     from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.handle import Handle
-    from desim_warehouse.study.execution.work import Outcome
+    from desim_warehouse.study.execution.work import Handle, Outcome
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import Target
 

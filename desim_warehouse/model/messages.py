@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
     from pydantic_core import ErrorDetails
 
+
 Keys = tuple[str | int, ...]
 """The path to a value: keys of sections and ranks in lists, as in ("fleet", "start", 0)."""
 

@@ -15,7 +15,7 @@ from desim_warehouse.layout.orient import Orientation, orient_lanes
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.layout.turnable import AGAINST, mirrored
 from desim_warehouse.model import layout_file
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import destinations
 
 if TYPE_CHECKING:
     from collections.abc import Container, Mapping, MutableMapping, MutableSequence, Sequence

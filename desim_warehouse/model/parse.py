@@ -6,11 +6,13 @@ import re
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal, NoReturn
+from typing import Any, Literal, NoReturn, TypeVar
+
+from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
-from desim_warehouse.model.messages import FilePositions, Keys, Outline, Position, Problem
-from desim_warehouse.values.fields import LIMITS, Part
+from desim_warehouse.model.messages import FilePositions, Keys, Outline, Position, Problem, from_pydantic, report
+from desim_warehouse.values.fields import LIMITS, Known, Part
 
 _TAG = "tag:yaml.org,2002:"
 _TEXT = {f"{_TAG}{name}" for name in ("str", "timestamp", "merge", "value")}
@@ -264,3 +266,27 @@ def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0
     wrong = f"not a value a model file can have (got {type(value).__name__})"
     problems.append(Problem(keys, f"{wrong}, expected numbers, text, lists and mappings"))
     return str(value)
+
+
+Whole = TypeVar("Whole", bound=Part)
+
+
+def valid(document: Document, kind: type[Whole], outline: Outline) -> Whole:
+    """What a document says, checked.
+
+    Args:
+        document: its values, and what is wrong with them so far.
+        kind: what it should hold.
+        outline: the keys that it can have.
+
+    Raises:
+        ModelError: with every problem, in the order of the file.
+    """
+    problems = list(document.problems)
+    try:
+        found = kind.model_validate(document.data, context=Known())
+    except ValidationError as error:  # what a table lacks says nothing about the model
+        problems += [item for item in from_pydantic(error, outline) if item.keys[:2] not in document.unread]
+    if problems:
+        raise ModelError(report(problems, document.positions))
+    return found

@@ -20,9 +20,8 @@ from desim_warehouse.layout.spec import (
 from desim_warehouse.model.events import too_many
 from desim_warehouse.model.messages import Outline, report
 from desim_warehouse.model.overrides import override
-from desim_warehouse.model.parse import Document, from_mapping
-from desim_warehouse.model.sections.battery import BatterySpec
-from desim_warehouse.model.sections.fleet import Fleet
+from desim_warehouse.model.parse import Document, from_mapping, valid
+from desim_warehouse.model.sections.fleet import BatterySpec, Fleet
 from desim_warehouse.model.sections.flows import (
     FlowSpec,
     PoissonArrivals,
@@ -37,13 +36,11 @@ from desim_warehouse.model.sections.flows import (
 )
 from desim_warehouse.model.sections.goods import GOODS_FORM, Good, GoodsRule, PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.orders import Reading, files_of, problems_of
-from desim_warehouse.model.sections.people import PeopleSpec
 from desim_warehouse.model.sections.pods import PodsSpec, fit_for_pods
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.model.sections.popularity import Popularity, PopularityRule
-from desim_warehouse.model.sections.traffic import TrafficSpec
+from desim_warehouse.model.sections.traffic import PeopleSpec, TrafficSpec
 from desim_warehouse.model.tables import resolve
-from desim_warehouse.model.valid import valid
 from desim_warehouse.policies import catalogue
 from desim_warehouse.states import APART
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, Hours, clock_time

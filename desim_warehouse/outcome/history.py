@@ -15,9 +15,8 @@ from itertools import islice, zip_longest
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.model.facts import energy
-from desim_warehouse.model.facts.charging import chargers_at, start_levels
-from desim_warehouse.model.facts.kinds import by_kind
+from desim_warehouse.model.facts import charging
+from desim_warehouse.model.facts.charging import by_kind, chargers_at, start_levels
 from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.log import KINDS, NONE, PLACES, STATES, LogRow
 from desim_warehouse.outcome.records import (
@@ -41,7 +40,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.battery import BatterySpec
+    from desim_warehouse.model.sections.fleet import BatterySpec
     from desim_warehouse.outcome.log import Log
     from desim_warehouse.outcome.records import Deadline, Edge
 
@@ -469,7 +468,7 @@ class History:
 
     @cached_property
     def _rates(self) -> list[dict[str, float]]:
-        return [energy.rates(battery) for battery in self.batteries]
+        return [charging.rates(battery) for battery in self.batteries]
 
     @cached_property
     def _kinds(self) -> list[str]:
@@ -507,7 +506,7 @@ class History:
         """Energy charged in a time at a charger. A swapped battery is full only at the end of it."""
         if self._kinds[robot] in self._swapped:
             return 0.0
-        return energy.charge_gain(self.batteries[robot], level, time)
+        return charging.charge_gain(self.batteries[robot], level, time)
 
 
 class FlowHistory:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
-from desim_warehouse.outcome import measures, money, visits
+from desim_warehouse.outcome import measures, money
 from desim_warehouse.states import APART, TIMES
 
 if TYPE_CHECKING:
@@ -371,8 +371,8 @@ INDICATORS = {
             "count",
             "pods that were brought to a station and put down again; only with `pods`",
             None,
-            visits.pod_visits,
-            visits.has_pods,
+            measures.pod_visits,
+            measures.has_pods,
         ),
         Indicator(
             "pile_on",
@@ -380,8 +380,8 @@ INDICATORS = {
             "ratio",
             "lines done / pods put down again; only with `pods`",
             "more",
-            visits.pile_on,
-            visits.has_pods,
+            measures.pile_on,
+            measures.has_pods,
         ),
         Indicator(
             "station_idle",
@@ -389,8 +389,8 @@ INDICATORS = {
             "share of capacity",
             "share of the time of servers of stations, in their hours, in which no line is picked; only with `pods`",
             "less",
-            visits.station_idle,
-            visits.has_pods,
+            measures.station_idle,
+            measures.has_pods,
         ),
         Indicator(
             "distance_per_task",
@@ -398,8 +398,8 @@ INDICATORS = {
             "length",
             "distance driven by all robots / tasks delivered; only with `pods`, where a task is a line",
             "less",
-            visits.distance_per_task,
-            visits.has_pods,
+            measures.distance_per_task,
+            measures.has_pods,
         ),
         Indicator(
             "trips",

@@ -1,4 +1,7 @@
-"""What indicators measure: each function takes the history of a run, or of one of its flows, and gives a number."""
+"""What indicators measure: each function takes the history of a run, or of one of its flows, and gives a number.
+
+The last ones are for goods to person: visits of pods, lines picked at each, idle pickers, and the way for a line.
+"""
 
 from __future__ import annotations
 
@@ -265,3 +268,32 @@ def shared_time(history: History) -> float:
 
 def has_due_times(tasks: History | FlowHistory) -> bool:
     return bool(tasks.deadlines)
+
+
+def has_pods(history: History) -> bool:
+    return history.model.pods is not None
+
+
+def pod_visits(history: History) -> int:
+    return sum(1 for row in history.rows("stored") if history.counts(row.time))
+
+
+def pile_on(history: History) -> float:
+    visits = pod_visits(history)
+    return history.totals["delivered"] / visits if visits else math.nan
+
+
+def station_idle(history: History) -> float:
+    """A server is in use while a line is picked, not while pods are changed."""
+    stations, model = history.layout.stations, history.model
+    busy = math.fsum(row["busy"] for row in history.log.stations or ())
+    time = math.fsum(
+        item.servers * model.hours(model.layout.stations[item.zone].hours).share(history.begin, history.end)
+        for item in stations.values()
+    )
+    return 1 - busy / (time * history.counted) if time * history.counted else math.nan
+
+
+def distance_per_task(history: History) -> float:
+    done = history.totals["delivered"]
+    return history.totals["distance"] / done if done else math.nan

@@ -2,6 +2,13 @@
 
 The rules are in `RULES`: tables, reports, JSON and the reference in the documentation all read them. They
 use indicators, those of a run or their means over the runs of a design, so that both are judged alike.
+
+Whether batteries have settled while a run counts: does their mean level fall, what charging costs is to come.
+
+Does it rise, more is charged than will be, and the fleet looks worse than it is.
+
+Settled, each robot charges for the part f of its time in which it takes up what it draws in the rest: with e drawn and
+g given for each time unit, (1 - f) e = f g.
 """
 
 from __future__ import annotations
@@ -9,11 +16,13 @@ from __future__ import annotations
 import math
 from collections import defaultdict
 from dataclasses import dataclass
+from statistics import fmean, stdev
 from typing import TYPE_CHECKING
 
+from desim_warehouse.errors import number_of
+from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, refills_overnight
 from desim_warehouse.model.facts.hours import longest_closed
-from desim_warehouse.outcome import settled
 from desim_warehouse.outcome.indicators import is_of_due
 from desim_warehouse.outcome.past_knee import (
     FEWER,
@@ -30,6 +39,68 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.history import History
+
+LEAST_DRIFT = 0.01
+"""Share of the capacity per hour by which the mean level must move."""
+CONFIDENCE = 0.99
+"""Of the interval that the move must exceed."""
+
+
+def drifts_of_robots(history: History) -> list[float]:
+    """By how much the level of each robot moved in the counted time: shares of the capacity an hour."""
+    import numpy as np
+
+    hours = history.counted / history.model.units.hour
+    if not history.batteries or not hours:
+        return []
+    ends = [np.interp((history.begin, history.end), times, levels) for times, levels in history.energy_curves]
+    pairs = zip(ends, history.batteries, strict=True)
+    return [float(last - first) / battery.capacity / hours for (first, last), battery in pairs]
+
+
+def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | None:
+    """By how much levels fall, or rise (below 0), from the moves of a run's robots or a design's runs; None: by chance.
+
+    Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
+    from 0 (a t interval). `part`: of the error, where it is asked again as runs come in. Of a fleet that begins settled
+    nothing is said: what is left of a drift then is that of the one run in which it settled.
+    """
+    if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
+        return None
+    if model.fleet.start_energy == "settled":
+        return None
+    mean = -fmean(values)
+    if not abs(mean) >= LEAST_DRIFT or refills_overnight(model):
+        return None
+    from scipy.special import stdtrit
+
+    half = float(stdtrit(len(values) - 1, 1 - (1 - CONFIDENCE) * part / 2)) * stdev(values) / math.sqrt(len(values))
+    return mean if abs(mean) > half else None
+
+
+def expected(kpis: Mapping[str, float], model: Model) -> str:
+    """What is to be expected of chargers and robots once batteries have settled, by estimate, in words."""
+    time = kpis.get("T", math.nan)
+    counted = time - model.run.warm_up if time > model.run.warm_up else time
+    away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
+    drawn, chargers = kpis.get("energy", math.nan) / away, sum(chargers_at(model, model.floor).values())
+    if not chargers or not math.isfinite(drawn):
+        return "what charging costs is not seen"
+    charging = model.fleet.size * drawn / (drawn + charging_rate(model))
+    if charging > chargers:
+        at = number_of(chargers, "charger")
+        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {at}"
+    used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
+    return (
+        f"settled, by estimate, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are "
+        f"at work, with chargers used {used} % of the time (here {now} %)"
+    )
+
+
+def amount_of(value: float) -> str:
+    """Two digits."""
+    return amount(float(f"{value:.2g}"))
+
 
 ERRORS_OF_ARRIVALS = 3
 """Standard errors of the number of arrivals by which a backlog must have grown."""
@@ -173,7 +244,7 @@ RULES = {
         "not settled",
         "not settled: batteries {} % an hour while counted; {}",
         "work never ends, and in the counted time the fleet's mean level falls, or rises, by at least "
-        f"{100 * settled.LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * settled.CONFIDENCE:g} % "
+        f"{100 * LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * CONFIDENCE:g} % "
         "interval: of a run from the moves of its robots, of a design from those of its runs; one robot alone, or one "
         "run of a design, has no interval. Not said of fleets that begin settled. Where it rises a fleet looks worse "
         "than it will be. Not said beside the one above. Neither is said of a day by the clock that begins full, if "
@@ -229,7 +300,7 @@ def judge(kpis: Mapping[str, float], model: Model) -> list[Verdict]:
 
 def judge_run(kpis: Mapping[str, float], history: History) -> list[Verdict]:
     """The verdicts on a run, also those that only its log shows."""
-    moves = settled.drifts_of_robots(history) if _may_move(kpis) else []
+    moves = drifts_of_robots(history) if _may_move(kpis) else []
     found, past = _with_drift(judge(kpis, history.model), moves, kpis, history.model), past_knee(history)
     if past is not None:
         code = "PAST_KNEE"
@@ -252,18 +323,18 @@ def judge_design(runs: Sequence[Mapping[str, float]], model: Model, part: float 
 
 
 def _may_move(kpis: Mapping[str, float]) -> bool:
-    return abs(kpis.get("energy_drift_per_hour", 0.0)) >= settled.LEAST_DRIFT
+    return abs(kpis.get("energy_drift_per_hour", 0.0)) >= LEAST_DRIFT
 
 
 def _with_drift(
     found: list[Verdict], moves: Sequence[float], kpis: Mapping[str, float], model: Model, part: float = 1.0
 ) -> list[Verdict]:
     """The same, and that batteries have not settled, in its place in the list."""
-    size = settled.fall(moves, model, part)
+    size = fall(moves, model, part)
     if size is None or any(verdict.code == "BATTERIES_FALL" for verdict in found):
         return found
     moves_by = f"{'fall' if size > 0 else 'rise'} by {_shown(100 * abs(size))}"
-    text = RULES["NOT_SETTLED"].text.format(moves_by, settled.expected(kpis, model))
+    text = RULES["NOT_SETTLED"].text.format(moves_by, expected(kpis, model))
     order, new = list(RULES), Verdict("NOT_SETTLED", text, size)
     return sorted([*found, new], key=lambda verdict: order.index(verdict.code))
 

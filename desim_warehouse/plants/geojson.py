@@ -20,7 +20,7 @@ from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import globe
 from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord
+from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord, fill
+from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord, fill
 from desim_warehouse.plants.xml import Element, read_xml
 
 if TYPE_CHECKING:

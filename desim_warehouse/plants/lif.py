@@ -16,6 +16,14 @@
   use every lane, loaded or not.
 
 Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024.
+
+How long a curve is: non-uniform rational B-splines, as robots drive along them.
+
+Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
+coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts
+are halved until both agree.
+
+Several levels of a building on one floor plan: levels that overlap are drawn side by side.
 """
 
 from __future__ import annotations
@@ -23,21 +31,114 @@ from __future__ import annotations
 import math
 from collections import Counter
 from dataclasses import replace
+from itertools import pairwise
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import got, nearest
 from desim_warehouse.model.json_text import read_json
-from desim_warehouse.plants import lif_2, lif_keys, lif_losses
+from desim_warehouse.plants import lif_keys
 from desim_warehouse.plants.checks import distance
 from desim_warehouse.plants.keyed import POSITION, Reader
-from desim_warehouse.plants.levels import draw_apart
-from desim_warehouse.plants.nurbs import arc_length
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim, unique
 from desim_warehouse.plants.stops import NONE, sounds_like
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
+    from collections.abc import Mapping, Sequence
     from pathlib import Path
+
+_STEEPEST = 30  # degree
+_NODES = 16  # of the quadrature
+_AGREE = 1e-9  # of the length
+_HALVED = 20  # times at most: a cusp converges slowly
+
+
+def arc_length(
+    degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
+) -> float:
+    """The length of a curve from its first knot of full support to its last.
+
+    Args:
+        degree: of the pieces, from 1 to 30.
+        knots: not falling, as many as there are points, and degree + 1.
+        points: control points, at least degree + 1.
+        weights: of the control points, above 0.
+
+    Raises:
+        ValueError: where these are no curve, with the reason.
+    """
+    count = len(points)
+    if not 1 <= degree <= _STEEPEST:
+        raise ValueError(f"of degree {degree}")
+    if count <= degree or len(knots) != count + degree + 1:
+        raise ValueError(f"{count} control points and {len(knots)} knots for degree {degree}")
+    if any(b < a for a, b in pairwise(knots)) or knots[degree] == knots[count]:
+        raise ValueError("knots that fall, or are all the same")
+    if min(weights) <= 0:
+        raise ValueError("weights that are not above 0")
+    if degree == 1:  # along a straight line weights change the pace only
+        return sum(math.dist(a, b) for a, b in pairwise(points))
+    return _arc_length(degree, knots, points, weights)
+
+
+def _arc_length(
+    degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
+) -> float:
+    import numpy as np
+    from scipy.interpolate import BSpline
+
+    scale = np.asarray(weights, dtype=float)[:, None]
+    curve = BSpline(np.asarray(knots, dtype=float), np.hstack([points * scale, scale]), degree)
+    at, share = np.polynomial.legendre.leggauss(_NODES)
+
+    def lengths(starts: Any, ends: Any) -> Any:
+        """Of parts of the curve, each inside one span of the knots."""
+        half = (ends - starts) / 2
+        where = starts[:, None] + half[:, None] * (at + 1)
+        (x, y, weight), (dx, dy, change) = (np.moveaxis(curve(where, nu), -1, 0) for nu in (0, 1))
+        return np.hypot(dx * weight - x * change, dy * weight - y * change) / weight**2 @ share * half
+
+    corners = np.unique(knots[degree : len(points) + 1])
+    starts, ends = corners[:-1], corners[1:]
+    parts = lengths(starts, ends)
+    tolerance = _AGREE * max(float(parts.sum()), 1e-12)
+    whole = 0.0
+    for _ in range(_HALVED):
+        middles = (starts + ends) / 2
+        left, right = lengths(starts, middles), lengths(middles, ends)
+        again = np.abs(left + right - parts) > tolerance / max(len(parts), 1)
+        whole += float((left + right)[~again].sum())
+        starts, ends = np.r_[starts[again], middles[again]], np.r_[middles[again], ends[again]]
+        parts = np.r_[left[again], right[again]]
+    return whole + float(parts.sum())
+
+
+_APART = 10.0  # metres
+
+
+def draw_apart(plant: Plant, level_of: Mapping[str, str]) -> None:
+    """Move the points of levels that overlap to the right; lengths of links between levels must be known before.
+
+    Args:
+        plant: the plant; what is moved is noted there.
+        level_of: the level of every point.
+    """
+    points: dict[str, list[str]] = {}
+    for name, level in level_of.items():
+        points.setdefault(level, []).append(name)
+    boxes: list[tuple[float, float, float, float]] = []
+    moved = []
+    for level, names in points.items():
+        xs, ys = [plant.points[name].x for name in names], [plant.points[name].y for name in names]
+        left, right, top, bottom = min(xs), max(xs), min(ys), max(ys)
+        if any(left <= box[1] and box[0] <= right and top <= box[3] and box[2] <= bottom for box in boxes):
+            shift = max(box[1] for box in boxes) + _APART - left
+            for name in names:
+                plant.points[name] = replace(plant.points[name], x=plant.points[name].x + shift)
+            left, right = left + shift, right + shift
+            moved.append(level)
+        boxes.append((left, right, top, bottom))
+    plant.note("changed", "level", moved, "over or under another, so drawn beside it")
+
 
 EXPECTED = "a layout in LIF (JSON)"
 OPTIONS = ("layout", "vehicle_type", "two_way", "strict")
@@ -81,16 +182,16 @@ def read(
         ModelError: where it cannot be read, with the JSON path.
     """
     data = read_json(path, content, EXPECTED, _MOST)
-    second = not strict and isinstance(data, dict) and lif_2.is_2(data, content)
+    second = not strict and isinstance(data, dict) and lif_keys.is_2(data, content)
     reader = Reader(str(path), strict, complete=not second)
     if second:
         about = data.get("metaInformation", {})
-        about = lif_2.renamed(about) if isinstance(about, dict) else about
+        about = lif_keys.renamed(about) if isinstance(about, dict) else about
         about = reader.read(about, lif_keys.META, "metaInformation")
-        reader.unknown.append((tuple(key for key in data if key not in lif_2.TOP), "the top level"))
+        reader.unknown.append((tuple(key for key in data if key not in lif_keys.TOP), "the top level"))
         layouts = [
             _Layout(reader.read(item, lif_keys.LAYOUT, position), origin)
-            for position, origin, item in lif_2.layouts_of(data)
+            for position, origin, item in lif_keys.layouts_of(data)
         ]
     else:
         made = reader.read(data, lif_keys.FILE, "")
@@ -100,7 +201,7 @@ def read(
     plant.source = f"{path.name} (LIF{f', version {version}' if version else ''})"
     drawn = _Drawn(reader, plant, layouts, layout)
     reader.finish(plant, _LETTER)
-    if second and version not in lif_2.RELEASED:
+    if second and version not in lif_keys.RELEASED:
         plant.note("doubtful", "version", [version or "none"], "keys of LIF 2; read as version 2.0.0")
     elif not second and version and version.split(".")[0] not in {"0", "1"}:
         plant.note("doubtful", "version", [version], "not known; read as version 1.0")
@@ -231,8 +332,8 @@ class _Drawn:
         plant.note_parts("changed", "edge", [link for link in plant.links if link.position in empty], _OPEN)
         on_nodes = [(name, _of(node.item.get("vehicleTypeNodeProperties"), kind)) for name, node in nodes.items()]
         self.add_locations(dict(on_nodes))
-        lif_losses.note_edges(plant, kept)
-        lif_losses.note_nodes(plant, on_nodes, [station for station, _ in self.stations])
+        lif_keys.note_edges(plant, kept)
+        lif_keys.note_nodes(plant, on_nodes, [station for station, _ in self.stations])
         draw_apart(plant, {name: node.layout.level for name, node in nodes.items()})
 
     def add_links(self, nodes: dict[str, _Node], edges: list[_Edge], kind: str | None) -> list[tuple[Link, Item]]:

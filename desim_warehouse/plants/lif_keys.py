@@ -1,11 +1,91 @@
-"""The keys of LIF 1.0 files, as the guideline's JSON schema has them, and two of 2.0: station type, length of an edge.
+"""The keys of LIF files: those of 1.0, as the guideline's JSON schema has them, and 2.0 translated to them.
 
-Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024; keys not listed here are allowed there, too.
+Sources: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024, and version 2.0.0, 2026. Keys not listed here are
+allowed there, too. What is new in 2.0 and has no key in version 1 stays as it is, and is named as left out, as is what
+models do not hold.
 """
 
 from __future__ import annotations
 
-from desim_warehouse.plants.keyed import Each, Flag, Number, Text, section
+import math
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.plants.keyed import POSITION, Each, Flag, Number, Text, section
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator, Sequence
+
+    from desim_warehouse.plants.plant import Link, Plant
+
+Item = dict[str, Any]
+_BACKWARDS = 0.1  # rad from pi
+_DEGREES = "beyond a full turn in rad; probably in degrees"
+
+
+def _load(item: Item) -> Item:
+    made: Item = item.get("loadRestriction", {})
+    return made
+
+
+def _backwards(item: Item) -> bool:
+    angle = float(item.get("vehicleOrientation", 0.0))
+    angle = math.radians(angle) if _is_degrees(angle) else angle
+    tangential = item.get("orientationType", "TANGENTIAL") == "TANGENTIAL"
+    return tangential and abs(abs(angle) - math.pi) < _BACKWARDS
+
+
+def _is_degrees(angle: float) -> bool:
+    return abs(angle) > 2 * math.pi
+
+
+_EDGES: tuple[tuple[str, Callable[[Item], Any], str], ...] = (
+    ("direction of driving", _backwards, "backwards, which is as fast here as forwards"),
+    (
+        "vehicle angle",
+        lambda item: item.get("orientationType") == "GLOBAL" and "vehicleOrientation" in item,
+        "robots may drive in any direction here",
+    ),
+    (
+        "rotation",
+        lambda item: any(item.get(f"rotationAt{end}NodeAllowed", "BOTH") != "BOTH" for end in ("Start", "End")),
+        "not free at the nodes of the edge; robots may turn at all nodes here",
+    ),
+    ("rotation speed", lambda item: "maxRotationSpeed" in item, "turning takes traffic.turn_time, the same everywhere"),
+    ("height", lambda item: "minHeight" in item or "maxHeight" in item, "robots have no height here"),
+    (
+        "load restriction",
+        lambda item: not _load(item).get("loaded", True),
+        "only for robots without a load; open to all robots here",
+    ),
+    (
+        "load restriction",
+        lambda item: not _load(item).get("unloaded", True),
+        "only for robots with a load; open to all robots here",
+    ),
+    ("load set", lambda item: _load(item).get("loadSetNames"), "only for some loads; all loads are the same here"),
+    ("edge action", lambda item: item.get("actions"), "robots only drive on edges"),
+    ("re-entry", lambda item: item.get("reentryAllowed") is False, "robots do not leave edges here"),
+)
+
+
+def note_edges(plant: Plant, edges: Sequence[tuple[Link, Item]]) -> None:
+    """Note what is said of edges; each with what the file says of it."""
+    for kind, has, why in _EDGES:
+        plant.note_parts("left out", kind, [link for link, item in edges if has(item)], why)
+    odd = [link for link, item in edges if _is_degrees(item.get("vehicleOrientation", 0.0))]
+    plant.note_parts("doubtful", "vehicle angle", odd, _DEGREES)
+
+
+def note_nodes(plant: Plant, nodes: Sequence[tuple[str, Item]], stations: Sequence[Item]) -> None:
+    """Note what is said of nodes, each with what the file says of it, and of stations."""
+    turned = [plant.points[name] for name, item in nodes if "theta" in item]
+    plant.note_parts("left out", "vehicle angle", turned, "robots may stand at a node in any direction")
+    odd = [plant.points[name] for name, item in nodes if _is_degrees(item.get("theta", 0.0))]
+    plant.note_parts("doubtful", "vehicle angle", odd, _DEGREES)
+    high = [one for one in stations if one.get("stationHeight")]
+    names, positions = [one["stationId"] for one in high], [one[POSITION] for one in high]
+    plant.note("left out", "station height", names, "handling takes the same time at every height", positions)
+
 
 _TURNS = Text(("NONE", "CCW", "CW", "BOTH"))
 
@@ -106,3 +186,81 @@ META = section(
     "projectIdentification creator exportTimestamp lifVersion",
 )
 FILE = section({"metaInformation": META, "layouts": Each(LAYOUT)}, "metaInformation layouts", "layouts")
+
+
+RELEASED = ("2.0", "2.0.0")
+_RENAMED = {
+    "maximumSpeed": "maxSpeed",
+    "maximumRotationSpeed": "maxRotationSpeed",
+    "minimumLoadHandlingDeviceHeight": "minHeight",
+    "maximumMobileRobotHeight": "maxHeight",
+    "actionDescriptor": "actionDescription",
+    "nodeDescriptor": "nodeDescription",
+    "edgeDescriptor": "edgeDescription",
+    "stationDescriptor": "stationDescription",
+    "layoutDescriptor": "layoutDescription",
+    "lifId": "projectIdentification",
+}
+_SAID = {"mobileRobotTypes", "mobileRobotTypeId", "mobileRobotOrientations", "requiredActions", "feasibleActions"}
+"""Keys of properties that version 1 says otherwise."""
+
+
+TOP = ("metaInformation", "origins", "layouts")
+
+
+def is_2(data: Item, content: bytes) -> bool:
+    """Whether a file has the keys of version 2, whatever version it says it is."""
+    return "origins" in data or b'"mobileRobotType' in content
+
+
+def layouts_of(data: Item) -> Iterator[tuple[str, str, Item]]:
+    """The layouts of a file: the position, the origin and the content of each."""
+    for rank, layout in enumerate(_items(data, "layouts")):
+        yield f"layouts[{rank}]", "", _layout(layout)
+    for number, origin in enumerate(_items(data, "origins")):
+        for rank, layout in enumerate(_items(origin, "layouts")):
+            yield f"origins[{number}].layouts[{rank}]", str(origin.get("originId", number)), _layout(layout)
+
+
+def _layout(layout: Item) -> Item:
+    nodes = [_with(node, "Node") for node in _items(layout, "nodes")]
+    edges = [_with(edge, "Edge") for edge in _items(layout, "edges")]
+    stations = {"stations": [*map(renamed, _items(layout, "stations"))]} if "stations" in layout else {}
+    return {**renamed(layout), "nodes": nodes, "edges": edges, **stations}
+
+
+def renamed(item: Item) -> Item:
+    """An object with the keys of version 1, where it has them under other names."""
+    return {_RENAMED.get(key, key): value for key, value in item.items()}
+
+
+def _with(item: Item, what: str) -> Item:
+    key = f"Type{what}Properties"
+    given = _items(item, f"mobileRobot{key}") or _items(item, f"vehicle{key}")
+    others = {name: value for name, value in renamed(item).items() if name != f"mobileRobot{key}"}
+    return {**others, f"vehicle{key}": [made for one in given for made in _properties(one)]}
+
+
+def _properties(item: Item) -> Iterator[Item]:
+    """What version 1 says once for each type."""
+    types = [
+        f"{one.get('manufacturer', '')} {one.get('seriesName', '')}".strip() for one in _items(item, "mobileRobotTypes")
+    ]
+    actions = [renamed(one) for key in ("actions", "requiredActions", "feasibleActions") for one in _items(item, key)]
+    orientations = item.get("mobileRobotOrientations")
+    one_way = orientations[0] if isinstance(orientations, list) and len(orientations) == 1 else None
+    by_name: list[Any] = [item.get("mobileRobotTypeId", item.get("vehicleTypeId"))]
+    others = {key: value for key, value in renamed(item).items() if key not in _SAID}
+    for name in types or by_name:
+        made = {**others, "actions": [{**one, "blockingType": "HARD"} for one in actions]}
+        yield {
+            key: value
+            for key, value in {**made, "vehicleTypeId": name, "vehicleOrientation": one_way}.items()
+            if value is not None
+        }
+
+
+def _items(item: Item, key: str) -> list[Item]:
+    """The objects of a list."""
+    value = item.get(key)
+    return [one for one in value if isinstance(one, dict)] if isinstance(value, list) else []

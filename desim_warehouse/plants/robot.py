@@ -6,10 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from desim_warehouse.model.messages import Outline
-from desim_warehouse.model.parse import from_file
-from desim_warehouse.model.sections.battery import BatterySpec
-from desim_warehouse.model.sections.fleet import RobotSpec
-from desim_warehouse.model.valid import valid
+from desim_warehouse.model.parse import from_file, valid
+from desim_warehouse.model.sections.fleet import BatterySpec, RobotSpec
 from desim_warehouse.values.fields import Part
 
 

@@ -10,24 +10,238 @@
 - An edge is one-way unless `two_way` says yes; `--two-way` makes all that do not say so two-way. `side_by_side` is for
   two lanes, one there and one back. Without a length it is the straight distance, without a speed there is no limit.
 - Other columns are left out, and named.
+
+Tables of nodes and edges as a plant: the rows of a spreadsheet, or the attributes of a graph.
+
+Columns are known by the names that tables have for them, with a unit in brackets if they like: `x [mm]`. Plain numbers
+are metres and metres a second. y is downwards, as in model files; a column `north` is upwards instead.
 """
 
 from __future__ import annotations
 
 import csv
 import io
+import math
 import re
-from typing import TYPE_CHECKING
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NoReturn
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.errors import ModelError, got, nearest, spoken
 from desim_warehouse.plants.file import content_of
-from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.records import EDGE, NODE, Columns, TableRecord, fill
+from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
 from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.values.headings import heading
+from desim_warehouse.values.units import TABLE, UnitNames, converted
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Iterable, Iterator, Mapping
     from pathlib import Path
+
+NODE = {
+    "name": ("name", "node", "id", "point", "node_id"),
+    "x": ("x", "east", "pos_x", "position_x"),
+    "y": ("y", "pos_y", "position_y"),
+    "north": ("north", "y_up"),
+    "role": ("role", "roles", "operation", "operations"),
+    "station": ("station", "location"),
+}
+EDGE = {
+    "name": ("name", "edge", "id", "edge_id"),
+    "from": ("from", "source", "start", "from_node"),
+    "to": ("to", "target", "end", "to_node"),
+    "length": ("length", "distance"),
+    "speed": ("speed", "max_speed", "speed_limit"),
+    "speed_back": ("speed_back", "max_reverse_speed"),
+    "two_way": ("two_way", "bidirectional", "both_ways"),
+    "side_by_side": ("side_by_side",),
+}
+"""Columns, each with the names that tables have for it; the first that is there counts."""
+_KINDS = {"x": "length", "y": "length", "north": "length", "length": "length", "speed": "speed", "speed_back": "speed"}
+_YES, _NO = {"yes", "true", "1", "x", "y", "ja", "wahr", "both"}, {"no", "false", "0", "", "-", "n", "nein", "falsch"}
+_SEVERAL = re.compile(r"\s*[+;,|/]\s*")
+_SHORTEST = 0.001
+"""Of a length in metres, and of a speed in metres a second: what is below is a slip."""
+_METRES = UnitNames()
+_SHOWN = 30  # of them in a message
+_COMPARED = 1000  # names in which one like another is looked for
+
+
+@dataclass(frozen=True, slots=True)
+class Columns:
+    """The columns of a table that are read: what they are called there, and their units; `unread` are the others."""
+
+    named: Mapping[str, str]
+    units: Mapping[str, float]
+    unread: tuple[str, ...]
+
+    @classmethod
+    def of(cls, header: Iterable[str], known: Mapping[str, tuple[str, ...]], where: str) -> Columns:
+        """Find them in a header; raises ModelError where a unit is not known, or a column is there twice."""
+        named: dict[str, str] = {}
+        units: dict[str, float] = {}
+        unread = []
+        aliases = {heading(one)[0]: (name, rank) for name, all_ in known.items() for rank, one in enumerate(all_)}
+        best: dict[str, int] = {}
+        for title in header:
+            words, unit = heading(title)
+            name, rank = aliases.get(words, ("", 0))
+            if not name or (name in best and best[name] < rank):
+                unread.append(title)
+                continue
+            if name in best:
+                if best[name] == rank:
+                    raise ModelError([f"{where}: column {got(title)} a second time, expected it once"])
+                unread.append(named[name])
+            named[name], best[name] = title, rank
+            if unit is not None:
+                units[name] = _size(unit, name, f"{where}: column {got(title)}")
+        return cls(named, {name: units[name] for name in named if name in units}, tuple(unread))
+
+    def require(self, where: str, *names: str) -> None:
+        """Refuse a table without one of these columns."""
+        for name in names:
+            if name not in self.named:
+                near = nearest(name, self.unread)
+                hint = f"; did you mean {got(near)}?" if near else ""
+                have = [title[:_SHOWN] for title in (*self.named.values(), *self.unread)][:12]
+                raise ModelError(
+                    [f"{where}: no column {name} (got {spoken(have) if have else 'none'}), expected it{hint}"]
+                )
+
+
+def _size(unit: str, name: str, where: str) -> float:
+    kind = _KINDS.get(name)
+    if kind is None or unit not in TABLE[kind]:
+        expected = f"a unit of {kind} such as {'m' if kind == 'length' else 'm/s'}" if kind else "none here"
+        raise ModelError([f"{where}: unit {got(unit)} is not known, expected {expected}"])
+    return float(TABLE[kind][unit])
+
+
+@dataclass(frozen=True, slots=True)
+class TableRecord:
+    """A row: its values by column, where it stands for messages, and its position in the file, such as a row."""
+
+    columns: Columns
+    values: Mapping[str, Any]
+    where: str
+    position: str = ""
+
+    def get(self, name: str) -> Any:
+        """A value, or None where there is none."""
+        title = self.columns.named.get(name)
+        value = None if title is None else self.values.get(title)
+        return None if isinstance(value, str) and not value.strip() else value
+
+    def refuse(self, name: str, text: str) -> NoReturn:
+        """Raise the error that something is wrong with a value."""
+        title = self.columns.named.get(name, name)
+        raise ModelError([f"{self.where}: {title}: {text}"]) from None
+
+    def text(self, name: str) -> str:
+        """A value that must be there, as text."""
+        value = self.get(name)
+        if value is None:
+            self.refuse(name, "empty, expected a name")
+        return str(value).strip()
+
+    def number(self, name: str) -> float | None:
+        """A value as a number of metres, or metres a second; None where it is empty, or a speed without a limit."""
+        value = self.get(name)
+        if value is None:
+            return None
+        kind, number = _KINDS[name], math.nan
+        try:
+            number = float(value) * self.columns.units.get(name, 1.0)
+        except (TypeError, ValueError, OverflowError):
+            try:
+                number = _or_nan(converted(str(value), kind, _METRES))
+            except ValueError as error:
+                self.refuse(name, str(error))
+        if kind == "speed" and number == math.inf:
+            return None
+        if not abs(number) <= LIMITS["number"][0]:
+            self.refuse(name, f"not a {kind} (got {got(value)}), expected a number")
+        return number
+
+    def above_0(self, name: str) -> float | None:
+        """A length or speed; None where it is empty."""
+        number = self.number(name)
+        if number is not None and number < _SHORTEST:
+            what = "too small" if number > 0 else "not above 0"
+            self.refuse(name, f"{what} (got {got(self.get(name))}), expected at least {_SHORTEST:g}, or nothing")
+        return number
+
+    def flag(self, name: str) -> bool | None:
+        """Yes or no; None where it is empty."""
+        value = self.get(name)
+        said = str(value).strip().casefold()
+        if value is None:
+            return None
+        if said not in _YES | _NO:
+            self.refuse(name, f"neither yes nor no (got {got(value)}), expected one of the two")
+        return said in _YES
+
+
+def _or_nan(number: float | None) -> float:
+    return math.nan if number is None else number
+
+
+def fill(plant: Plant, nodes: Iterable[TableRecord], edges: Iterable[TableRecord], *, two_way: bool = False) -> None:
+    """Put nodes and edges into a plant.
+
+    Args:
+        plant: gets points, links and locations.
+        nodes: with name, x, y (or north), and perhaps role and station.
+        edges: with from, to, and perhaps name, length, speed, two_way and side_by_side.
+        two_way: whether edges that do not say are used in both directions.
+
+    Raises:
+        ModelError: with the position, where a value is not what it should be.
+    """
+    stations: dict[str, Location] = {}
+    for record in nodes:
+        _point(record, plant, stations)
+    plant.locations += stations.values()
+    for record in edges:
+        _link(record, plant, two_way)
+    if not plant.points:
+        raise ModelError([f"{plant.source}: no nodes, expected some"])
+
+
+def _point(record: TableRecord, plant: Plant, stations: dict[str, Location]) -> None:
+    name = record.text("name")
+    if name in plant.points:
+        record.refuse("name", f"a node of this name stands before (got {got(name)}), expected every name once")
+    upwards = "north" in record.columns.named
+    x, y = record.number("x"), record.number("north" if upwards else "y")
+    for key, value in (("x", x), ("north" if upwards else "y", y)):
+        if value is None:
+            record.refuse(key, "empty, expected a number of metres")
+    assert x is not None
+    assert y is not None
+    plant.points[name] = Waypoint(name, x, -y if upwards and y else y, position=record.position)
+    role, station = record.get("role"), record.get("station")
+    operations = tuple(filter(None, _SEVERAL.split(str(role).strip()))) if role is not None else ()
+    if operations or station is not None:
+        called = record.text("station") if station is not None else name
+        stations.setdefault(called, Location(called, {}, record.position)).operations[name] = operations
+
+
+def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
+    ends = record.text("from"), record.text("to")
+    for column, end in zip(("from", "to"), ends, strict=True):
+        if end not in plant.points:
+            near = nearest(end, plant.points) if len(plant.points) <= _COMPARED else None
+            hint = f"; did you mean {got(near)}?" if near else ""
+            record.refuse(column, f"no such node (got {got(end)}), expected the name of a node{hint}")
+    speed, both = record.above_0("speed") or math.inf, record.flag("two_way")
+    back = speed if record.get("speed_back") is None else record.above_0("speed_back") or math.inf
+    back = back if (two_way if both is None else both) else 0.0
+    name = ">".join(ends) if record.get("name") is None else record.text("name")
+    beside = bool(record.flag("side_by_side"))
+    link = Link(name, *ends, record.above_0("length"), speed, back, record.position, side_by_side=beside)
+    plant.links.append(link)
+
 
 EXPECTED = "a table of nodes (CSV) with the columns name, x and y"
 NODES_FILE, EDGES_FILE = "nodes.csv", "edges.csv"

@@ -13,13 +13,12 @@ from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.model import load as load_model
 from desim_warehouse.report import html
 from desim_warehouse.report.answer import PairGrid, Rows, load
-from desim_warehouse.report.floor_svg import floor
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.kept import PLAN, WHY, kept
 from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.page import in_full, style
-from desim_warehouse.report.rows_svg import account, rows
 from desim_warehouse.report.run_parts import lost_time, made_with, resources
+from desim_warehouse.report.svg import account, floor, rows
 from desim_warehouse.report.text.printed import how_sure, table
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS

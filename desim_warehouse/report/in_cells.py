@@ -5,9 +5,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.report import html, run_parts
-from desim_warehouse.report.floor_svg import floor
 from desim_warehouse.report.page import ReportPage
-from desim_warehouse.report.rows_svg import account
+from desim_warehouse.report.svg import account, floor
 from desim_warehouse.report.web import StillPage
 
 if TYPE_CHECKING:

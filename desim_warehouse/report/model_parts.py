@@ -6,9 +6,9 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import errors
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, said
 from desim_warehouse.model.facts.disturbances import closures, disturbances
-from desim_warehouse.model.facts.kinds import by_kind, charge_alike, said
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.report import html

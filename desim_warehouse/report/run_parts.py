@@ -7,14 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import WarehouseError, number_of
-from desim_warehouse.model.facts.kinds import said
+from desim_warehouse.model.facts.charging import said
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.report import html, plot
 from desim_warehouse.report import page as pages
-from desim_warehouse.report.floor_svg import floor
 from desim_warehouse.report.model_parts import model_facts, work
-from desim_warehouse.report.rows_svg import account
+from desim_warehouse.report.svg import account, floor
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.text.root_words import root as root_in_words
 from desim_warehouse.states import staff

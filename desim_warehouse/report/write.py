@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import make_folder
+from desim_warehouse.folders import make_folder, shipped
 from desim_warehouse.report import run_parts
 from desim_warehouse.report.kept import PLAN, WHY
 from desim_warehouse.run.folder import ANSWER, RUN, STUDY, write_whole
-from desim_warehouse.shipped import shipped
 
 if TYPE_CHECKING:
     from desim_warehouse.run import Run

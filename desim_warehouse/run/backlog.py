@@ -12,8 +12,7 @@ from typing import TYPE_CHECKING, Any
 from simpy.events import Timeout
 
 from desim_warehouse.model.facts.demand import demand, listed
-from desim_warehouse.model.facts.destinations import own_destinations
-from desim_warehouse.model.facts.places import place_shares
+from desim_warehouse.model.facts.places import own_destinations, place_shares
 from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
 from desim_warehouse.policies import Task
 from desim_warehouse.world.orders.flows import Flows

@@ -18,8 +18,7 @@ from typing import TYPE_CHECKING, Any
 from simpy.events import Timeout
 
 from desim_warehouse.errors import PolicyError, SimulationError
-from desim_warehouse.model.facts import kinds
-from desim_warehouse.model.facts.charging import chargers_at, cycle_levels
+from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.policy import PolicySpec
@@ -33,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator, Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.battery import Consumption
+    from desim_warehouse.model.sections.fleet import Consumption
     from desim_warehouse.outcome.log import Log
 
 LOOKS, MOST = (250, 500), 1000
@@ -94,7 +93,7 @@ def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
     Raises:
         SimulationError: the robot does no task by itself.
     """
-    in_turn, battery = model.fleet.size > 1, kinds.by_kind(model)[kind].battery
+    in_turn, battery = model.fleet.size > 1, by_kind(model)[kind].battery
     rates = _rates(model)
     if battery is not None and not chargers_at(model, model.floor):
         return _probe(_alone(model, kind, endless=True), kind, waiting, in_turn, rates, battery.draws)
@@ -164,7 +163,7 @@ def calm(model: Model, kind: str, waiting: int, pause: float) -> tuple[float, fl
 
     Its battery is never empty. `pause`: from when a task is taken until the next is known, more than it takes.
     """
-    battery = kinds.by_kind(model)[kind].battery
+    battery = by_kind(model)[kind].battery
     assert battery is not None
     return _calm(
         _alone(model, kind, endless=True), kind, waiting, model.fleet.size > 1, _rates(model), battery.draws, pause
@@ -237,7 +236,7 @@ def _run(one: Model, kind: str, waiting: int, in_turn: bool, rates: FrozenMap[st
 
 def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
     """The model with one robot of a kind: always on duty, never broken; `endless`: its battery is never empty."""
-    own = kinds.by_kind(model)[kind]
+    own = by_kind(model)[kind]
     fleet, layout = own.fleet, own.layout
     number = fleet.kinds_of_robots().index(kind)
     unbroken = {"breakdowns": None}

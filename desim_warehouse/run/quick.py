@@ -15,8 +15,7 @@ from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
-from desim_warehouse.model.facts.destinations import destinations
-from desim_warehouse.model.facts.stations import open_share, specs, worked_capacity
+from desim_warehouse.model.facts.places import destinations, open_share, specs, worked_capacity
 from desim_warehouse.run.backlog import flows_of
 from desim_warehouse.run.probe import Probe, calm, probe
 from desim_warehouse.states import Phase

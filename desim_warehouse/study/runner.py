@@ -18,8 +18,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.study.design import Point
     from desim_warehouse.study.execution import Executor
-    from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.store import Store
+    from desim_warehouse.study.execution.work import Handle
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.statistics import Procedure
 

@@ -40,7 +40,7 @@ class Row(NamedTuple):
 
     def value(self, indicator: str) -> float:
         """An indicator; nan where the run failed or has none. A share of tasks knows of how many."""
-        from desim_warehouse.study.statistics.shares import TaskShare
+        from desim_warehouse.study.statistics.intervals import TaskShare
 
         value = self.indicators.get(indicator, math.nan)
         tasks = math.fsum(self.indicators.get(name, 0.0) for name in counted_in(indicator, self.indicators))
@@ -210,7 +210,7 @@ def cells(
 
 def _shares(rows: pd.DataFrame, indicator: str, values: pd.Series[float]) -> list[float]:
     """The values; shares of tasks of single runs know of how many, as `Row.value` has it."""
-    from desim_warehouse.study.statistics.shares import TaskShare
+    from desim_warehouse.study.statistics.intervals import TaskShare
 
     counts = [name for name in counted_in(indicator, [str(name) for name in rows.columns]) if name in rows.columns]
     if not counts or len(rows) != len(values):

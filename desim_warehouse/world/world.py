@@ -13,9 +13,8 @@ from simpy.events import URGENT, Timeout
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout.zones import edges_inside, zones_on
-from desim_warehouse.model.facts.charging import spare_batteries, start_levels, swapped_at
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, spare_batteries, start_levels, swapped_at
 from desim_warehouse.model.facts.driving import free_travel
-from desim_warehouse.model.facts.kinds import by_kind, charge_alike
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import create
@@ -25,18 +24,16 @@ from desim_warehouse.world.orders.batches import Batcher
 from desim_warehouse.world.orders.demand import Demand
 from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.orders.flows import Flows
-from desim_warehouse.world.orders.pods import PodPolicies, Pods
-from desim_warehouse.world.orders.shelves import Shelves
+from desim_warehouse.world.orders.pods import PodPolicies, Pods, Shelves
 from desim_warehouse.world.orders.situations import Situations
 from desim_warehouse.world.places.bays import Bay, Bays
-from desim_warehouse.world.places.chargers import Chargers, FailingChargers
+from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
 from desim_warehouse.world.places.cut_off import CutOff
 from desim_warehouse.world.places.handling import HandlingTimes, handling_of
-from desim_warehouse.world.places.spares import Spares
 from desim_warehouse.world.places.stations import stations_of
 from desim_warehouse.world.robots.bay_choice import BayChoice
-from desim_warehouse.world.robots.departures import Departures
-from desim_warehouse.world.robots.duty import duty_of
+from desim_warehouse.world.robots.closings import WaysRound
+from desim_warehouse.world.robots.duty import Departures, duty_of
 from desim_warehouse.world.robots.levels import ChargingLevels
 from desim_warehouse.world.robots.mixed_reach import MixedReach
 from desim_warehouse.world.robots.reach import Reach, may_do
@@ -52,7 +49,6 @@ from desim_warehouse.world.robots.settled import (
 )
 from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tallies import less, tallies
-from desim_warehouse.world.robots.ways_round import WaysRound
 from desim_warehouse.world.traffic.closures import Restrictions, hours_closed
 from desim_warehouse.world.traffic.encounters import count_encounters, record_closures, record_visits
 from desim_warehouse.world.traffic.events import Clock, happened
@@ -72,7 +68,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.orders.demand import Orders
     from desim_warehouse.world.robots.settled import Fleet
     from desim_warehouse.world.robots.tallies import Rows
-    from desim_warehouse.world.traffic.deadlock.gridlock import Rule
+    from desim_warehouse.world.traffic.gridlock import Rule
     from desim_warehouse.world.traffic.people import PeopleSource
 
 PATIENCE = 300.0

@@ -1,12 +1,6 @@
 """Chromium without a window, driven by Selenium; it finds no network but this machine."""
 
-from __future__ import annotations
-
 import shutil
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 FLAGS = (
     "--headless=new",
@@ -23,7 +17,7 @@ FLAGS = (
 )
 
 
-def start(profile: Path, size: tuple[int, int] = (1280, 860)) -> Any:
+def start(profile, size=(1280, 860)):
     """A browser with a profile of its own; raises LookupError, saying what is missing, where that cannot be."""
     try:
         from selenium import webdriver

@@ -1,14 +1,6 @@
 """Pages open in a browser, and what they can be asked."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    import desim_warehouse as dw
 
 OWN = ("file:", "data:", "about:", "chrome:")
 """Addresses of the page itself, of data in it, and of the browser's own empty page."""
@@ -18,7 +10,7 @@ READY = "const done = arguments[0]; desimReplay.ready.then(done, (error) => done
 class Opened:
     """A page of ours that is open."""
 
-    def __init__(self, browser: Any, place: Path | str) -> None:
+    def __init__(self, browser, place):
         """`place`: a file, or an address."""
         self.browser = browser
         browser.get_log("browser")
@@ -27,12 +19,12 @@ class Opened:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
         browser.get(place if isinstance(place, str) else place.as_uri())
 
-    def press(self, *keys: str) -> None:
+    def press(self, *keys):
         from selenium.webdriver.common.action_chains import ActionChains
 
         ActionChains(self.browser).send_keys(*keys).perform()
 
-    def tap(self, x: float, y: float) -> None:
+    def tap(self, x, y):
         """Click on the floor at a point (CSS pixels)."""
         box = self.browser.find_element("id", "floor").rect
         point = {"x": box["x"] + x, "y": box["y"] + y, "button": "left", "clickCount": 1}
@@ -40,34 +32,34 @@ class Opened:
             self.browser.execute_cdp_cmd("Input.dispatchMouseEvent", {"type": kind, **point})
         self.frame()
 
-    def click(self, name: str) -> None:
+    def click(self, name):
         self.browser.find_element("id", name).click()
 
-    def text(self, name: str) -> str:
+    def text(self, name):
         return str(self.browser.find_element("id", name).text)
 
-    def attribute(self, name: str, attribute: str) -> Any:
+    def attribute(self, name, attribute):
         return self.browser.find_element("id", name).get_attribute(attribute)
 
-    def pause(self, seconds: float) -> None:
+    def pause(self, seconds):
         script = "const done = arguments[1]; setTimeout(done, arguments[0] * 1000)"
         self.browser.execute_async_script(script, seconds)
 
-    def frame(self) -> None:
+    def frame(self):
         """Wait until what was asked for has been drawn."""
         script = "const done = arguments[0]; requestAnimationFrame(() => requestAnimationFrame(() => done()))"
         self.browser.execute_async_script(script)
 
-    def enlarge(self, width: int, height: int, **more: Any) -> None:
+    def enlarge(self, width, height, **more):
         """See the page on a screen of another size."""
         metrics = {"width": width, "height": height, "deviceScaleFactor": 1, "mobile": False, **more}
         self.browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
         self.pause(0.2)
 
-    def complaints(self) -> list[str]:
+    def complaints(self):
         return [entry["message"] for entry in self.browser.get_log("browser")]
 
-    def requests(self) -> list[str]:
+    def requests(self):
         """The addresses asked for, but for the page itself and data in it."""
         events = [json.loads(entry["message"])["message"] for entry in self.browser.get_log("performance")]
         asked = [item["params"]["request"]["url"] for item in events if item["method"] == "Network.requestWillBeSent"]
@@ -77,7 +69,7 @@ class Opened:
 class Page(Opened):
     """A replay page that has loaded."""
 
-    def __init__(self, browser: Any, run: dw.Run, folder: Path, **options: Any) -> None:
+    def __init__(self, browser, run, folder, **options):
         self.run = run
         path = folder / "replay.html"
         run.replay(path, **options)
@@ -85,17 +77,17 @@ class Page(Opened):
         self.loaded = browser.execute_async_script(READY)
         assert isinstance(self.loaded, int | float), self.loaded
 
-    def ask(self, expression: str, *values: Any) -> Any:
+    def ask(self, expression, *values):
         """The value of an expression of the page's hook, `desimReplay`."""
         return self.browser.execute_script(f"const page = window.desimReplay; return {expression}", *values)
 
-    def seek(self, time: float) -> None:
+    def seek(self, time):
         self.ask("page.seek(arguments[0])", time)
 
-    def indicator(self, key: str) -> str:
+    def indicator(self, key):
         return str(self.browser.find_element("css selector", f"[data-key={key}]").text)
 
-    def until(self, condition: str) -> None:
+    def until(self, condition):
         """Let the page go on until a condition on `page`, its hook, holds (or ten seconds have gone)."""
         script = (
             "const done = arguments[0], page = window.desimReplay, since = performance.now();"
@@ -104,7 +96,7 @@ class Page(Opened):
         )
         self.browser.execute_async_script(script)
 
-    def pixel(self, x: float, y: float) -> list[int]:
+    def pixel(self, x, y):
         """Red, green and blue of the floor at a point (CSS pixels)."""
         script = (
             "const floor = document.getElementById('floor'), ratio = floor.width / floor.clientWidth;"

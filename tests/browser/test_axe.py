@@ -1,9 +1,6 @@
 """What axe-core says of the pages: nothing, on light and on dark ground, on a screen and on a phone."""
 
-from __future__ import annotations
-
 from importlib.resources import files
-from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -25,74 +22,69 @@ from tests.kept.test_kept import HERE as KEPT
 from tests.report.replay.floors import busy_run, people_run
 from tests.report.test_days import by_hand
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
-    from desim_warehouse.report.answer import Answer
-
 AXE = "const [how, done] = arguments; axe.run(how).then((found) => done(found.violations))"
 EVERY = {"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]}
 UNFOLD = "for (const one of document.querySelectorAll('details')) one.open = true"
 
 
-def a_study(folder: Path) -> Path:
+def a_study(folder):
     study = dw.Study(example(), {"fleet.size": [1, 3]}, replications=3, target="on_time >= 70 %").run()
     study.page(folder / "page.html")
     return folder / "page.html"
 
 
-def a_study_of_words(folder: Path) -> Path:
+def a_study_of_words(folder):
     factors = {"fleet.size": [1, 3], "policies.allocation": ["nearest", "hungarian"]}
     dw.Study(example(), factors, replications=2).run().page(folder / "page.html")
     return folder / "page.html"
 
 
-def an_answer_of_plan(folder: Path) -> Path:
+def an_answer_of_plan(folder):
     plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5)).answer.save(folder)
     return report(folder, folder / "page.html")
 
 
-def an_answer_of_why(folder: Path) -> Path:
+def an_answer_of_why(folder):
     why(example(), first=5, cap=5).answer.save(folder)
     return report(folder, folder / "page.html")
 
 
-def an_answer_of_a_study(folder: Path) -> Path:
+def an_answer_of_a_study(folder):
     factors = {"tasks.demand": [1, 2.2], "fleet.size": [1, 3]}
     dw.Study(example(), factors, replications=3, target="on_time >= 60 %").run(out=folder / "study")
     return report(folder / "study", folder / "page.html")
 
 
-def an_answer_of_a_race(folder: Path) -> Path:
+def an_answer_of_a_race(folder):
     found = dw.best(dw.Study(example(), {"fleet.size": [1, 3]}), "throughput_per_hour", first=3, cap=3)
     found.answer.save(folder)
     return report(folder, folder / "page.html")
 
 
-def of(answer: Answer, folder: Path) -> Path:
+def of(answer, folder):
     answer.save(folder)
     return report(folder, folder / "page.html")
 
 
-def an_answer_of_size(folder: Path) -> Path:
+def an_answer_of_size(folder):
     study = dw.Study(example(), {"fleet.size": [1, 2, 3]}, target="on_time >= 70 %")
     study.plan = study.plan.unreplicated()
     return of(size(study, "on_time >= 70 %", first=3, cap=6).answer, folder)
 
 
-def an_answer_of_a_search(folder: Path) -> Path:
+def an_answer_of_a_search(folder):
     searched = dw.best(
         example(), "throughput_per_hour", vary={"fleet.size": [1, 2, 3]}, target="on_time >= 60 %", runs=60
     )
     return of(searched.answer, folder)
 
 
-def an_answer_of_a_comparison(folder: Path) -> Path:
+def an_answer_of_a_comparison(folder):
     results = dw.Study(example(), {"fleet.size": [1, 2, 3]}, replications=3).run().results
     return of(compare_words.answer(results, {"T": results.compare("T"), "S": results.compare("S")}), folder)
 
 
-def an_answer_of_tipping_points(folder: Path) -> Path:
+def an_answer_of_tipping_points(folder):
     tip = TippingPoint(3, True, 12.0, 10.0, 14.0, True)
     inputs = (
         InputEffect("tasks.load_time", 5.0, 20.0, 2.1, 0.3, (tip,), 0, 900.0),
@@ -103,43 +95,43 @@ def an_answer_of_tipping_points(folder: Path) -> Path:
     return of(found.answer, folder)
 
 
-def an_answer_of_directions(folder: Path) -> Path:
+def an_answer_of_directions(folder):
     gains = [DirectionGain(where, 0.05, low, 0.09, 12, low > 0) for where, low in (("", 0.01), ("6 robots", -0.02))]
     turned = BetterDirections(example(), {}, ("column B",), 3, "throughput_per_hour", gains[0], (gains[1],), 200, 0.95)
     return of(turned.answer, folder)
 
 
-def an_answer_of_a_warm_up(folder: Path) -> Path:
+def an_answer_of_a_warm_up(folder):
     found = settle(example(), replications=2, observations=50)
     return of(input_words.warm_up(found, example(), "throughput", 2), folder)
 
 
-def an_answer_of_a_fit(folder: Path) -> Path:
+def an_answer_of_a_fit(folder):
     return of(input_words.fit(fit([2.0 + number % 7 for number in range(60)]), "picks.csv", "load_s", "s"), folder)
 
 
-def an_answer_of_before(folder: Path) -> Path:
+def an_answer_of_before(folder):
     return report(KEPT / "plan", folder / "page.html")
 
 
-def a_validation(folder: Path) -> Path:
+def a_validation(folder):
     model = example().replace({"run.length": 1800, "run.warm_up": 0, "log": "all"})
     page = validation_page.page(by_hand(model, [3.0, 9.0], [[3.0 + n % 2, 4.0] for n in range(40)]))
     (folder / "page.html").write_text(page.html(), encoding="utf-8")
     return folder / "page.html"
 
 
-def two_replays(folder: Path) -> Path:
+def two_replays(folder):
     busy_run().replay(folder / "page.html", beside=people_run())
     return folder / "page.html"
 
 
-def a_replay(folder: Path) -> Path:
+def a_replay(folder):
     busy_run().replay(folder / "page.html")
     return folder / "page.html"
 
 
-def a_report(folder: Path) -> Path:
+def a_report(folder):
     return report(people_run(), folder / "page.html")
 
 
@@ -160,7 +152,7 @@ ANSWERS = (
 
 
 @pytest.mark.parametrize("make", [a_study, a_study_of_words, a_replay, two_replays, a_report, a_validation, *ANSWERS])
-def test_axe_finds_nothing(browser: Any, tmp_path: Path, make: Any) -> None:
+def test_axe_finds_nothing(browser, tmp_path, make):
     page = Opened(browser, make(tmp_path))
     browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))
     browser.execute_script(UNFOLD)

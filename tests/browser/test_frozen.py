@@ -1,22 +1,15 @@
 """The what-if page in a browser: sliders, the pinned option, and names as text, without a network."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
 import pytest
 
 import desim_warehouse as dw
 from tests.browser.test_live import HOME, RIGHT, LivePage
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 HOSTILE = "<img src=x onerror=alert(1)>"
 
 
 @pytest.fixture(scope="module")
-def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def made(tmp_path_factory):
     """Three fleets with two ways of dispatching."""
     path = tmp_path_factory.mktemp("page") / "page.html"
     factors = {"fleet.size": [1, 2, 3], "policies.allocation": ["in-order", "nearest"]}
@@ -26,13 +19,13 @@ def made(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture
-def page(browser: Any, made: Path) -> LivePage:
+def page(browser, made):
     opened = LivePage(browser, made.as_uri())
     opened.until("live.state === 'done'")
     return opened
 
 
-def test_a_slider_and_a_list_choose_the_option(page: LivePage) -> None:
+def test_a_slider_and_a_list_choose_the_option(page):
     page.browser.find_element("id", "knob-0").send_keys(HOME, RIGHT)
     page.done("with 2 robots, dispatching: ")
     page.browser.execute_script(
@@ -46,7 +39,7 @@ def test_a_slider_and_a_list_choose_the_option(page: LivePage) -> None:
     assert page.requests() == []
 
 
-def test_the_pinned_option_can_be_changed(page: LivePage) -> None:
+def test_the_pinned_option_can_be_changed(page):
     assert "pinned 1" in page.text("knob-0-value")
     page.click("pin")
     assert page.text("pin") == "Unpin"
@@ -55,6 +48,6 @@ def test_the_pinned_option_can_be_changed(page: LivePage) -> None:
     assert "pinned 3" in page.text("knob-0-value")
 
 
-def test_what_needs_a_server_is_not_there(page: LivePage) -> None:
+def test_what_needs_a_server_is_not_there(page):
     for name in ("share", "stop", "floorbox"):
         assert not page.browser.find_element("id", name).is_displayed()

@@ -1,24 +1,15 @@
 """The live page in a real browser, state by state."""
 
-from __future__ import annotations
-
 import json
 from contextlib import contextmanager
 from importlib.resources import files
 from time import monotonic
-from typing import TYPE_CHECKING, Any
 
 import pytest
 
 import desim_warehouse as dw
 from tests.browser.pages import Opened
 from tests.browser.test_axe import AXE, EVERY
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from desim_warehouse.live import Live
 
 TUTORIAL = "models/tutorial.yaml"
 TARGET = "T <= 6 min"  # three robots meet it, two do not
@@ -40,25 +31,25 @@ SAID = "live.state === 'done' && document.getElementById('said').textContent.inc
 class LivePage(Opened):
     """A live page that is open."""
 
-    def __init__(self, browser: Any, address: str) -> None:
+    def __init__(self, browser, address):
         browser.get("about:blank")  # an address that differs only behind the # loads nothing
         super().__init__(browser, address)
 
-    def slide(self, rank: int, place: int) -> None:
+    def slide(self, rank, place):
         self.browser.execute_script(SLIDE, f"knob-{rank}", place)
 
-    def until(self, test: str) -> None:
+    def until(self, test):
         assert self.browser.execute_async_script(UNTIL.replace("TEST", test)), test
 
-    def done(self, words: str) -> None:
+    def done(self, words):
         """Wait until a design is done, which begins with these words."""
         self.until(SAID.replace("WORDS", json.dumps(words)))
 
-    def ask(self, expression: str) -> Any:
+    def ask(self, expression):
         return self.browser.execute_script(f"const live = window.desimLive.live; return {expression}")
 
-    def chips(self) -> list[str]:
-        found: list[str] = self.browser.execute_script(CHIPS)
+    def chips(self):
+        found = self.browser.execute_script(CHIPS)
         return [text.replace("\n", " ") for text in found]
 
 
@@ -67,26 +58,26 @@ CHIPS = "return [...document.querySelectorAll('#chips button')].map((one) => one
 
 
 @contextmanager
-def serving(out: Path, model: Any = TUTORIAL, **options: Any) -> Iterator[Live]:
+def serving(out, model=TUTORIAL, **options):
     with dw.serve(model, out=out, **{"workers": 2, "target": TARGET, **options}) as live:
         yield live
 
 
 @pytest.fixture(scope="module")
-def live(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Live]:
+def live(tmp_path_factory):
     vary = {"fleet.size": [1, 2, 3, 4, 5], "battery.consumption": [10], "policies.allocation": None}
     with serving(tmp_path_factory.mktemp("live"), vary=vary) as made:
         yield made
 
 
 @pytest.fixture
-def page(browser: Any, live: Live) -> LivePage:
+def page(browser, live):
     opened = LivePage(browser, live.address)
     opened.until("live.answer")
     return opened
 
 
-def test_runs_come_in_until_the_verdict_is_clear(browser: Any, tmp_path: Path) -> None:
+def test_runs_come_in_until_the_verdict_is_clear(browser, tmp_path):
     with serving(tmp_path, vary=["fleet.size"]) as live:  # its own: other tests ask for more runs of 3 robots
         page = LivePage(browser, live.address)
         page.done("with 3 robots")
@@ -100,7 +91,7 @@ def test_runs_come_in_until_the_verdict_is_clear(browser: Any, tmp_path: Path) -
         assert [url for url in page.requests() if not url.startswith("http://127.0.0.1:")] == []
 
 
-def test_a_slider_that_moves_makes_numbers_old_until_the_hand_calculation_and_runs_come(page: LivePage) -> None:
+def test_a_slider_that_moves_makes_numbers_old_until_the_hand_calculation_and_runs_come(page):
     page.done("3 robots")
     page.browser.execute_script(
         "window.seen = []; new MutationObserver(() => seen.push([document.body.className,"
@@ -114,7 +105,7 @@ def test_a_slider_that_moves_makes_numbers_old_until_the_hand_calculation_and_ru
     assert page.text("verdict") == "Not met"
 
 
-def test_keys_move_sliders_pin_and_stop(page: LivePage) -> None:
+def test_keys_move_sliders_pin_and_stop(page):
     page.done("3 robots")
     page.browser.find_element("tag name", "body").send_keys("p")
     assert page.text("pin") == "Unpin"
@@ -127,7 +118,7 @@ def test_keys_move_sliders_pin_and_stop(page: LivePage) -> None:
     assert "pinned" in " ".join(page.chips())
 
 
-def test_a_click_on_a_design_that_was_tried_goes_back(page: LivePage) -> None:
+def test_a_click_on_a_design_that_was_tried_goes_back(page):
     page.done("3 robots")
     page.slide(0, 3)
     page.done("4 robots")
@@ -139,7 +130,7 @@ def test_a_click_on_a_design_that_was_tried_goes_back(page: LivePage) -> None:
     assert asked
 
 
-def test_a_design_that_cannot_run_says_why_and_the_last_answer_stays(page: LivePage) -> None:
+def test_a_design_that_cannot_run_says_why_and_the_last_answer_stays(page):
     page.done("3 robots")
     page.slide(1, 1)
     page.until("live.state === 'refused'")
@@ -154,7 +145,7 @@ def test_a_design_that_cannot_run_says_why_and_the_last_answer_stays(page: LiveP
     assert not page.browser.find_element("id", "note").is_displayed()
 
 
-def test_thirty_more_runs_and_stop(page: LivePage) -> None:
+def test_thirty_more_runs_and_stop(page):
     page.slide(0, 4)
     page.done("5 robots")
     before = page.ask("live.answer.n")
@@ -164,7 +155,7 @@ def test_thirty_more_runs_and_stop(page: LivePage) -> None:
     assert page.ask("live.answer.n") == before + 30
 
 
-def test_of_fifty_moves_in_five_seconds_the_last_wins_and_nothing_is_left_behind(page: LivePage, live: Live) -> None:
+def test_of_fifty_moves_in_five_seconds_the_last_wins_and_nothing_is_left_behind(page, live):
     page.done("3 robots")
     knob, begin = page.browser.find_element("id", "knob-0"), monotonic()
     knob.send_keys(HOME, *(RIGHT if move % 6 < 3 else LEFT for move in range(49)))
@@ -176,7 +167,7 @@ def test_of_fifty_moves_in_five_seconds_the_last_wins_and_nothing_is_left_behind
         assert (len(live.desk.listeners), live.desk.of) == (2, {})  # this page, and the design of today
 
 
-def test_two_tabs_see_the_same_designs(browser: Any, page: LivePage, live: Live) -> None:
+def test_two_tabs_see_the_same_designs(browser, page, live):
     page.done("3 robots")
     first = browser.current_window_handle
     browser.switch_to.new_window("tab")
@@ -193,7 +184,7 @@ def test_two_tabs_see_the_same_designs(browser: Any, page: LivePage, live: Live)
         browser.switch_to.window(first)
 
 
-def test_the_floor_shows_robots_of_the_design(page: LivePage) -> None:
+def test_the_floor_shows_robots_of_the_design(page):
     page.done("3 robots")
     page.until("live.watch.side && live.floorOf === live.answer.id")
     assert page.ask("live.watch.side.header.radii.length") == 3
@@ -201,14 +192,14 @@ def test_the_floor_shows_robots_of_the_design(page: LivePage) -> None:
     page.until(f"live.watch.player.time !== {first}")
 
 
-def test_the_target_can_be_moved(page: LivePage) -> None:
+def test_the_target_can_be_moved(page):
     page.done("3 robots")
     page.browser.execute_script(SLIDE, "target", 3)
     page.until("live.answer.verdict === 'not met' && live.target === 3")
     assert page.text("verdict") == "Not met"
 
 
-def test_the_slider_wears_the_verdicts_of_what_was_tried(page: LivePage) -> None:
+def test_the_slider_wears_the_verdicts_of_what_was_tried(page):
     page.done("3 robots")
     page.browser.execute_script(SLIDE, "target", 3)
     page.until("live.answer.verdict === 'not met'")
@@ -216,7 +207,7 @@ def test_the_slider_wears_the_verdicts_of_what_was_tried(page: LivePage) -> None
     page.until(f"{worn}.some((kinds) => kinds.includes('not-met'))")
 
 
-def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser: Any, tmp_path: Path) -> None:
+def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser, tmp_path):
     hostile = "<img src=x onerror=alert(1)>"
     base = dw.load("models/people.yaml", {"name": hostile, "fleet.size": 1})
     with serving(tmp_path, base, target="throughput_per_hour >= 100", vary={"fleet.size": [1, 6]}) as live:
@@ -230,7 +221,7 @@ def test_names_stay_text_and_a_design_that_falls_behind_says_so(browser: Any, tm
         assert page.complaints() == []
 
 
-def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(browser: Any, tmp_path: Path) -> None:
+def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(browser, tmp_path):
     with serving(tmp_path, vary=["fleet.size"]) as live:
         page = LivePage(browser, live.address)
         page.done("3 robots")
@@ -247,7 +238,7 @@ def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(
 
 
 @pytest.mark.parametrize(("width", "scheme"), [(1400, "light"), (1400, "dark"), (390, "light")])
-def test_axe_finds_nothing_and_nothing_is_wider_than_the_screen(page: LivePage, width: int, scheme: str) -> None:
+def test_axe_finds_nothing_and_nothing_is_wider_than_the_screen(page, width, scheme):
     page.browser.execute_cdp_cmd(
         "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
     )

@@ -1,10 +1,7 @@
 """The replay page in a real browser: it plays the log, by mouse and by keyboard, and asks nothing of the network."""
 
-from __future__ import annotations
-
 import math
 import re
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -30,24 +27,21 @@ from tests.report.replay.floors import (
     spurs_run,
 )
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 ESCAPE = "\ue00c"
 
 
 @pytest.fixture
-def page(browser: Any, tmp_path: Path) -> Page:
+def page(browser, tmp_path):
     return Page(browser, paper_run(), tmp_path)
 
 
-def waits(run: dw.Run) -> list[tuple[float, float, int]]:
+def waits(run):
     """Begin, end and robot of all collisions."""
     return [(row[0] - row[6], row[0], row[2]) for row in run.record.rows if row[1] == "collision"]
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser: Any, tmp_path: Path, name: str) -> None:
+def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser, tmp_path, name):
     page = Page(browser, RUNS[name](), tmp_path)
     for button in ("heat", "theme", "help", "play"):
         page.click(button)
@@ -59,7 +53,7 @@ def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser: An
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser: Any, tmp_path: Path, name: str) -> None:
+def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser, tmp_path, name):
     run = RUNS[name]()
     page, where = Page(browser, run, tmp_path), Positions(run.history)
     scale = page.ask("page.scale()")
@@ -70,7 +64,7 @@ def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser: Any,
         assert np.ptp(drawn - expected, axis=0).max() * scale < 1
 
 
-def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(browser: Any, tmp_path: Path) -> None:
+def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(browser, tmp_path):
     run = people_run()
     page = Page(browser, run, tmp_path)
     assert {"closed", "person in the aisle"} <= set(page.text("legend").splitlines())
@@ -86,7 +80,7 @@ def test_closed_edges_and_people_are_drawn_and_a_robot_says_what_it_waits_for(br
     assert page.complaints() == []
 
 
-def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page: Page) -> None:
+def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page):
     colours = {"empty": [0, 98, 163], "loaded": [213, 94, 0]}
     seen = set()
     page.enlarge(2000, 1600)
@@ -103,7 +97,7 @@ def test_what_is_drawn_is_on_the_canvas_in_the_colour_of_its_state(page: Page) -
     assert seen == set(colours)
 
 
-def test_a_two_way_lane_is_one_line_with_its_present_direction(browser: Any, tmp_path: Path) -> None:
+def test_a_two_way_lane_is_one_line_with_its_present_direction(browser, tmp_path):
     run = spurs_run()
     page, where = Page(browser, run, tmp_path), Positions(run.history)
     # those of the trunk, not the two lanes side by side
@@ -121,7 +115,7 @@ def test_a_two_way_lane_is_one_line_with_its_present_direction(browser: Any, tmp
     assert "two-way lane, free" in page.text("legend")
 
 
-def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser: Any, tmp_path: Path) -> None:
+def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser, tmp_path):
     run = grid_run()
     page, graph = Page(browser, run, tmp_path), run.layout.graph
     assert "no lane: shelf or wall" in page.text("legend")
@@ -130,7 +124,7 @@ def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser: A
     zones = {*run.layout.bays, *run.layout.stations}
     off = 0.35  # of a cell: beside the lanes that meet in its middle
 
-    def colours(places: list[tuple[float, float]]) -> set[tuple[int, ...]]:
+    def colours(places):
         at = [page.ask("page.screen(...arguments)", x + off, y + off) for x, y in places]
         return {tuple(page.pixel(*point)) for point in at}
 
@@ -145,7 +139,7 @@ def test_on_a_grid_shelves_cells_with_goods_and_aisles_are_told_apart(browser: A
     assert lightest > light + 30 > dark + 60
 
 
-def test_playing_moves_robots_and_pausing_stops_them(page: Page) -> None:
+def test_playing_moves_robots_and_pausing_stops_them(page):
     before = page.ask("page.drawn()")
     page.click("play")
     page.until("page.time() > 5")
@@ -159,7 +153,7 @@ def test_playing_moves_robots_and_pausing_stops_them(page: Page) -> None:
     assert page.ask("page.drawn()") == after
 
 
-def test_a_run_plays_to_its_end_and_again_from_its_start(page: Page) -> None:
+def test_a_run_plays_to_its_end_and_again_from_its_start(page):
     page.seek(page.run.T - 1)
     page.browser.find_element("css selector", "#speed option:last-child").click()
     page.click("play")
@@ -174,7 +168,7 @@ def test_a_run_plays_to_its_end_and_again_from_its_start(page: Page) -> None:
     assert page.ask("page.player.playing")
 
 
-def test_scrubbing_moves_robots(page: Page) -> None:
+def test_scrubbing_moves_robots(page):
     from selenium.webdriver.common.action_chains import ActionChains
 
     before = page.ask("page.drawn()")
@@ -187,7 +181,7 @@ def test_scrubbing_moves_robots(page: Page) -> None:
 
 
 @pytest.mark.parametrize("name", [*RUNS, "due"])
-def test_the_tiles_end_with_the_indicators_of_the_run(browser: Any, tmp_path: Path, name: str) -> None:
+def test_the_tiles_end_with_the_indicators_of_the_run(browser, tmp_path, name):
     run = {**RUNS, "due": due_run}[name]()
     page = Page(browser, run, tmp_path)
     page.seek(run.record.end)
@@ -201,7 +195,7 @@ def test_the_tiles_end_with_the_indicators_of_the_run(browser: Any, tmp_path: Pa
     assert "S" in shown or shown["share_waiting"] == (f"{lost:.1f} %" if lost < 9.95 else f"{lost:.0f} %")
     assert shown["tasks"] == f"{run.kpis['tasks']:,}"
     if "battery" in shown:
-        levels = [level / run.model.battery.capacity for level in run.history.energy_at_end]  # type: ignore[union-attr]
+        levels = [level / run.model.battery.capacity for level in run.history.energy_at_end]
         mean, least = (float(part.strip(" (%)")) for part in shown["battery"].split(" %")[:2])
         assert (mean, least) == pytest.approx((100 * np.mean(levels), 100 * min(levels)), abs=0.6)
     if "on_time" in shown:
@@ -209,7 +203,7 @@ def test_the_tiles_end_with_the_indicators_of_the_run(browser: Any, tmp_path: Pa
     assert sum(page.ask("page.deliveredAt()").values()) == run.kpis["tasks"]
 
 
-def test_stations_and_chargers_show_who_queues_and_how_much_they_are_used(browser: Any, tmp_path: Path) -> None:
+def test_stations_and_chargers_show_who_queues_and_how_much_they_are_used(browser, tmp_path):
     run = busy_run()
     page, expected = Page(browser, run, tmp_path), resources(run.history)
     for time in (200.0, 550.0, run.record.end):
@@ -227,7 +221,7 @@ def test_stations_and_chargers_show_who_queues_and_how_much_they_are_used(browse
     assert max(item["queue"] for item in found) >= 0
 
 
-def test_the_heat_map_has_the_part_of_the_time_that_was_lost_where_robots_stood(browser: Any, tmp_path: Path) -> None:
+def test_the_heat_map_has_the_part_of_the_time_that_was_lost_where_robots_stood(browser, tmp_path):
     run = busy_run()
     page = Page(browser, run, tmp_path)
     page.click("heat")
@@ -243,7 +237,7 @@ def test_the_heat_map_has_the_part_of_the_time_that_was_lost_where_robots_stood(
     assert page.text("scale").split(":")[1].split("\n") == ["", "under 1 %", "1 to 5 %", "5 to 20 %", "over 20 %"]
 
 
-def test_words_about_a_moment_go_when_the_clock_leaves_it(browser: Any, tmp_path: Path) -> None:
+def test_words_about_a_moment_go_when_the_clock_leaves_it(browser, tmp_path):
     page = Page(browser, busy_run(), tmp_path)
     page.press("n")
     page.frame()
@@ -253,7 +247,7 @@ def test_words_about_a_moment_go_when_the_clock_leaves_it(browser: Any, tmp_path
     assert page.text("said") == ""
 
 
-def test_a_page_in_a_hidden_frame_loads_without_a_complaint(browser: Any, tmp_path: Path) -> None:
+def test_a_page_in_a_hidden_frame_loads_without_a_complaint(browser, tmp_path):
     busy_run().replay(tmp_path / "replay.html")
     outer = tmp_path / "outer.html"
     outer.write_text('<iframe src="replay.html" style="display: none"></iframe>', encoding="utf-8")
@@ -267,7 +261,7 @@ def test_a_page_in_a_hidden_frame_loads_without_a_complaint(browser: Any, tmp_pa
 
 
 @pytest.mark.parametrize("make", [paper_run, busy_run, jammed_run])
-def test_the_story_stops_where_it_says_and_ends_with_the_totals(browser: Any, tmp_path: Path, make: Any) -> None:
+def test_the_story_stops_where_it_says_and_ends_with_the_totals(browser, tmp_path, make):
     page = Page(browser, make(), tmp_path)
     stops = page.ask("page.header.stops")
     for stop in stops:
@@ -291,7 +285,7 @@ def test_the_story_stops_where_it_says_and_ends_with_the_totals(browser: Any, tm
     assert page.ask("page.time()") < page.run.record.end
 
 
-def test_a_click_pins_the_panel_of_a_robot(browser: Any, tmp_path: Path) -> None:
+def test_a_click_pins_the_panel_of_a_robot(browser, tmp_path):
     run = paper_run()
     page = Page(browser, run, tmp_path)
     page.seek(200)
@@ -321,7 +315,7 @@ def test_a_click_pins_the_panel_of_a_robot(browser: Any, tmp_path: Path) -> None
     assert not panel.is_displayed()
 
 
-def test_two_runs_play_side_by_side_on_one_clock(browser: Any, tmp_path: Path) -> None:
+def test_two_runs_play_side_by_side_on_one_clock(browser, tmp_path):
     run = paper_run()
     other = dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": 3}))
     page = Page(browser, run, tmp_path, beside=other)
@@ -349,7 +343,7 @@ def test_two_runs_play_side_by_side_on_one_clock(browser: Any, tmp_path: Path) -
     assert page.requests() == []
 
 
-def test_a_picture_is_saved_as_it_is_on_the_screen(browser: Any, tmp_path: Path) -> None:
+def test_a_picture_is_saved_as_it_is_on_the_screen(browser, tmp_path):
     page = Page(browser, paper_run(), tmp_path)
     folder = tmp_path / "downloads"
     browser.execute_cdp_cmd("Browser.setDownloadBehavior", {"behavior": "allow", "downloadPath": str(folder)})
@@ -374,7 +368,7 @@ def test_a_picture_is_saved_as_it_is_on_the_screen(browser: Any, tmp_path: Path)
     assert page.complaints() == []
 
 
-def test_robots_can_be_seen_where_they_are_small_on_the_floor(browser: Any, tmp_path: Path) -> None:
+def test_robots_can_be_seen_where_they_are_small_on_the_floor(browser, tmp_path):
     run = busy_run()
     page, where = Page(browser, run, tmp_path), Positions(run.history)
     page.enlarge(500, 500)
@@ -387,7 +381,7 @@ def test_robots_can_be_seen_where_they_are_small_on_the_floor(browser: Any, tmp_
     assert (radii[~on_lanes] <= 5).all()  # not over those in the next slots
 
 
-def test_a_window_starts_and_ends_where_it_should(browser: Any, tmp_path: Path) -> None:
+def test_a_window_starts_and_ends_where_it_should(browser, tmp_path):
     run = busy_run()
     page, where = Page(browser, run, tmp_path, start=300, end=420), Positions(run.history)
     for time in (300, 333.3, 420):
@@ -401,7 +395,7 @@ def test_a_window_starts_and_ends_where_it_should(browser: Any, tmp_path: Path) 
     assert page.indicator("tasks") == str(counted)
 
 
-def test_the_paper_s_palette_can_be_asked_for(browser: Any, tmp_path: Path) -> None:
+def test_the_paper_s_palette_can_be_asked_for(browser, tmp_path):
     page = Page(browser, paper_run(), tmp_path, palette="paper")
     page.enlarge(2000, 1600)
     page.seek(300)
@@ -413,7 +407,7 @@ def test_the_paper_s_palette_can_be_asked_for(browser: Any, tmp_path: Path) -> N
     assert found == pytest.approx([0, 0, 255], abs=30)
 
 
-def test_it_opens_at_the_end_of_the_warm_up_with_the_figures_of_the_whole_run(browser: Any, tmp_path: Path) -> None:
+def test_it_opens_at_the_end_of_the_warm_up_with_the_figures_of_the_whole_run(browser, tmp_path):
     run = busy_run()
     page = Page(browser, run, tmp_path)
     assert page.ask("page.time()") == pytest.approx(run.record.begin)
@@ -428,7 +422,7 @@ def test_it_opens_at_the_end_of_the_warm_up_with_the_figures_of_the_whole_run(br
     assert page.text("counted") == "Counted so far after the warm-up."
 
 
-def test_a_robot_is_watched_at_a_speed_that_the_eye_can_follow(browser: Any, tmp_path: Path) -> None:
+def test_a_robot_is_watched_at_a_speed_that_the_eye_can_follow(browser, tmp_path):
     run = busy_run()
     page = Page(browser, run, tmp_path)
     speed, fastest, units = page.ask("page.player.speed"), run.model.fleet.fastest, run.model.units
@@ -441,7 +435,7 @@ def test_a_robot_is_watched_at_a_speed_that_the_eye_can_follow(browser: Any, tmp
     assert sum("watch" in one for one in words) == sum("in a minute" in one for one in words) == 1
 
 
-def test_a_click_says_the_chain_of_waits_to_its_root(browser: Any, tmp_path: Path) -> None:
+def test_a_click_says_the_chain_of_waits_to_its_root(browser, tmp_path):
     run = jammed_run()
     page, history = Page(browser, run, tmp_path), run.history
     link = next(
@@ -460,7 +454,7 @@ def test_a_click_says_the_chain_of_waits_to_its_root(browser: Any, tmp_path: Pat
     assert page.complaints() == []
 
 
-def test_the_list_of_what_robots_waited_for_has_its_sums_and_leads_to_the_longest(browser: Any, tmp_path: Path) -> None:
+def test_the_list_of_what_robots_waited_for_has_its_sums_and_leads_to_the_longest(browser, tmp_path):
     run = busy_run()
     page = Page(browser, run, tmp_path)
     rows = page.browser.find_elements("css selector", "#lost tbody tr")
@@ -478,7 +472,7 @@ def test_the_list_of_what_robots_waited_for_has_its_sums_and_leads_to_the_longes
     assert "the longest wait" in page.text("said")
 
 
-def test_a_station_of_the_table_is_shown_on_the_floor(browser: Any, tmp_path: Path) -> None:
+def test_a_station_of_the_table_is_shown_on_the_floor(browser, tmp_path):
     page = Page(browser, busy_run(), tmp_path)
     button = page.browser.find_element("css selector", "#stations tbody button")
     button.click()
@@ -486,7 +480,7 @@ def test_a_station_of_the_table_is_shown_on_the_floor(browser: Any, tmp_path: Pa
     assert page.text("said").startswith(button.text)
 
 
-def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser: Any, tmp_path: Path) -> None:
+def test_long_names_of_stations_stay_in_their_box_on_any_screen(browser, tmp_path):
     layout = busy()["layout"] | {"stations": {"goods_out_at_the_north_gate_2": {"at": ["J"], "places": 3}}}
     run = dw.simulate(dw.load(busy(layout=layout, tasks=busy()["tasks"] | {"unload_at": ["J"] * 16})), seed=1)
     page = Page(browser, run, tmp_path)

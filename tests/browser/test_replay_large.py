@@ -1,9 +1,6 @@
 """A thousand robots: the page shows them all where they are; how fast is reported, not judged."""
 
-from __future__ import annotations
-
 import re
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pytest
@@ -13,17 +10,14 @@ from benchmarks import replay as benchmark
 from desim_warehouse.report.positions import Positions
 from tests.browser.pages import Page
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 
 @pytest.fixture(scope="module")
-def run() -> dw.Run:
+def run():
     return dw.simulate(dw.load(benchmark.large(1000, 600.0)), seed=1)
 
 
 @pytest.mark.long
-def test_a_thousand_robots_are_drawn_where_they_are(browser: Any, tmp_path: Path, run: dw.Run) -> None:
+def test_a_thousand_robots_are_drawn_where_they_are(browser, tmp_path, run):
     page, where = Page(browser, run, tmp_path), Positions(run.history)
     for time in np.random.default_rng(7).uniform(0, 600, 5):
         off = np.array(page.ask("page.positions(arguments[0])", float(time))) - where.points(float(time))
@@ -34,15 +28,13 @@ def test_a_thousand_robots_are_drawn_where_they_are(browser: Any, tmp_path: Path
 
 
 @pytest.mark.long
-def test_an_hour_of_a_thousand_robots_fits_into_15_megabytes(run: dw.Run) -> None:
+def test_an_hour_of_a_thousand_robots_fits_into_15_megabytes(run):
     """Ten minutes, as full of drives as any, in a sixth of that."""
     assert len(run.replay().html.encode()) * 6 <= 15e6
 
 
 @pytest.mark.long
-def test_load_time_and_frame_rate_are_reported(
-    browser: Any, tmp_path: Path, run: dw.Run, record_property: Any, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_load_time_and_frame_rate_are_reported(browser, tmp_path, run, record_property, capsys):
     found = benchmark.measure(run, tmp_path)
     assert found["frames_per_second"] > 0
     line = ", ".join(f"{key} {value:.4g}" for key, value in found.items())

@@ -1,17 +1,10 @@
 """Goods to person in a browser: pods stand on their places, are carried about, and say what they hold and for whom."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
 from tests.browser.pages import Page
 from tests.report.replay.floors import pods_run
 
-if TYPE_CHECKING:
-    from pathlib import Path
 
-
-def test_a_robot_with_a_pod_says_what_it_holds_and_for_whom_it_goes(browser: Any, tmp_path: Path) -> None:
+def test_a_robot_with_a_pod_says_what_it_holds_and_for_whom_it_goes(browser, tmp_path):
     run = pods_run()
     page = Page(browser, run, tmp_path)
     assert {"pod", "pod with lines to pick"} <= set(page.text("legend").splitlines())

@@ -1,17 +1,10 @@
 """The replay page for everybody: keys alone, small screens, fingers, dark rooms, notebooks, and names of any kind."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
 import pytest
 
 import desim_warehouse as dw
 from tests.browser.pages import READY, Page
 from tests.report.replay.floors import busy, paper_run
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 SPACE, LEFT, UP, RIGHT, DOWN, TAB, ESCAPE, HOME, END, SHIFT = (
     "\ue00d", "\ue012", "\ue013", "\ue014", "\ue015", "\ue004", "\ue00c", "\ue011", "\ue010", "\ue008",
@@ -23,11 +16,11 @@ FOCUSED = (
 
 
 @pytest.fixture
-def page(browser: Any, tmp_path: Path) -> Page:
+def page(browser, tmp_path):
     return Page(browser, paper_run(), tmp_path)
 
 
-def test_every_control_is_reached_by_tab_and_shows_that_it_is(page: Page) -> None:
+def test_every_control_is_reached_by_tab_and_shows_that_it_is(page):
     reached = {}
     for _ in range(45):
         page.press(TAB)
@@ -42,7 +35,7 @@ def test_every_control_is_reached_by_tab_and_shows_that_it_is(page: Page) -> Non
     assert all(reached[name][0] != "none" and reached[name][1] >= 2 for name in controls)
 
 
-def test_controls_have_names_for_those_who_cannot_see_them(page: Page) -> None:
+def test_controls_have_names_for_those_who_cannot_see_them(page):
     nodes = page.browser.execute_cdp_cmd("Accessibility.getFullAXTree", {})["nodes"]
     roles = {"button", "slider", "combobox", "spinbutton", "application"}
     names = [
@@ -55,7 +48,7 @@ def test_controls_have_names_for_those_who_cannot_see_them(page: Page) -> None:
     assert {"Play", "Story", "Heat map", "Zoom in", "Time"} <= set(names)
 
 
-def test_the_keys_alone_will_do(page: Page) -> None:
+def test_the_keys_alone_will_do(page):
     page.press(SPACE)
     page.until("page.time() > 1")
     page.press(SPACE)
@@ -80,7 +73,7 @@ def test_the_keys_alone_will_do(page: Page) -> None:
     assert page.ask("page.player.speed") == speed
 
 
-def test_keys_switch_views(page: Page) -> None:
+def test_keys_switch_views(page):
     for key, name in (("h", "heat"), ("d", "theme")):
         before = page.attribute(name, "aria-pressed")
         page.press(key)
@@ -91,7 +84,7 @@ def test_keys_switch_views(page: Page) -> None:
     assert not page.browser.find_element("id", "keys").is_displayed()
 
 
-def test_a_robot_that_is_followed_stays_in_the_middle(page: Page) -> None:
+def test_a_robot_that_is_followed_stays_in_the_middle(page):
     page.seek(100)
     page.press("f")
     page.frame()
@@ -108,7 +101,7 @@ def test_a_robot_that_is_followed_stays_in_the_middle(page: Page) -> None:
     assert page.ask("page.chosen()") == -1
 
 
-def test_zooming_and_moving_the_view_by_key_and_by_mouse(page: Page) -> None:
+def test_zooming_and_moving_the_view_by_key_and_by_mouse(page):
     from selenium.webdriver.common.action_chains import ActionChains
     from selenium.webdriver.common.actions.wheel_input import ScrollOrigin
 
@@ -128,10 +121,10 @@ def test_zooming_and_moving_the_view_by_key_and_by_mouse(page: Page) -> None:
     assert [after[0] - before[0], after[1] - before[1]] == pytest.approx([60, 25], abs=2)
 
 
-def test_two_fingers_zoom(page: Page) -> None:
+def test_two_fingers_zoom(page):
     scale = page.ask("page.scale()")
 
-    def touch(kind: str, *points: tuple[int, int]) -> None:
+    def touch(kind, *points):
         fingers = [{"x": x, "y": y, "id": i} for i, (x, y) in enumerate(points)]
         page.browser.execute_cdp_cmd("Input.dispatchTouchEvent", {"type": kind, "touchPoints": fingers})
 
@@ -143,7 +136,7 @@ def test_two_fingers_zoom(page: Page) -> None:
     assert page.ask("page.scale()") == pytest.approx(2 * scale, rel=0.2)
 
 
-def test_pointing_at_a_robot_tells_what_it_does(page: Page) -> None:
+def test_pointing_at_a_robot_tells_what_it_does(page):
     from selenium.webdriver.common.action_chains import ActionChains
 
     page.seek(200)
@@ -161,7 +154,7 @@ def test_pointing_at_a_robot_tells_what_it_does(page: Page) -> None:
 
 
 @pytest.mark.parametrize(("width", "high"), [(360, 780), (390, 844)])
-def test_it_fits_a_phone(page: Page, width: int, high: int) -> None:
+def test_it_fits_a_phone(page, width, high):
     page.enlarge(width, high, deviceScaleFactor=2, mobile=True)
     assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
     heights = [item["bottom"] - item["top"] for item in boxes(page, "button, select")]
@@ -185,7 +178,7 @@ def test_it_fits_a_phone(page: Page, width: int, high: int) -> None:
 
 
 @pytest.mark.parametrize(("width", "high"), [(1400, 900), (1024, 700), (390, 844)])
-def test_two_runs_fit_any_screen(browser: Any, tmp_path: Path, width: int, high: int) -> None:
+def test_two_runs_fit_any_screen(browser, tmp_path, width, high):
     page = Page(browser, paper_run(), tmp_path, beside=paper_run())
     page.enlarge(width, high, mobile=width < 500)
     assert page.browser.execute_script("return document.documentElement.scrollWidth") <= width
@@ -194,7 +187,7 @@ def test_two_runs_fit_any_screen(browser: Any, tmp_path: Path, width: int, high:
     covered(page)
 
 
-def boxes(page: Page, selector: str) -> list[dict[str, float]]:
+def boxes(page, selector):
     """Where the elements are that are shown, in the order of the page."""
     script = (
         "return [...document.querySelectorAll(arguments[0])].map((item) => item.getBoundingClientRect())"
@@ -204,7 +197,7 @@ def boxes(page: Page, selector: str) -> list[dict[str, float]]:
     return list(page.browser.execute_script(script, selector))
 
 
-def covered(page: Page) -> None:
+def covered(page):
     """No part of the page lies on another: floors, legend, notes, buttons, tiles, panel and tables."""
     parts = boxes(
         page,
@@ -229,12 +222,12 @@ def covered(page: Page) -> None:
 
 
 @pytest.mark.parametrize(("wish", "dark"), [("dark", True), ("light", False)])
-def test_it_is_dark_or_light_as_the_reader_wishes(page: Page, wish: str, dark: bool) -> None:
+def test_it_is_dark_or_light_as_the_reader_wishes(page, wish, dark):
     feature = {"features": [{"name": "prefers-color-scheme", "value": wish}]}
     page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", feature)
     page.pause(0.1)
 
-    def shade() -> int:
+    def shade():
         return sum(page.pixel(3, 3))
 
     assert (shade() < 200) is dark
@@ -248,7 +241,7 @@ HOSTILE = '</script><script>window.hacked = 1</script><img src=x onerror="window
 HEBREW = "מחסן <b>"
 
 
-def hostile_run() -> dw.Run:
+def hostile_run():
     """A line and a way back, whose nodes and parts have names made to break pages."""
     nodes = {HOSTILE: [0.0, 0.0], HEBREW: [10.0, 0.0], "\u2028`${1}`": [10.0, 6.0], "'\"\\": [0.0, 6.0]}
     names = list(nodes)
@@ -270,7 +263,7 @@ def hostile_run() -> dw.Run:
     return dw.simulate(dw.load(model))
 
 
-def test_names_are_shown_as_text_whatever_they_are(browser: Any, tmp_path: Path) -> None:
+def test_names_are_shown_as_text_whatever_they_are(browser, tmp_path):
     run = hostile_run()
     page = Page(browser, run, tmp_path)
     assert browser.execute_script("return window.hacked") is None
@@ -294,7 +287,7 @@ def test_names_are_shown_as_text_whatever_they_are(browser: Any, tmp_path: Path)
     assert page.requests() == []
 
 
-def test_a_notebook_shows_it_in_a_frame(browser: Any, tmp_path: Path) -> None:
+def test_a_notebook_shows_it_in_a_frame(browser, tmp_path):
     notebook = tmp_path / "notebook.html"
     notebook.write_text(
         f"<!DOCTYPE html><meta charset='utf-8'><body>{paper_run().replay()._repr_html_()}</body>", "utf-8"

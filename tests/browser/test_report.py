@@ -1,9 +1,6 @@
 """Reports in a browser: on a phone, on dark ground and on paper."""
 
-from __future__ import annotations
-
 import base64
-from typing import Any
 
 import pytest
 
@@ -15,11 +12,11 @@ FIGURE = "return getComputedStyle(document.querySelector('img')).filter"
 
 
 @pytest.fixture(scope="module")
-def page(browser: Any, tmp_path_factory: pytest.TempPathFactory) -> Opened:
+def page(browser, tmp_path_factory):
     return Opened(browser, report(people_run(), tmp_path_factory.mktemp("report") / "page.html"))
 
 
-def test_the_answer_and_its_numbers_can_be_read_on_a_phone(page: Opened) -> None:
+def test_the_answer_and_its_numbers_can_be_read_on_a_phone(page):
     page.enlarge(390, 844, mobile=True)
     assert page.browser.execute_script("return document.documentElement.scrollWidth") <= 390
     for item in page.browser.find_elements("css selector", "dl.tiles dd, dl.tiles dt, ul.answers li"):
@@ -32,7 +29,7 @@ def test_the_answer_and_its_numbers_can_be_read_on_a_phone(page: Opened) -> None
     assert max(values) - min(values) < 1
 
 
-def test_figures_follow_the_ground_but_not_on_paper(page: Opened) -> None:
+def test_figures_follow_the_ground_but_not_on_paper(page):
     for ground, turned in (("light", False), ("dark", True)):
         wish = {"media": "screen", "features": [{"name": "prefers-color-scheme", "value": ground}]}
         page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", wish)
@@ -42,7 +39,7 @@ def test_figures_follow_the_ground_but_not_on_paper(page: Opened) -> None:
     page.browser.execute_cdp_cmd("Emulation.setEmulatedMedia", {"media": "", "features": []})
 
 
-def test_printing_gives_whole_pages(page: Opened) -> None:
+def test_printing_gives_whole_pages(page):
     printed = base64.b64decode(page.browser.execute_cdp_cmd("Page.printToPDF", {"preferCSSPageSize": True})["data"])
     assert printed.startswith(b"%PDF")
     assert printed.count(b"/Type /Page\n") >= 3

@@ -1,14 +1,11 @@
 """The site, as `make docs` builds it: whole, found by its search, read by everybody, and without a network."""
 
-from __future__ import annotations
-
 import os
 import re
 import subprocess
 import sys
 from importlib.resources import files
 from importlib.util import find_spec
-from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -16,9 +13,6 @@ import desim_warehouse as dw
 from tests.browser.pages import Opened
 from tests.browser.test_axe import AXE, EVERY
 from tests.docs.pages import ROOT
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 READ = (
     "index",
@@ -38,7 +32,7 @@ HITS = "return [...document.querySelectorAll('.md-search-result__item > a:first-
 
 
 @pytest.fixture(scope="module")
-def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def site(tmp_path_factory):
     if find_spec("material") is None or find_spec("mkdocstrings") is None:
         pytest.skip("no site: pip install --editable '.[dev]'")
     place = tmp_path_factory.mktemp("site")
@@ -50,14 +44,14 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return place
 
 
-def test_it_is_built_strictly_and_shows_what_its_examples_write(site: Path) -> None:
+def test_it_is_built_strictly_and_shows_what_its_examples_write(site):
     page = (site / "examples.html").read_text("utf-8")
     frames = re.findall(r'<iframe class="live" src="([^"]+)"', page)
     assert frames == ["live/replay.html", "live/what-if.html", "live/report.html"]
     assert all("<!doctype html>" in (site / frame).read_text("utf-8")[:100].lower() for frame in frames)
 
 
-def test_every_public_name_is_in_the_full_reference() -> None:
+def test_every_public_name_is_in_the_full_reference():
     page = (ROOT / "docs/reference/api.md").read_text("utf-8")
     said = re.findall(r"(?m)^::: desim_warehouse\.(?:report\.)?(\w+)$", page)
     assert sorted(said) == sorted(set(dw.__all__) - {"__version__"})
@@ -72,10 +66,10 @@ def test_every_public_name_is_in_the_full_reference() -> None:
         ("on_time", "reference/indicators"),
     ],
 )
-def test_its_search_finds_it_among_the_first_three(browser: Any, site: Path, words: str, page: str) -> None:
+def test_its_search_finds_it_among_the_first_three(browser, site, words, page):
     opened = Opened(browser, site / "index.html")
     browser.find_element("css selector", ".md-search__input").send_keys(words)
-    hits: list[str] = []
+    hits = []
     for _ in range(40):
         opened.pause(0.25)
         if hits := browser.execute_script(HITS):
@@ -86,7 +80,7 @@ def test_its_search_finds_it_among_the_first_three(browser: Any, site: Path, wor
 
 
 @pytest.mark.parametrize("name", READ)
-def test_axe_finds_nothing(browser: Any, site: Path, name: str) -> None:
+def test_axe_finds_nothing(browser, site, name):
     """Frames hold pages of their own, which test_axe.py sees to."""
     found = []
     for scheme in ("light", "dark"):

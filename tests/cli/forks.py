@@ -3,8 +3,6 @@
 `python -m tests.cli.forks` reads a list of argument lists (JSON) from its input and writes a line of JSON for each.
 """
 
-from __future__ import annotations
-
 import json
 import os
 import resource
@@ -32,11 +30,11 @@ class Done(NamedTuple):
     bytes: int
 
     @property
-    def said(self) -> list[str]:
+    def said(self):
         """The lines of its message, without click's hint on how to get help."""
         return [line for line in self.err.splitlines() if line and not line.startswith(("Usage:", "Try '"))]
 
-    def faults(self) -> list[str]:
+    def faults(self):
         """What is wrong with the answer to something that cannot be done."""
         found = [] if self.status == 2 else [f"exit status {self.status}"]
         found += [] if self.said else ["no message"]
@@ -48,7 +46,7 @@ class Done(NamedTuple):
         return [*found, f"{self.out[-300:]!r} {self.err[-600:]!r}"] if found else []
 
 
-def call_all(calls: list[list[str]], folder: Path) -> list[Done]:
+def call_all(calls, folder):
     """Call `desim` in `folder` with each of these arguments."""
     done = subprocess.run(
         [sys.executable, "-m", "tests.cli.forks", str(folder)],
@@ -64,7 +62,7 @@ def call_all(calls: list[list[str]], folder: Path) -> list[Done]:
     return found
 
 
-def _call(arguments: list[str]) -> Done:
+def _call(arguments):
     with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as err:
         child = os.fork()
         if not child:
@@ -78,7 +76,7 @@ def _call(arguments: list[str]) -> Done:
     return Done(os.waitstatus_to_exitcode(status), *said, seconds, used.ru_maxrss * 1024)
 
 
-def _child(arguments: list[str], out: int, err: int) -> None:
+def _child(arguments, out, err):
     from desim_warehouse.cli import main
 
     os.dup2(out, 1)
@@ -105,7 +103,7 @@ def _child(arguments: list[str], out: int, err: int) -> None:
         os._exit(status)
 
 
-def _serve() -> None:
+def _serve():
     from desim_warehouse.cli import COMMANDS, desim
 
     for heavy in ("matplotlib.figure", "pandas", "pyarrow.parquet", "scipy.stats", "desim_warehouse.study.study"):

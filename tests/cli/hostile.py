@@ -3,8 +3,6 @@
 Each function writes the files it needs to a folder and gives calls by name.
 """
 
-from __future__ import annotations
-
 import json
 import os
 from itertools import product

@@ -1,7 +1,5 @@
 """Hundreds of hostile inputs: one message, exit status 2, no traceback, below 10 s of processor and 1 GiB."""
 
-from __future__ import annotations
-
 import pytest
 
 from tests.cli import hostile

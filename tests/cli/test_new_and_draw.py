@@ -12,10 +12,10 @@ from hypothesis import strategies as st
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.draft import Draft, draft
+from desim_warehouse.folders import gallery
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.report.plot import floor
 from desim_warehouse.run import check
-from desim_warehouse.shipped import gallery
 from tests.docs import pages
 
 

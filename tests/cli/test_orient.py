@@ -1,18 +1,12 @@
 """`desim orient`: a model file with two-way lanes becomes one with Highways, comments and all."""
 
-from __future__ import annotations
-
 import json
-from typing import TYPE_CHECKING
 
 import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 FLOOR = """\
 name: two aisles and a dock   # a comment that stays
@@ -42,19 +36,19 @@ run: {length: 3600}
 
 
 @pytest.fixture
-def file(tmp_path: Path) -> Path:
+def file(tmp_path):
     path = tmp_path / "two-way.yaml"
     path.write_text(FLOOR, encoding="utf-8")
     return path
 
 
-def told(*words: str) -> str:
+def told(*words):
     done = CliRunner().invoke(desim, list(words))
     assert done.exit_code == 0, done.output
     return done.output
 
 
-def test_a_floor_is_oriented_and_both_are_compared(file: Path) -> None:
+def test_a_floor_is_oriented_and_both_are_compared(file):
     out = file.with_name("one-way.yaml")
     text = told("orient", str(file), "-o", str(out), "--runs", "6")
     assert "7 two-way lanes are one-way now; trips between storage and stations are 1." in text
@@ -66,7 +60,7 @@ def test_a_floor_is_oriented_and_both_are_compared(file: Path) -> None:
     assert dw.simulate(model).layout.two_way == [("E", "dock")]
 
 
-def test_goods_stay_where_they_are(file: Path) -> None:
+def test_goods_stay_where_they_are(file):
     out = file.with_name("one-way.yaml")
     told("orient", str(file), "-o", str(out), "--runs", "0")
     before, after = (dw.simulate(dw.load(path)).layout for path in (file, out))
@@ -77,7 +71,7 @@ def test_goods_stay_where_they_are(file: Path) -> None:
         assert new.popularity == old.popularity
 
 
-def test_places_at_nodes_of_a_storage_file_stay_there(file: Path) -> None:
+def test_places_at_nodes_of_a_storage_file_stay_there(file):
     file.with_name("places.csv").write_text("node,from,to,offset\nE,,,\n,A,B,3\n,E,D,4\n", encoding="utf-8")
     listed = FLOOR[FLOOR.index("  storage:") : FLOOR.index("  bays:")]
     file.write_text(FLOOR.replace(listed, "  storage: {file: places.csv}\n"), encoding="utf-8")
@@ -89,13 +83,13 @@ def test_places_at_nodes_of_a_storage_file_stay_there(file: Path) -> None:
         assert (old.x, old.y) == (new.x, new.y)
 
 
-def test_a_model_is_oriented_in_python(file: Path) -> None:
+def test_a_model_is_oriented_in_python(file):
     model = dw.orient(dw.load(file))
     assert dw.simulate(model).layout.two_way == [("E", "dock")]
 
 
-def test_no_file_is_lost_and_what_cannot_be_oriented_is_refused(file: Path) -> None:
-    def refused(*words: str) -> str:
+def test_no_file_is_lost_and_what_cannot_be_oriented_is_refused(file):
+    def refused(*words):
         done = CliRunner().invoke(desim, list(words))
         assert isinstance(done.exception, dw.ModelError)
         return str(done.exception)
@@ -108,7 +102,7 @@ def test_no_file_is_lost_and_what_cannot_be_oriented_is_refused(file: Path) -> N
     assert not out.exists()
 
 
-def test_a_layout_file_is_oriented_into_one_beside_the_new_model(file: Path) -> None:
+def test_a_layout_file_is_oriented_into_one_beside_the_new_model(file):
     content = dw.load(file).content()
     layout = content.pop("layout")
     bays, stations = layout.pop("bays"), layout.pop("stations")
@@ -123,7 +117,7 @@ def test_a_layout_file_is_oriented_into_one_beside_the_new_model(file: Path) -> 
     assert file.with_name("floor.json").read_bytes() == before
 
 
-def test_preferred_directions_are_tried_and_the_best_floor_is_written(file: Path) -> None:
+def test_preferred_directions_are_tried_and_the_best_floor_is_written(file):
     """Of 20 robots on these few lanes many meet head-on: 2 does best, and every lane but the bridge has it."""
     file.write_text(FLOOR.replace("size: 3", "size: 6").replace("places: 2", "places: 3"), encoding="utf-8")
     out = file.with_name("preferred.yaml")
@@ -137,7 +131,7 @@ def test_preferred_directions_are_tried_and_the_best_floor_is_written(file: Path
 
 
 @pytest.mark.parametrize("against", [1.5, 2.0])
-def test_a_preferred_direction_is_that_of_orient_and_bridges_have_none(file: Path, against: float) -> None:
+def test_a_preferred_direction_is_that_of_orient_and_bridges_have_none(file, against):
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
 
     base = dw.load(file)
@@ -154,7 +148,7 @@ def test_a_preferred_direction_is_that_of_orient_and_bridges_have_none(file: Pat
     assert model.layout.storage == base.layout.storage
 
 
-def test_preferred_directions_are_chosen_by_runs(file: Path) -> None:
+def test_preferred_directions_are_chosen_by_runs(file):
     done = CliRunner().invoke(desim, ["orient", str(file), "-o", "x.yaml", "--runs", "0", "--prefer"])
     assert done.exit_code == 2
     assert "--prefer chooses by runs; expected --runs 4 or more" in done.output

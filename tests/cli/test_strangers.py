@@ -1,7 +1,5 @@
 """What strangers send: files in their folders are never run, and their names and paths are one message or harmless."""
 
-from __future__ import annotations
-
 import json
 import os
 import re

@@ -91,9 +91,7 @@ def test_packers_that_are_given_are_spread_evenly(tmp_path):
 
 
 @given(
-    st.lists(st.integers(0, 47), min_size=2, max_size=6, unique=True).map(sorted),
-    st.integers(1, 4),
-    st.floats(0.5, 5),
+    st.lists(st.integers(0, 47), min_size=2, max_size=6, unique=True).map(sorted), st.integers(1, 4), st.floats(0.5, 5)
 )
 def test_rates_add_up_to_the_shifts_and_the_peak(ends, part, times):
     halves = list(zip(ends[::2], ends[1::2], strict=False))

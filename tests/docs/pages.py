@@ -1,7 +1,5 @@
 """The pages of the documentation, read as a person would: blocks in order, commands with what they print."""
 
-from __future__ import annotations
-
 import contextlib
 import doctest
 import io
@@ -12,7 +10,6 @@ import sys
 import textwrap
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
@@ -20,9 +17,6 @@ import desim_warehouse as dw
 from desim_warehouse.cli import COMMANDS, desim
 from desim_warehouse.errors import WarehouseError
 from desim_warehouse.model import parse_assignment
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
@@ -54,9 +48,9 @@ class Command:
     output: list[str] = field(default_factory=list)
 
 
-def blocks(path: Path) -> list[Block]:
+def blocks(path):
     """The fenced blocks of a page, each python block with the text block that follows it at once."""
-    found: list[Block] = []
+    found = []
     note, open_block, between = ("", ""), None, True
     for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), 1):
         fence = _FENCE.match(line)
@@ -81,9 +75,9 @@ def blocks(path: Path) -> list[Block]:
     return found
 
 
-def commands(block: Block) -> list[Command]:
+def commands(block):
     """The commands of a console block; a line that ends with a backslash goes on."""
-    found: list[Command] = []
+    found = []
     goes_on = False
     for line in block.text.splitlines():
         if goes_on:
@@ -99,13 +93,13 @@ def commands(block: Block) -> list[Command]:
     return found
 
 
-def same(want: str, got: str) -> bool:
+def same(want, got):
     """Whether the output is as the page says: `...` stands for anything, and spaces do not count."""
     flags = doctest.ELLIPSIS | doctest.NORMALIZE_WHITESPACE
     return _CHECKER.check_output(want.strip() + "\n", got.strip() + "\n", flags)
 
 
-def run_python(block: Block, names: dict[str, object], page: Path) -> str:
+def run_python(block, names, page):
     """Run a block in the names of its page; what it printed."""
     code = compile("\n" * (block.line - 1) + block.text, str(page), "exec")
     with contextlib.redirect_stdout(io.StringIO()) as printed:
@@ -113,7 +107,7 @@ def run_python(block: Block, names: dict[str, object], page: Path) -> str:
     return printed.getvalue()
 
 
-def run_desim(words: str) -> tuple[int, str, str]:
+def run_desim(words):
     """Exit status, output and messages of a `desim` line."""
     out, err = io.StringIO(), io.StringIO()
     status = 0
@@ -133,7 +127,7 @@ def run_desim(words: str) -> tuple[int, str, str]:
     return status, out.getvalue(), err.getvalue()
 
 
-def parse_desim(words: str) -> None:
+def parse_desim(words):
     """See that a line could be called so, without doing it: the command is there, and so are its options."""
     name, *rest = shlex.split(words)[1:] or ["--help"]
     if name.startswith("-"):
@@ -149,7 +143,7 @@ def parse_desim(words: str) -> None:
         command.make_context(name, rest, parent=outer)
 
 
-def models(page: Path, folder: Path) -> Iterator[tuple[str, dw.Model]]:
+def models(page, folder):
     """The models of a page as it stands: of every command with a model file, `--set` and `--unset` applied.
 
     Nothing is run.

@@ -1,7 +1,5 @@
 """Everything that the documentation states is carried out: its Python, its commands, its links, its made parts."""
 
-from __future__ import annotations
-
 import re
 import shlex
 import shutil

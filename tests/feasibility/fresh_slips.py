@@ -79,7 +79,7 @@ SLIPS = {
                         "count": 4,
                         "battery": {"capacity": 100, "threshold": 40, "consumption": 0.3, "charge_rate": 1.2},
                     }
-                },
+                }
             },
         ),
         "metres a minute": ("goods", {"fleet.robot.speed": 90}),

@@ -50,9 +50,7 @@ def kinds(size, *counts):
 
 
 def draws(standing, empty, loaded, handling):
-    return {
-        "battery.consumption": {"standing": standing, "empty": empty, "loaded": loaded, "handling": handling},
-    }
+    return {"battery.consumption": {"standing": standing, "empty": empty, "loaded": loaded, "handling": handling}}
 
 
 def people(**what):
@@ -161,12 +159,7 @@ OURS = {
         "UNUSUAL",
         "2 min",
     ),
-    "half a swap": (
-        "goods",
-        {"policies.charging": {"name": "swap", "time": 3}},
-        "UNUSUAL",
-        "3 min",
-    ),
+    "half a swap": ("goods", {"policies.charging": {"name": "swap", "time": 3}}, "UNUSUAL", "3 min"),
     # rates by the minute, states
     "consumption by the minute": (
         "goods",
@@ -183,22 +176,12 @@ OURS = {
     "standing draws most": ("goods", draws(0.02, 0.005, 0.006, 0.005), "BATTERY_RATES", "at most as much as empty"),
     "empty and loaded swapped": ("goods", draws(0.001, 0.006, 0.005, 0.004), "BATTERY_RATES", "at least as much"),
     "no state draws": ("goods", draws(0, 0, 0, 0), "CHANGES_NOTHING", "without battery"),
-    "both rates by the hour": (
-        "goods",
-        {"battery.consumption": 18, "battery.charge_rate": 72},
-        "FAST_CHARGE",
-        "",
-    ),
+    "both rates by the hour": ("goods", {"battery.consumption": 18, "battery.charge_rate": 72}, "FAST_CHARGE", ""),
     # prices
     "wages of a month": ("goods", prices(station_hour=3_500), "UNUSUAL", "hours worked"),
     "wages in thousands": ("goods", prices(station_hour=0.035), "UNUSUAL", "hours worked"),
     "a robot by the hour": ("goods", prices(robot=2.5), "UNUSUAL", "years of use"),
-    "a kind in thousands": (
-        "goods",
-        {**kinds(12, 4), **prices(kinds={"k0": 8})},
-        "UNUSUAL",
-        "years of use",
-    ),
+    "a kind in thousands": ("goods", {**kinds(12, 4), **prices(kinds={"k0": 8})}, "UNUSUAL", "years of use"),
     "a charger by the hour": ("goods", prices(charger=0.1), "UNUSUAL", "years of use"),
     "late orders of a month": ("goods", prices(late_order=2_000), "UNUSUAL", "one order"),
     "energy by the kWh, capacity in Wh": (
@@ -226,12 +209,7 @@ OURS = {
         "CHANGES_NOTHING",
         "not from",
     ),
-    "storage both ways at the stations": (
-        "flows",
-        flow(**{"from": ["R", "V"], "to": ["V", "R"]}),
-        "SAME_ENDS",
-        "to",
-    ),
+    "storage both ways at the stations": ("flows", flow(**{"from": ["R", "V"], "to": ["V", "R"]}), "SAME_ENDS", "to"),
     "cleared after repair": (
         "goods",
         {BREAKS: {"every": "8 h", "repair": "5 min", "clear": "30 min"}},

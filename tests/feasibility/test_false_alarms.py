@@ -16,7 +16,7 @@ SLIPS = tuple(CODES)[tuple(CODES).index("BATTERY_RATES") :]
 """The codes of slips."""
 MEANT = {
     # packing is open from 06:00 to 14:00, tasks come day and night and are due after 8 h: those are late
-    "desim check shifts.yaml --set layout.stations.packing.hours=early": {"BREAK_BEYOND_DUE"},
+    "desim check shifts.yaml --set layout.stations.packing.hours=early": {"BREAK_BEYOND_DUE"}
 }
 """What a page shows on purpose."""
 

@@ -4,9 +4,9 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.findings import CODES
+from desim_warehouse.folders import gallery
 from desim_warehouse.run import check
 from desim_warehouse.run.quick import estimate
-from desim_warehouse.shipped import gallery
 
 HALL = gallery()["goods-to-person"]
 MANY = {"fleet.size": 20, "layout.bays.parking.places": 20}

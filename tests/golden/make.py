@@ -7,8 +7,6 @@ They say that nothing has changed, not that it is right. After a change of resul
 writes them anew; look at the difference before it goes in, and tell it in CHANGELOG.md under "Results change".
 """
 
-from __future__ import annotations
-
 import csv
 import hashlib
 import json

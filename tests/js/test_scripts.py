@@ -1,7 +1,5 @@
 """The scripts of the pages without a browser: a linter over each page's whole script, and unit tests in node."""
 
-from __future__ import annotations
-
 import shutil
 import subprocess
 import sys

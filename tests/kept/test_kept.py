@@ -4,8 +4,6 @@
 `desim plan` for a small hall. None of them is ever written again.
 """
 
-from __future__ import annotations
-
 import json
 import re
 import shutil

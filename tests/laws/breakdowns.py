@@ -1,7 +1,5 @@
 """What goes wrong, put into any random model: robots that break down, chargers that fail, delays at nodes."""
 
-from __future__ import annotations
-
 import random
 
 WITH_CHANCE = "exponential"

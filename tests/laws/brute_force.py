@@ -3,15 +3,13 @@
 Shares no code with the rule but the routes that robots have declared and where they stand.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 
 import networkx as nx
 
-from desim_warehouse.world.traffic.deadlock.avoidance import Avoidance
-from desim_warehouse.world.traffic.deadlock.plan import Plan
+from desim_warehouse.world.traffic.avoidance import Avoidance
+from desim_warehouse.world.traffic.home_plan import Plan
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.zones import ZoneDirection
 

@@ -1,7 +1,5 @@
 """Random closures, slow zones and people for random models: edges that close again and again, or have people there."""
 
-from __future__ import annotations
-
 import random
 
 import networkx as nx

@@ -5,8 +5,6 @@
 looks for faults in one model alone.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 
@@ -59,6 +57,12 @@ def with_policies(mapping, key):
     return {**mapping, "policies": {**mapping["policies"], **chosen}}
 
 
+def capped(mapping, key):
+    """At most half of the robots under way."""
+    most = random.Random(f"capped {key}").randint(1, max(mapping["fleet"]["size"] // 2, 1))
+    return {**mapping, "traffic": {**mapping["traffic"], "most_out": most}}
+
+
 def restless(mapping, key):
     """Robots that turn off at random, of several sizes, with a station for each, called home on the way or early."""
     draw = random.Random(f"restless {key}")
@@ -82,6 +86,7 @@ def restless(mapping, key):
 
 
 FEATURES = {
+    "capped": capped,
     "wider": wider,
     "moving": moving,
     "closures": with_closures,

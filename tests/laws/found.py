@@ -1,7 +1,5 @@
 """What is wrong with a run of any model, a line each: it fails, its log cannot be, counts are wrong, time is lost."""
 
-from __future__ import annotations
-
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
 from tests import accounting, little

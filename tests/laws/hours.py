@@ -1,7 +1,5 @@
 """Hours for random models: of stations, robots and flows, with handling times, work and buffers in the stations."""
 
-from __future__ import annotations
-
 import random
 
 import desim_warehouse as dw

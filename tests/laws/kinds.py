@@ -1,7 +1,5 @@
 """Kinds with batteries, charging policies and chargers of their own: added to models with batteries."""
 
-from __future__ import annotations
-
 import random
 
 

@@ -1,7 +1,5 @@
 """Robots that gather speed and brake, and are slower or faster with a load: added to models that know nothing of it."""
 
-from __future__ import annotations
-
 import random
 
 from tests.laws.random_models import lasting

@@ -1,7 +1,5 @@
 """Random models with pods, made of other random models: their floor, fleet and policies, and lines to pick."""
 
-from __future__ import annotations
-
 import random
 
 from tests.laws.random_models import lasting

@@ -1,7 +1,5 @@
 """Random warehouses with batteries that begin settled, by number: drafts with other batteries, bays and policies."""
 
-from __future__ import annotations
-
 import random
 
 import yaml
@@ -9,17 +7,11 @@ import yaml
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 
-POLICIES = (
-    "threshold",
-    "reach-aware",
-    "opportunity",
-    "four-thresholds",
-    {"name": "swap", "time": 60},
-)
+POLICIES = ("threshold", "reach-aware", "opportunity", "four-thresholds", {"name": "swap", "time": 60})
 HOURS = 4
 
 
-def model(number: int, policy: object) -> dw.Model:
+def model(number, policy):
     """Two to seven robots that keep up, with batteries that last two to six hours of work.
 
     Where they hardly keep up, orders queue after hours, and levels follow the queue.
@@ -37,12 +29,7 @@ def model(number: int, policy: object) -> dw.Model:
     battery = {"capacity": 100, "threshold": 30, "consumption": states, "charge_rate": charges * drive}
     if draw.random() < 0.25:
         battery["taper"] = {"start": 0.8, "end_rate": 0.3}
-    changes = {
-        "battery": battery,
-        "policies.charging": policy,
-        "run": {"length": f"{HOURS} h"},
-        "log": "tasks",
-    }
+    changes = {"battery": battery, "policies.charging": policy, "run": {"length": f"{HOURS} h"}, "log": "tasks"}
     if draw.random() < 0.4:  # robots rest where they charge, fewer chargers than slots
         node = content["layout"]["bays"]["charging"]["at"][:1]
         changes["layout.bays"] = {"charging": {"at": node, "places": robots + 1, "chargers": chargers}}

@@ -1,14 +1,7 @@
 """A routing policy that knows no closures: a robot waits before them, as all did on fixed routes."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.policies import Roads
+from typing import ClassVar
 
 
 @dataclass(frozen=True)
@@ -18,6 +11,6 @@ class Stubborn:
     cost: ClassVar[str] = "length"
     fixed: ClassVar[bool] = True
 
-    def route(self, origin: str, goal: str, roads: Roads) -> Sequence[str]:
+    def route(self, origin, goal, roads):
         """The nodes from origin to goal."""
         return roads.oracle("length").way(origin, goal)

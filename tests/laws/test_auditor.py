@@ -143,21 +143,11 @@ LOW = "robot 0 drew|robot 0 had 1000 energy"
 ONE_ROW = {
     # robot 1 stops 2 behind robot 0, which loads at 10
     "too close": ("ring", ("drive", 1, AB), moved(value=1, until=1), r"robots 0 and 1 are 1 apart on \('A', 'B'\)"),
-    "near a node": (
-        "spur",
-        ("drive", 0, BC),
-        moved(value=9, until=3),
-        "robot 0 stands on .*, 1 from a node",
-    ),
+    "near a node": ("spur", ("drive", 0, BC), moved(value=9, until=3), "robot 0 stands on .*, 1 from a node"),
     "an edge from elsewhere": ("ring", ("enter", 0, BC), moved(edge=DA), JUMP),
     "an edge too early": ("ring", ("enter", 0, BC), moved(time=-3), JUMP),
     "a drive elsewhere": ("ring", ("drive", 0, BC), moved(edge=DA), r"robot 0 drives on \('D', 'A'\), where it is not"),
-    "no arrival": (
-        "ring",
-        ("drive", 0, AB),
-        moved(until=30),
-        "robot 0 sets off on .* before it had arrived",
-    ),
+    "no arrival": ("ring", ("drive", 0, AB), moved(until=30), "robot 0 sets off on .* before it had arrived"),
     "too fast": ("ring", ("drive", 0, BC), moved(until=-1), AWRY),
     "beyond the end": ("ring", ("drive", 0, BC), moved(value=10), AWRY),
     # robot 1 leaves A when robot 0 is 2 beyond it, at 2

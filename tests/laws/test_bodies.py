@@ -1,7 +1,5 @@
 """Laws of `Body` at the end of every instant of random runs: where a robot is, what it holds, whom it follows."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 
 import pytest

@@ -1,7 +1,5 @@
 """Nobody starves at an intersection; what is refused beforehand for its batteries could not have been done."""
 
-from __future__ import annotations
-
 import random
 from collections import defaultdict
 from itertools import pairwise

@@ -2,8 +2,7 @@
 
 import pytest
 
-from desim_warehouse.world.orders.pods import Pods
-from desim_warehouse.world.orders.shelves import Pod, Shelves
+from desim_warehouse.world.orders.pods import Pod, Pods, Shelves
 from tests.laws.features import warehouse
 from tests.laws.found import faults_of
 

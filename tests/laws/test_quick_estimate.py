@@ -169,21 +169,14 @@ def told(model):
     """Tasks an hour and energy a task, of a run and of the estimate; eight tasks wait where one is chosen."""
     kpis = simulate(model, 1).kpis
     found = estimate(model, None if model.policies.allocation.name in BY_TIME else WAITING)
-    return (
-        (kpis["throughput_per_hour"], kpis["energy"] / kpis["tasks"]),
-        (found.capacity * 3600, found.power.task),
-    )
+    return ((kpis["throughput_per_hour"], kpis["energy"] / kpis["tasks"]), (found.capacity * 3600, found.power.task))
 
 
 MOVED = {
     **{name: (goods, changes) for name, changes in GOODS.items()},
     **{name: (flows, changes) for name, changes in FLOWS.items()},
 }
-APART = {
-    "fleet.robot.breakdowns.every": ["energy"],
-    "fleet.hours": ["tasks"],
-    "layout.stations.*.hours": ["tasks"],
-}
+APART = {"fleet.robot.breakdowns.every": ["energy"], "fleet.hours": ["tasks"], "layout.stations.*.hours": ["tasks"]}
 """What the estimate does not follow, and a line of check names."""
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.world.traffic.deadlock.plan import Plan
+from desim_warehouse.world.traffic.home_plan import Plan
 from tests.laws.two_way import KINDS, Slots
 
 

@@ -4,8 +4,6 @@ Random warehouses by number, with any features, on one-way floors and on network
 day, 40,000 in the long run. A fault names its number; `python -m tests.laws.features` looks at one alone.
 """
 
-from __future__ import annotations
-
 import pytest
 
 import desim_warehouse as dw
@@ -24,6 +22,7 @@ DAILY = {
     "hours": 20,
     "tours hours": 20,
     "zones": 30,
+    "capped": 20,
     "zones closures": 30,
     "closures": 50,
     "breakdowns": 60,

@@ -3,8 +3,6 @@
 They are made of other random models: the floor, fleet, batteries and policies of those, and work of its own.
 """
 
-from __future__ import annotations
-
 import random
 
 from tests.laws.random_models import lasting

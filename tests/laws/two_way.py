@@ -4,8 +4,6 @@ On them whole models, and traffic alone: robots drive from slot to slot, stop in
 way, and all come home.
 """
 
-from __future__ import annotations
-
 import math
 import random
 from itertools import pairwise

@@ -1,7 +1,5 @@
 """A routing policy for the laws: ways with random turns at their beginning, and other ways whenever it is held up."""
 
-from __future__ import annotations
-
 import random
 from dataclasses import dataclass, field
 from typing import ClassVar

@@ -3,8 +3,6 @@
 Picks at nodes, destinations of tasks, robots that start on the lanes, take time to turn, park on a node.
 """
 
-from __future__ import annotations
-
 import math
 import random
 

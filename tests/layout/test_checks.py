@@ -59,9 +59,7 @@ ERRORS = [
     ),
     (
         with_edges(["E", "F"], ["F", "E"], E=[-20, 0], F=[-40, 0])
-        | {
-            "layout__storage": [{"edge": ["A", "B"], "offset": 10}, {"edge": ["E", "F"], "offset": 5}],
-        },
+        | {"layout__storage": [{"edge": ["A", "B"], "offset": 10}, {"edge": ["E", "F"], "offset": 5}]},
         (
             f"layout: node E: cannot be reached and left, but good 1 is there; {ADVICE} [UNREACHABLE]\n"
             f"layout: node F: cannot be reached and left, but good 1 is there; {ADVICE} [UNREACHABLE]"

@@ -1,7 +1,5 @@
 """Two-way lanes made one-way: the floor stays connected, bridges stay, trips are not longer than they must be."""
 
-from __future__ import annotations
-
 import itertools
 
 import networkx as nx
@@ -9,12 +7,12 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim_warehouse.layout.orient import Orientation, orient_lanes
+from desim_warehouse.layout.orient import orient_lanes
 
 pytestmark = pytest.mark.slow
 
 
-def floor(undirected: nx.Graph) -> nx.DiGraph:
+def floor(undirected):
     """All lanes two-way; nodes (x, y) are named "x.y"."""
     graph = nx.DiGraph()
     for x, y in undirected:
@@ -25,19 +23,19 @@ def floor(undirected: nx.Graph) -> nx.DiGraph:
     return graph
 
 
-def oriented(graph: nx.DiGraph, lanes: list[tuple[str, str]], trials: int = 100) -> Orientation:
+def oriented(graph, lanes, trials=100):
     """With goods everywhere, and the first node as the station."""
     return orient_lanes(graph, lanes, dict.fromkeys(graph, 1.0), [next(iter(graph))], lambda _: 1.0, trials)
 
 
-def without(graph: nx.DiGraph, found: Orientation) -> nx.DiGraph:
+def without(graph, found):
     """What is left of the floor."""
     left = graph.copy()
     left.remove_edges_from((head, tail) for tail, head in found.kept)
     return left
 
 
-def test_a_ring_of_four_lanes_is_driven_round() -> None:
+def test_a_ring_of_four_lanes_is_driven_round():
     graph = floor(nx.grid_2d_graph(2, 2))
     found = oriented(graph, [("0.0", "1.0"), ("0.0", "0.1"), ("1.0", "1.1"), ("0.1", "1.1")])
     left = without(graph, found)
@@ -47,7 +45,7 @@ def test_a_ring_of_four_lanes_is_driven_round() -> None:
     assert found.stretch == pytest.approx(12 / 8)
 
 
-def test_a_spur_stays_two_way() -> None:
+def test_a_spur_stays_two_way():
     graph = floor(nx.grid_2d_graph(2, 2))
     graph.add_node("tip", x=5, y=0)
     graph.add_edge("1.0", "tip")
@@ -58,7 +56,7 @@ def test_a_spur_stays_two_way() -> None:
     assert nx.is_strongly_connected(without(graph, found))
 
 
-def test_one_way_edges_that_are_there_stay_as_they_are() -> None:
+def test_one_way_edges_that_are_there_stay_as_they_are():
     """A ring of which three edges are one-way leaves one direction for the fourth, against the preferred one or not."""
     for turn in (1, -1):
         graph = floor(nx.grid_2d_graph(2, 2))
@@ -69,9 +67,7 @@ def test_one_way_edges_that_are_there_stay_as_they_are() -> None:
 
 
 @given(st.integers(2, 6), st.integers(2, 6), st.sets(st.integers(0, 35), max_size=12), st.integers(0, 2**31))
-def test_any_floor_stays_strongly_connected_and_only_bridges_stay_two_way(
-    width: int, depth: int, holes: set[int], order: int
-) -> None:
+def test_any_floor_stays_strongly_connected_and_only_bridges_stay_two_way(width, depth, holes, order):
     whole = nx.grid_2d_graph(width, depth)
     whole.remove_nodes_from([list(whole)[hole] for hole in holes if hole < width * depth])
     parts = sorted(nx.connected_components(whole), key=len)
@@ -91,17 +87,17 @@ def test_any_floor_stays_strongly_connected_and_only_bridges_stay_two_way(
 
 
 @given(st.data())
-def test_any_floor_without_bridges_is_oriented_all_over_and_never_worse_than_at_first(data: st.DataObject) -> None:
+def test_any_floor_without_bridges_is_oriented_all_over_and_never_worse_than_at_first(data):
     """Floors grown from a ring by ears (Whitney 1932), some of the lanes given as one-way along them, anywhere."""
     places = st.tuples(st.integers(0, 30), st.integers(0, 30))
     graph = nx.DiGraph()
 
-    def ear(path: list[str]) -> None:
+    def ear(path):
         for tail, head in itertools.pairwise(path):
             if not graph.has_edge(tail, head) and not graph.has_edge(head, tail):
                 graph.add_edge(tail, head, given=data.draw(st.integers(0, 3)) == 0)
 
-    def fresh(number: int) -> list[str]:
+    def fresh(number):
         names = [f"n{len(graph) + rank}" for rank in range(number)]
         for name in names:
             x, y = data.draw(places)
@@ -129,7 +125,7 @@ def test_any_floor_without_bridges_is_oriented_all_over_and_never_worse_than_at_
 
 
 @pytest.mark.long
-def test_a_grid_of_fifty_thousand_nodes_is_oriented() -> None:
+def test_a_grid_of_fifty_thousand_nodes_is_oriented():
     graph = floor(nx.grid_2d_graph(230, 218))
     lanes = [edge for edge in graph.edges if edge[0] < edge[1]]
     found = oriented(graph, lanes, trials=2)
@@ -138,14 +134,14 @@ def test_a_grid_of_fifty_thousand_nodes_is_oriented() -> None:
     assert found.stretch < 1.05
 
 
-def test_of_a_small_floor_the_best_ways_that_there_are() -> None:
+def test_of_a_small_floor_the_best_ways_that_there_are():
     """A 3 x 3 grid has 12 lanes: all 4,096 ways by brute force, with all trips from the station and back."""
     graph = floor(nx.grid_2d_graph(3, 3))
     lanes = [edge for edge in graph.edges if edge[0] < edge[1]]
     ends = {node: 1.0 + rank for rank, node in enumerate(graph)}
     found = orient_lanes(graph, lanes, ends, ["1.1"], lambda _: 1.0)
 
-    def mean(left: nx.DiGraph) -> float:
+    def mean(left):
         there, back = (nx.single_source_shortest_path_length(way, "1.1") for way in (left, left.reverse()))
         return sum((there[node] + back[node]) * weight for node, weight in ends.items())
 
@@ -157,7 +153,7 @@ def test_of_a_small_floor_the_best_ways_that_there_are() -> None:
     assert mean(without(graph, found)) == min(every)
 
 
-def test_annealing_goes_on_where_turning_one_at_a_time_ends() -> None:
+def test_annealing_goes_on_where_turning_one_at_a_time_ends():
     graph = floor(nx.grid_2d_graph(6, 5))
     lanes = [edge for edge in graph.edges if edge[0] < edge[1]]
     hubs = ["0.0", "5.4"]

@@ -1,46 +1,32 @@
 """A live page under test, and a client that asks it as a script does."""
 
-from __future__ import annotations
-
 import json
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
 
 import httpx
 
 import desim_warehouse as dw
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from pathlib import Path
-
-    from desim_warehouse.live import Live
-
 TUTORIAL = "models/tutorial.yaml"
-BUSY = {
-    "tasks.goods": {"poisson": 150, "due_within": 300},
-    "tasks.end": None,
-    "run.length": 3600,
-    "run.warm_up": 600,
-}
+BUSY = {"tasks.goods": {"poisson": 150, "due_within": 300}, "tasks.end": None, "run.length": 3600, "run.warm_up": 600}
 
 
 class Client:
     """What a script does with a live page."""
 
-    def __init__(self, live: Live) -> None:
+    def __init__(self, live):
         self.live = live
         headers = {"Authorization": f"Bearer {live.token}"}
         self.http = httpx.Client(base_url=f"http://127.0.0.1:{live.port}", headers=headers, timeout=60)
 
-    def design(self, **levels: Any) -> dict[str, Any]:
+    def design(self, **levels):
         """A design by hand; `robots` stands for `fleet.size`."""
         asked = {"fleet.size" if key == "robots" else key: value for key, value in levels.items()}
         answer = self.http.post("/api/design", json={"levels": asked})
         assert answer.status_code == 200, answer.text
         return dict(answer.json())
 
-    def answers(self, design: str, **query: Any) -> Iterator[dict[str, Any]]:
+    def answers(self, design, **query):
         """The answers on a design as they come."""
         with self.http.stream("GET", f"/api/design/{design}/events", params=query) as stream:
             assert stream.status_code == 200, stream.read()
@@ -48,13 +34,13 @@ class Client:
                 if line.startswith('data: {"id"'):
                     yield json.loads(line[6:])
 
-    def until(self, design: str, ready: Callable[[dict[str, Any]], Any] | None = None, **query: Any) -> dict[str, Any]:
+    def until(self, design, ready=None, **query):
         """The first answer that is ready, by default done."""
         return next(one for one in self.answers(design, **query) if (ready or (lambda one: one["done"]))(one))
 
 
 @contextmanager
-def client(out: Path, model: Any = TUTORIAL, **options: Any) -> Iterator[Client]:
+def client(out, model=TUTORIAL, **options):
     """A live page in a folder, and its client."""
     with dw.serve(model, out=out, **{"workers": 2, **options}) as live:
         made = Client(live)

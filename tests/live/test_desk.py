@@ -1,7 +1,5 @@
 """The live page as a script sees it: runs, verdicts, differences, and what is left behind."""
 
-from __future__ import annotations
-
 import json
 import math
 import os

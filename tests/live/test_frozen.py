@@ -1,7 +1,5 @@
 """The page of `desim what-if --page`: every option with the text of the answer, and what it refuses."""
 
-from __future__ import annotations
-
 import json
 import re
 

@@ -1,7 +1,5 @@
 """Nobody but the user of a live page gets an answer, and whatever is asked, nothing breaks and nothing is run."""
 
-from __future__ import annotations
-
 import json
 import random
 import socket

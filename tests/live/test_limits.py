@@ -1,13 +1,11 @@
 """What a server of a live page stands: many listeners at once, thousands of designs, requests that are never whole."""
 
-from __future__ import annotations
-
 import socket
 from time import monotonic, sleep
 
 import pytest
 
-from desim_warehouse.live import connections, desk
+from desim_warehouse.live import app, desk
 from tests.live.client import client
 
 
@@ -61,7 +59,7 @@ def test_of_more_designs_than_are_kept_those_that_nobody_listens_to_are_forgotte
 
 @pytest.mark.parametrize("sent", ["", "GET / HT", "POST /api/design HTTP/1.1\r\nContent-Length: 100\r\nHost: "])
 def test_whoever_sends_half_a_request_is_not_waited_for(page, monkeypatch, sent):
-    monkeypatch.setattr(connections, "WITHIN", 0.3)
+    monkeypatch.setattr(app, "WITHIN", 0.3)
     with connected(page) as half:
         half.sendall(sent.encode() + (f"127.0.0.1:{page.live.port}\r\n\r\nhalf".encode() if "POST" in sent else b""))
         began = monotonic()
@@ -71,7 +69,7 @@ def test_whoever_sends_half_a_request_is_not_waited_for(page, monkeypatch, sent)
 
 
 def test_half_a_second_request_on_a_connection_is_not_waited_for_either(page, monkeypatch):
-    monkeypatch.setattr(connections, "WITHIN", 0.3)
+    monkeypatch.setattr(app, "WITHIN", 0.3)
     with connected(page) as half:
         half.sendall(request(page, "/api/model"))
         assert b" 200 " in half.recv(65536)
@@ -81,7 +79,7 @@ def test_half_a_second_request_on_a_connection_is_not_waited_for_either(page, mo
 
 
 def test_whoever_listens_is_not_cut_off(page, monkeypatch):
-    monkeypatch.setattr(connections, "WITHIN", 0.2)
+    monkeypatch.setattr(app, "WITHIN", 0.2)
     began = monotonic()
     for answer in page.answers(page.design(robots=3)["id"]):
         if answer["done"] or monotonic() - began > 3:

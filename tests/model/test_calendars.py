@@ -9,13 +9,13 @@ from hypothesis import strategies as st
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
-from desim_warehouse.values.calendars import ALWAYS, Hours, Pattern, Shifts, Stretches
+from desim_warehouse.values.calendars import ALWAYS, Pattern, Shifts, Stretches
 
 TUTORIAL = Path(__file__).parents[2] / "models" / "tutorial.yaml"
 HOUR = 3600.0
 
 
-def opens(hours: Hours, count: int) -> list[tuple[float, float]]:
+def opens(hours, count):
     """The first stretches of a run, in hours."""
     found, time = [], 0.0
     for _ in range(count):
@@ -24,28 +24,28 @@ def opens(hours: Hours, count: int) -> list[tuple[float, float]]:
     return found
 
 
-def test_a_shift_with_a_break_on_a_run_that_starts_within_it() -> None:
+def test_a_shift_with_a_break_on_a_run_that_starts_within_it():
     day = Shifts(open=("06:00-14:00",), breaks=("10:00-10:15",))
     assert opens(day.hours("08:00", 1.0), 3) == [(-2, 2), (2.25, 6), (22, 26)]
 
 
-def test_a_night_shift_goes_past_midnight_and_past_the_week() -> None:
+def test_a_night_shift_goes_past_midnight_and_past_the_week():
     night = Shifts(open=("22:00-06:00",), days=("sun",))
     assert opens(night.hours("2026-03-01T20:00", 1.0), 2) == [(2, 10), (170, 178)]  # a Sunday
     assert opens(night.hours("2026-03-02T00:00", 1.0), 2) == [(0, 6), (166, 174)]  # the Monday after it
 
 
-def test_open_all_day_has_no_change_at_midnight() -> None:
+def test_open_all_day_has_no_change_at_midnight():
     assert Shifts(open=("00:00-24:00",)).hours("12:00", 1.0).changes(0.0) == math.inf
 
 
-def test_a_pattern_begins_with_its_first() -> None:
+def test_a_pattern_begins_with_its_first():
     cleaning = Pattern(every=8.0, lasts=0.5, first=2.0).hours("00:00", 1.0)
     assert [cleaning.following(time) for time in (0.0, 2.0, 2.5, 9.0)] == [(2, 2.5), (2, 2.5), (10, 10.5), (10, 10.5)]
     assert not cleaning.is_open(1.9)
 
 
-def test_stretches_are_over_after_the_last() -> None:
+def test_stretches_are_over_after_the_last():
     hours = Stretches(between=((5.0, 6.0), (2.0, 3.0), (2.5, 4.0))).hours("00:00", 1.0)
     assert hours.stretches == [(2, 4), (5, 6)]
     assert hours.following(6.0) == (math.inf, math.inf)
@@ -53,7 +53,7 @@ def test_stretches_are_over_after_the_last() -> None:
     assert hours.when_open(3.1) == math.inf
 
 
-def test_the_share_that_is_open_without_an_end_is_of_a_period_or_until_it_closes_for_good() -> None:
+def test_the_share_that_is_open_without_an_end_is_of_a_period_or_until_it_closes_for_good():
     assert Pattern(every=8.0, lasts=2.0, first=3.0).hours("00:00", 1.0).share(0.0, math.inf) == 0.25
     assert Stretches(between=((0.0, 3.0), (6.0, 8.0))).hours("00:00", 1.0).share(0.0, math.inf) == 5 / 8
     assert ALWAYS.share(0.0, math.inf) == 1.0
@@ -77,19 +77,19 @@ MANY = st.one_of(
 )
 
 
-def test_times_of_day_are_written_as_people_do() -> None:
+def test_times_of_day_are_written_as_people_do():
     assert Shifts(open=("6:00 - 14:30",)).hours("00:00", 1 / HOUR).following(0.0) == (6, 14.5)
     assert Shifts(open=("22:00-24:00",)).hours("00:00", 1 / HOUR).following(0.0) == (22, 24)
 
 
 @pytest.mark.parametrize("start", ["24:00", "06:00Z", "2026-03-02T06:00+01:00", "0600", "6", "2026-03-02"])
-def test_a_run_starts_at_a_time_of_day_without_a_zone(start: str) -> None:
+def test_a_run_starts_at_a_time_of_day_without_a_zone(start):
     with pytest.raises(ModelError, match=r"run\.start: not a time"):
         load(TUTORIAL, {"run.start": start})
 
 
 @given(MANY, st.integers(1, 400))
-def test_open_time_adds_up_and_is_turned_round_by_when_open(hours: Hours, until: int) -> None:
+def test_open_time_adds_up_and_is_turned_round_by_when_open(hours, until):
     by_hand = sum(hours.is_open(hour + 0.5) for hour in range(until))
     assert hours.open_time(float(until)) == pytest.approx(by_hand)
     if by_hand:
@@ -98,7 +98,7 @@ def test_open_time_adds_up_and_is_turned_round_by_when_open(hours: Hours, until:
 
 
 @given(MANY, st.floats(0, 400))
-def test_a_change_is_where_it_opens_or_closes(hours: Hours, time: float) -> None:
+def test_a_change_is_where_it_opens_or_closes(hours, time):
     change = hours.changes(time)
     if math.isfinite(change):
         assert change > time
@@ -123,12 +123,12 @@ def test_a_change_is_where_it_opens_or_closes(hours: Hours, time: float) -> None
         ({"shift": 1}, "should be {open: "),
     ],
 )
-def test_an_empty_schedule_is_an_error(calendar: object, message: str) -> None:
+def test_an_empty_schedule_is_an_error(calendar, message):
     with pytest.raises(ModelError) as error:
         load(TUTORIAL).replace({"calendars.day": calendar})
     assert message in str(error.value)
 
 
-def test_a_calendar_in_the_place_of_its_name_is_told_where_it_belongs() -> None:
+def test_a_calendar_in_the_place_of_its_name_is_told_where_it_belongs():
     with pytest.raises(ModelError, match=r"fleet\.hours: a calendar itself .* expected the name of one of"):
         load(TUTORIAL, {"fleet.hours": {"every": "1 h", "lasts": "30 min"}})

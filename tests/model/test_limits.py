@@ -48,10 +48,7 @@ def one_message(source, overrides=None):
         ({"tasks.load_time": 1e308}, "tasks.load_time: too large (got 1e+308), expected at most 1,000,000,000,000"),
         ({"tasks.load_time": 10**400}, "tasks.load_time: too large a number (got a number of about 401 digits)"),
         ({"fleet.robot.speed": 5e-324}, "fleet.robot.speed: too small (got 5e-324), expected at least 1e-09"),
-        (
-            {"tasks.goods": {"random": 1e8}},
-            "should be a whole number (got 100000000.0); write 100000000",
-        ),
+        ({"tasks.goods": {"random": 1e8}}, "should be a whole number (got 100000000.0); write 100000000"),
         (
             {"tasks.goods": {"random": 10**8}},
             "tasks.goods.random: too large (got 100000000), expected at most 1,000,000",

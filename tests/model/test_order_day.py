@@ -57,13 +57,7 @@ def book(*sheets, merge=(), formulas=()):
 
 def excel_rows():
     return [
-        [
-            f"{4711 + number // 2}",
-            MORNING + dt.timedelta(minutes=30 * number),
-            number % 8,
-            "pack",
-            3,
-        ]
+        [f"{4711 + number // 2}", MORNING + dt.timedelta(minutes=30 * number), number % 8, "pack", 3]
         for number in range(16)
     ]
 
@@ -288,10 +282,7 @@ def test_a_workbook_that_unfolds_to_gigabytes_is_refused(hall, tmp_path, monkeyp
     monkeypatch.setattr(order_file, "_LARGEST_WORDS", 1_000_000)
     path = tmp_path / "bomb.xlsx"
     path.write_bytes(book(("orders", [["release"], [1]])))
-    with (
-        zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file,
-        file.open("xl/sharedStrings.xml", "w") as words,
-    ):
+    with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file, file.open("xl/sharedStrings.xml", "w") as words:
         words.write(b" " * 2_000_000)
     with pytest.raises(dw.ModelError, match="too large when it is unfolded"):
         order_day(path, hall)

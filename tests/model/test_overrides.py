@@ -62,10 +62,7 @@ def test_an_entry_in_a_list_of_a_parameter():
     ("overrides", "said"),
     [
         ({"fleet.size": 0}, "override fleet.size: should be greater than or equal to 1 (got 0)"),
-        (
-            {"fleet": {"size": 1}},
-            "override fleet: fleet.robot: missing, expected a section with radius and speed",
-        ),
+        ({"fleet": {"size": 1}}, "override fleet: fleet.robot: missing, expected a section with radius and speed"),
         ({"flet.size": 3}, "override flet.size: unknown key, did you mean 'fleet.size'?"),
         ({"fleet.sise": 3}, "override fleet.sise: unknown key, did you mean 'fleet.size'?"),
         ({"size": 3}, "override size: unknown key, did you mean 'fleet.size'?"),
@@ -103,10 +100,7 @@ def test_an_entry_in_a_list_of_a_parameter():
         ),
         ({"fleet..size": 1}, "override fleet..size: not a key, expected one such as 'fleet.size'"),
         ({3: 1}, "override 3: not a key, expected one such as 'fleet.size'"),
-        (
-            {"tasks.load_time": True},
-            "override tasks.load_time: should be a number (got true)",
-        ),
+        ({"tasks.load_time": True}, "override tasks.load_time: should be a number (got true)"),
         (
             {"tasks.goods": [1, 80]},
             "override tasks.goods: tasks.goods.1: no such good (got 80), expected a number from 0 to 79",
@@ -201,15 +195,9 @@ def test_an_assignment_is_a_key_and_a_yaml_value(text, key, value):
                 "expected ',' or ']', but got '<stream end>'"
             ),
         ),
-        (
-            "tasks.goods={random: 1, random: 2}",
-            "--set tasks.goods: given twice (first on line 1), expected once",
-        ),
+        ("tasks.goods={random: 1, random: 2}", "--set tasks.goods: given twice (first on line 1), expected once"),
         ("fleet.size=!!int 3", None),
-        (
-            "fleet.size=!robots 3",
-            "--set fleet.size: unknown tag (got !robots), expected a value without a tag",
-        ),
+        ("fleet.size=!robots 3", "--set fleet.size: unknown tag (got !robots), expected a value without a tag"),
     ],
 )
 def test_an_assignment_that_cannot_be_read(text, said):

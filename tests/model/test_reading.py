@@ -10,7 +10,7 @@ import pytest
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
 from desim_warehouse.model.messages import dotted
-from desim_warehouse.model.sections.battery import Consumption
+from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.goods import Good, RandomGoods
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
@@ -109,8 +109,7 @@ def test_a_file_with_a_byte_order_mark_is_read(tmp_path):
 
 def test_numbers_of_numpy_are_numbers():
     model = load(
-        SMALL,
-        {"fleet.size": np.int64(3), "tasks.goods": np.array([1, 2]), "traffic.node_time": np.float32(1.5)},
+        SMALL, {"fleet.size": np.int64(3), "tasks.goods": np.array([1, 2]), "traffic.node_time": np.float32(1.5)}
     )
     assert model == load(SMALL, {"fleet.size": 3, "tasks.goods": [1, 2], "traffic.node_time": 1.5})
 

@@ -30,11 +30,7 @@ def test_the_paper_s_model_is_valid(validator):
 
 
 def test_the_content_of_a_model_is_valid(validator):
-    changes = {
-        "policies.charging.margin": 2,
-        "tasks.goods": {"random": 3},
-        "tasks.popularity.weights": [1] * 80,
-    }
+    changes = {"policies.charging.margin": 2, "tasks.goods": {"random": 3}, "tasks.popularity.weights": [1] * 80}
     validator.validate(load(MULTIBOTS, changes).content())
 
 

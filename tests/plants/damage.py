@@ -1,6 +1,5 @@
 """Damaged files: each is read, or refused with one message."""
 
-import random
 import time
 
 import desim_warehouse as dw
@@ -59,12 +58,3 @@ def damaged(content, draw):
         else:
             del made[at:]
     return bytes(made)
-
-
-def refused_at_random(path, content, *, seed, files):
-    """How many of a number of randomly damaged files are refused."""
-    draw, refused = random.Random(seed), 0
-    for _ in range(files):
-        path.write_bytes(damaged(content, draw))
-        refused += outcome(path) is not None
-    return refused

@@ -22,12 +22,7 @@ def node(name, x, y, *actions, types=("forklift", "tall truck")):
 
 def edge(start, end, types=("forklift", "tall truck"), **about):
     properties = [{"vehicleTypeId": one, "rotationAllowed": False, **about} for one in types]
-    return {
-        "edgeId": f"{start}-{end}",
-        "startNodeId": start,
-        "endNodeId": end,
-        "vehicleTypeEdgeProperties": properties,
-    }
+    return {"edgeId": f"{start}-{end}", "startNodeId": start, "endNodeId": end, "vehicleTypeEdgeProperties": properties}
 
 
 def station(name, *nodes, **about):

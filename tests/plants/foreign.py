@@ -1,4 +1,4 @@
-"""Layouts that others drew: not part of this project, read from a folder of the user's."""
+"""Layouts that others drew: not part of this project, read from a folder of the user's; and what is said of plants."""
 
 import math
 import os
@@ -23,3 +23,8 @@ def with_enough_chargers(model):
     if "CHARGERS_SHORT" not in {finding.code for finding in found.findings}:
         return model
     return model.replace({"layout.bays.chargers.chargers": math.ceil(1.5 * found.calculation.power.needed)})
+
+
+def remarks(made, what):
+    """What is said of a plant under one heading: kind, and names."""
+    return {(remark.kind, remark.names) for remark in made.remarks if remark.what == what}

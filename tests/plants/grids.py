@@ -1,7 +1,5 @@
 """Grids drawn for the tests of their readers."""
 
-from __future__ import annotations
-
 import json
 
 MAP = """\

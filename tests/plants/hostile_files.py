@@ -24,11 +24,7 @@ EDGES = "from,to\nA,B\nB,A\n"
 
 
 def line(spots, **properties):
-    return {
-        "type": "Feature",
-        "properties": properties,
-        "geometry": {"type": "LineString", "coordinates": spots},
-    }
+    return {"type": "Feature", "properties": properties, "geometry": {"type": "LineString", "coordinates": spots}}
 
 
 def collection(*features):

@@ -1,14 +1,12 @@
 """Damaged and hostile grids: one message each, with its place, soon and without much memory."""
 
-from __future__ import annotations
-
 import json
 import time
 
 import pytest
 
 from benchmarks.memory import peak
-from tests.plants.damage import one_message, refused_at_random
+from tests.plants.damage import one_message
 from tests.plants.grids import GGO, KIVA, MAP, ROUND, TASKS, problem, written
 
 MEGABYTES = 1000  # more, that a grid of a few rows makes a process need
@@ -39,10 +37,7 @@ DAMAGED = {
     "only type": ("type octile\n", ":1: the file ends here, expected the lines"),
     "type and noise": ("type octile\n\0\0\0\n", ":2: not what it should be"),
     "all blocked": ("type octile\nheight 1\nwidth 2\nmap\n@@\n", "no cell that robots can enter"),
-    "a single cell": (
-        "type octile\nheight 1\nwidth 2\nmap\n.@\n",
-        "no lanes, expected some on which robots drive",
-    ),
+    "a single cell": ("type octile\nheight 1\nwidth 2\nmap\n.@\n", "no lanes, expected some on which robots drive"),
     "too many": (
         f"type octile\nheight 400\nwidth 300\nmap\n{('.' * 300 + chr(10)) * 400}",
         "too many cells that robots can enter (got 120,000)",
@@ -83,19 +78,12 @@ DAMAGED = {
     "r below 0": (change(ROUND, "inf,1,inf,inf,1\n3", "inf,-1,inf,inf,1\n3"), ":6: not a weight (got '-1')"),
     "r nan": (change(ROUND, "inf,1,inf,inf,1\n3", "inf,nan,inf,inf,1\n3"), ":6: not a weight (got 'nan')"),
     "r order": (change(ROUND, "1,Travel,None,0,1", "1,Travel,None,1,0"), ":5: cell 1 is x 1, y 0, expected x 0, y 1"),
-    "r huge": (
-        change(ROUND, "3,2", "999999999,999999999"),
-        ":6: cell 2 is x 1, y 0, expected x 0, y 2: column",
-    ),
+    "r huge": (change(ROUND, "3,2", "999999999,999999999"), ":6: cell 2 is x 1, y 0, expected x 0, y 2: column"),
     "r nowhere": (ROUND.replace(",1,1\n", ",inf,1\n"), "nowhere can robots drive from one point to"),
 }
 PROBLEMS = {
     "no map": ({"mapFile": "there.map"}, {}, "there.map: no such file, expected a MovingAI map"),
-    "above": (
-        {"mapFile": "../yard.map"},
-        {},
-        "mapFile: not a file below the folder of the problem (got",
-    ),
+    "above": ({"mapFile": "../yard.map"}, {}, "mapFile: not a file below the folder of the problem (got"),
     "absolute": ({"mapFile": "/etc/passwd"}, {}, "mapFile: not a file below the folder of the problem"),
     "a folder": ({"mapFile": "maps"}, {}, "maps: not a file, expected a MovingAI map"),
     "no text": ({"mapFile": ["maps/yard.map"]}, {}, "mapFile: not a file below the folder of the problem"),
@@ -158,8 +146,3 @@ def test_damaged_tasks_give_one_message_with_the_line(tmp_path, case):
     content, said = TASK_FILES[case]
     files = written(tmp_path, "small.map", KIVA), written(tmp_path, "small.task", content)
     assert said in refused(files[0], tasks=files[1])
-
-
-@pytest.mark.parametrize("text", [MAP, KIVA, json.dumps(GGO), ROUND], ids=["movingai", "kiva", "ggo", "rhcr"])
-def test_files_damaged_at_random_are_read_or_refused_with_one_message(tmp_path, text):
-    assert 20 <= refused_at_random(tmp_path / "x.map", text.encode(), seed=4, files=60) < 60

@@ -1,7 +1,5 @@
 """Grids of planners: drawn for these tests and worked out by hand, and those of others where they are."""
 
-from __future__ import annotations
-
 import itertools
 import json
 import time
@@ -14,13 +12,8 @@ from benchmarks.grids import reading, warehouse, write
 from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout, read_plant
 from tests.auditor import audit
-from tests.plants.foreign import needs_plants, plant_file
+from tests.plants.foreign import needs_plants, plant_file, remarks
 from tests.plants.grids import GGO, KIVA, MAP, ROUND, TASKS, problem, written
-
-
-def remarks(made, what):
-    return {(remark.kind, remark.names) for remark in made.remarks if remark.what == what}
-
 
 # The formats
 

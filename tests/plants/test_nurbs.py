@@ -1,12 +1,10 @@
 """Lengths of rational B-splines: circles and parabolas exactly, others as version 0.2.0 had them."""
 
-from __future__ import annotations
-
 import math
 
 import pytest
 
-from desim_warehouse.plants.nurbs import arc_length
+from desim_warehouse.plants.lif import arc_length
 
 CURVES = {
     "cubic": ((3, [0, 0, 0, 0, 1, 1, 1, 1], [(0, 0), (1, 2), (3, 2), (4, 0)], [1, 1, 1, 1]), 5.268365543018513),

@@ -10,8 +10,8 @@ from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout, read_plant
 from desim_warehouse.run import check
 from tests.auditor import audit
-from tests.plants.damage import one_message, refused_at_random
-from tests.plants.foreign import needs_plants, plant_file
+from tests.plants.damage import one_message
+from tests.plants.foreign import needs_plants, plant_file, remarks
 
 YARD = Path(__file__).parent / "yard.xml"
 
@@ -25,10 +25,6 @@ def yard(tmp_path, *changes):
     path = tmp_path / "yard.xml"
     path.write_text(text)
     return path
-
-
-def remarks(made, what):
-    return {(remark.kind, remark.names) for remark in made.remarks if remark.what == what}
 
 
 def test_a_plant_in_metres_with_y_downwards():
@@ -275,17 +271,6 @@ def test_a_hostile_file_is_one_message(tmp_path, text, said):
 def test_no_file_is_one_message(tmp_path):
     for path in (tmp_path, tmp_path / "none.xml"):
         one_message(path)
-
-
-def test_a_file_that_ends_anywhere_is_one_message(tmp_path):
-    content, path = YARD.read_bytes(), tmp_path / "cut.xml"
-    for end in range(0, len(content) - 10, 97):
-        path.write_bytes(content[:end])
-        one_message(path)
-
-
-def test_files_with_random_damage_are_read_or_are_one_message(tmp_path):
-    assert 100 < refused_at_random(tmp_path / "damaged.xml", YARD.read_bytes(), seed=5, files=300) < 300
 
 
 # Of others: points, paths, vehicles, stations in reach, two-way lanes, points out of reach, as counted by hand

@@ -11,8 +11,8 @@ from desim_warehouse.layout import build
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.plants import import_layout, read_plant
 from tests.auditor import audit
-from tests.plants.damage import one_message, refused_at_random
-from tests.plants.foreign import needs_plants, plant_file
+from tests.plants.damage import one_message
+from tests.plants.foreign import needs_plants, plant_file, remarks
 
 CLINIC = Path(__file__).parent / "clinic.building.yaml"
 TEXT = CLINIC.read_text()
@@ -27,10 +27,6 @@ def clinic(tmp_path, *changes):
     path = tmp_path / "clinic.building.yaml"
     path.write_text(text)
     return path
-
-
-def remarks(made, what):
-    return {(remark.kind, remark.names) for remark in made.remarks if remark.what == what}
 
 
 def test_a_map_in_metres():
@@ -224,10 +220,6 @@ def test_a_hostile_map_is_one_message(tmp_path, text, said):
     path = tmp_path / "map.yaml"
     path.write_bytes(text.encode("latin-1"))
     assert said in one_message(path)
-
-
-def test_maps_with_random_damage_are_read_or_are_one_message(tmp_path):
-    assert 30 < refused_at_random(tmp_path / "damaged.yaml", TEXT.encode(), seed=11, files=100) < 100
 
 
 # Of others: lanes and vertices as listed, points on lanes, robots, places of work, chargers, as counted by hand

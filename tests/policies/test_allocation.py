@@ -112,10 +112,7 @@ def test_hungarian_beats_nearest_where_the_nearest_pair_costs_the_other_robot_de
 def test_cost_aware_weighs_distance_waiting_and_collisions():
     # To u: 10 long, 10 to drive, 3 of waiting and 0.5 collisions to be expected. To v: 12 long and free.
     world = [robot(0, "a")], [task(10, "u"), task(11, "v")], table([[10, 12]])
-    seen = {
-        "waits": {("a", "u"): 3.0, ("a", "v"): 0.0},
-        "collisions": {("a", "u"): 0.5, ("a", "v"): 0.0},
-    }
+    seen = {"waits": {("a", "u"): 3.0, ("a", "v"): 0.0}, "collisions": {("a", "u"): 0.5, ("a", "v"): 0.0}}
     assert answers(CostAware(1, 1, 1), *world, **seen) == [(0, 10)]  # 10 + 13 + 0.5 < 24
     assert answers(CostAware(1, 1, 2), *world, **seen) == [(0, 10)]  # 24 = 24: the earlier task
     assert answers(CostAware(1, 1, 4), *world, **seen) == [(0, 11)]  # 25 > 24

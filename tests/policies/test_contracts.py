@@ -55,10 +55,7 @@ def broken(tmp_path, body, kind="allocation", method="assign(self, situation)"):
     [
         ("return [(situation.robots[0].number, t.number) for t in situation.tasks] * 2", "answers_can_be_carried_out"),
         ("return [(0, 999)]", "answers_can_be_carried_out"),
-        (
-            IN_TURNS,
-            "the_same_seed_gives_the_same_log",
-        ),
+        (IN_TURNS, "the_same_seed_gives_the_same_log"),
         ("situation.robots.clear(); return []", "the_situation_is_left_as_it_was"),
     ],
 )

@@ -14,10 +14,9 @@ ONE_RUN = """
 import hashlib, json, sys
 from desim_warehouse import load, simulate
 
-import pytest
 for world in json.load(sys.stdin):
     run = simulate(load(world), 3)
-    print(hashlib.sha256(repr(run.record.rows).encode()).hexdigest())
+    print(hashlib.sha256(repr((run.record.rows, run.kpis)).encode()).hexdigest())
 """
 
 pytestmark = pytest.mark.slow
@@ -29,7 +28,7 @@ def test_a_run_can_be_repeated():
         assert simulate(model, 1).record.rows == simulate(model, 1).record.rows, number
 
 
-def test_the_log_does_not_depend_on_the_hash_seed():
+def test_log_and_indicators_do_not_depend_on_the_hash_seed():
     drawn = [warehouse(number, "policies") for number in range(12)]
     logs = {
         subprocess.run(

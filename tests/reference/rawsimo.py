@@ -4,8 +4,6 @@ What RAWSim-O did was read off its own statistics, three runs each. docs/dev/val
 2.5 s for a turn round are 0.625 s for a quarter here.
 """
 
-from __future__ import annotations
-
 from statistics import fmean
 
 import desim_warehouse as dw
@@ -29,7 +27,7 @@ LINES = {
 SEEDS = range(3)
 
 
-def model() -> dw.Model:
+def model():
     """The same floor, with the stations at the end of the hall."""
     floor = dw.load(HALL).floor
     nodes = {name: [data["x"], data["y"]] for name, data in floor.graph.nodes(data=True)}
@@ -50,7 +48,7 @@ def model() -> dw.Model:
     return dw.load({**HALL, "layout": layout, "run": run}, {**robots, "policies.allocation": "nearest"})
 
 
-def lines_an_hour(rule: str, robots: int) -> float:
+def lines_an_hour(rule, robots):
     """The mean of a few runs."""
     pod, storage, _ = RULES[rule]
     changed = model().replace({"fleet.size": robots, "policies.pod": pod, "policies.storage": storage})

@@ -20,7 +20,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Iterator
+    from collections.abc import Iterator
 
 START_STEPS = 11  # from the start of a run to standing at the letter: 40 px at 4 px a step, and a turn
 TURN_STEPS = 1  # at every node reached, also when going straight on, before unloading and before going in
@@ -59,12 +59,12 @@ class Setting:
     braking: float | None = None
 
     @property
-    def stride(self) -> float:
+    def stride(self):
         """How far a robot drives in a part of a step."""
         return self.speed / self.finer
 
     @property
-    def braking_distance(self) -> float:
+    def braking_distance(self):
         """From its speed."""
         return self.speed**2 / (2 * self.braking) if self.braking else 0.0
 
@@ -82,14 +82,14 @@ class Outcome:
 # The warehouse
 
 LETTERS = "ABCDEFGHIJKLMNOPQR"
-PLACES: dict[str, Point] = {a: (25.0 + 150 * (i % 6), 25.0 + 250 * (i // 6)) for i, a in enumerate(LETTERS)}
+PLACES = {a: (25.0 + 150 * (i % 6), 25.0 + 250 * (i // 6)) for i, a in enumerate(LETTERS)}
 ROWS = ("ABCDEF", "GHIJKL", "RQPONM")
 COLUMNS = ("MGA", "BHN", "OIC", "DJP", "QKE", "FLR")
 
 
-def successors() -> dict[str, list[str]]:
+def successors():
     """The one-way edges: for each letter the row successor first, then the column successor."""
-    after: dict[str, list[str]] = {letter: [] for letter in LETTERS}
+    after = {letter: [] for letter in LETTERS}
     for street in ROWS + COLUMNS:
         for a, b in pairwise(street):
             after[a].append(b)
@@ -99,7 +99,7 @@ def successors() -> dict[str, list[str]]:
 AFTER = successors()
 
 
-def highways(start: str, goal: str) -> list[str]:
+def highways(start, goal):
     """Give the letters after `start` up to `goal` on Algorithm 1's path: fewest hops, rows before columns."""
     paths = deque([[start]])
     seen = {start}
@@ -114,7 +114,7 @@ def highways(start: str, goal: str) -> list[str]:
     raise ValueError(f"no way from {start} to {goal}")
 
 
-def place_of(good: int) -> tuple[str, str, Point]:
+def place_of(good):
     """Give the edge (from, to) a good is picked from and the point where the robot stands to pick it."""
     group, i = divmod(good, 8)
     column, row = group // 2 + i % 2, group % 2
@@ -152,7 +152,7 @@ class Robot:
 class Warehouse:
     """One run of a setting; `self.now` counts the finished steps."""
 
-    def __init__(self, setting: Setting, *, higher_first: bool = True) -> None:
+    def __init__(self, setting, *, higher_first=True):
         self.setting = setting
         self.higher_first = higher_first
         self.goods = deque(setting.goods)
@@ -164,14 +164,14 @@ class Warehouse:
             robot.awake = robot.good is not None
             robot.story = self.life(robot)
 
-    def run(self) -> Outcome:
+    def run(self):
         while self.delivered < len(self.setting.goods) or not all(robot.inside for robot in self.robots):
             self.step()
             if self.now > 1_000_000 * self.setting.finer:
                 raise RuntimeError(f"no end in sight: {self.setting}")
         return Outcome(self.finished / self.setting.finer, self.S, self.C, self.delivered)
 
-    def step(self) -> None:
+    def step(self):
         for robot in self.robots:
             if robot.idle and self.goods:
                 robot.idle, robot.awake, robot.good = False, True, self.goods.popleft()
@@ -185,7 +185,7 @@ class Warehouse:
             self.use_battery(robot)
         self.now += 1
 
-    def act(self, robot: Robot, waiting: set[Robot]) -> None:
+    def act(self, robot, waiting):
         """Let a robot do its step, once those in its way, or in its way within a step, have done theirs."""
         if robot not in waiting:
             return
@@ -197,7 +197,7 @@ class Warehouse:
 
     # Batteries and doors
 
-    def use_battery(self, robot: Robot) -> None:
+    def use_battery(self, robot):
         """Use one step's charge; at the threshold a good still being fetched goes back to the front."""
         if not robot.awake:
             return
@@ -208,7 +208,7 @@ class Warehouse:
                 self.goods.appendleft(robot.good)
                 robot.good = None
 
-    def open_door(self, robot: Robot) -> None:
+    def open_door(self, robot):
         """Put a robot on its letter as soon as no other is within the stopping distance of it."""
         door = PLACES[robot.home]
         near = (r for r in self.robots if not r.inside and math.dist(r.point, door) <= self.reach + TINY)
@@ -216,7 +216,7 @@ class Warehouse:
         if robot.waits_for is None:
             robot.inside, robot.ready, robot.point = False, False, door
 
-    def wait_for(self, robot: Robot, other: Robot | None) -> None:
+    def wait_for(self, robot, other):
         """Stop for `other`, or go on; S counts the stops, however many robots one stop is for in turn."""
         if other and not robot.waits_for:
             self.S += 1
@@ -224,7 +224,7 @@ class Warehouse:
 
     # Collisions
 
-    def in_way(self, robot: Robot, reach: float) -> list[Robot]:
+    def in_way(self, robot, reach):
         """List the robots within `reach` and within the collision angle of the robot's heading."""
         cosine = math.cos(math.radians(self.setting.collision_angle))
         found = []
@@ -238,7 +238,7 @@ class Warehouse:
                 found.append(other)
         return found
 
-    def must_wait(self, robot: Robot) -> bool:
+    def must_wait(self, robot):
         """Test all other robots: whether the robot has to stop, or stay where it is, in this step.
 
         A robot that has stopped waits until the other is away, whatever the angle by then. It never stops for
@@ -253,7 +253,7 @@ class Warehouse:
 
     # The life of a robot
 
-    def drive(self, robot: Robot, goal: Point) -> Iterator[None]:
+    def drive(self, robot, goal):
         """Drive straight on to `goal`; the last step is as short as it needs to be (150 px take 38 steps)."""
         length = math.dist(robot.point, goal)
         while length > TINY:
@@ -269,7 +269,7 @@ class Warehouse:
                     robot.point = goal
             yield
 
-    def stride(self, robot: Robot, length: float) -> float:
+    def stride(self, robot, length):
         """How far it drives in this step: if it brakes, so that it can stop at its goal and before the others."""
         setting = self.setting
         if setting.braking is None:
@@ -283,7 +283,7 @@ class Warehouse:
             return room
         return robot.pace / setting.finer
 
-    def free_way(self, robot: Robot) -> float:
+    def free_way(self, robot):
         """How far it could drive until it had to wait, if all others stood still."""
         tangent = math.tan(math.radians(self.setting.collision_angle))
         free = math.inf
@@ -300,12 +300,12 @@ class Warehouse:
                 free = min(free, along - near)
         return free
 
-    def follow(self, robot: Robot, letters: list[str]) -> Iterator[None]:
+    def follow(self, robot, letters):
         for letter in letters:
             yield from self.drive(robot, PLACES[letter])
             yield from self.rest(TURN_STEPS + (ROUNDED if self.setting.finer > 1 else 0))
 
-    def life(self, robot: Robot) -> Iterator[None]:
+    def life(self, robot):
         """Go in and out of the charging zone without end: `run` stops when the work is done."""
         steps = START_STEPS
         while True:
@@ -317,14 +317,14 @@ class Warehouse:
             yield from self.work(robot)
             yield from self.charge(robot)
 
-    def come_out(self, robot: Robot, steps: int) -> Iterator[None]:
+    def come_out(self, robot, steps):
         robot.fetching = True
         yield from self.rest(steps, less=1)
         robot.ready = True
         while robot.inside:  # until `step` opens the door
             yield
 
-    def work(self, robot: Robot) -> Iterator[None]:
+    def work(self, robot):
         """From the home letter: fetch and deliver as long as there is a good for the robot, then go home."""
         at = robot.home
         while robot.good is not None:
@@ -334,7 +334,7 @@ class Warehouse:
                 at = self.setting.unload_at
         yield from self.follow(robot, highways(at, robot.home))
 
-    def fetch(self, robot: Robot, at: str) -> Generator[None, None, str]:
+    def fetch(self, robot, at):
         """Go to where the good's edge begins, unless the battery gets low; return the letter reached."""
         assert robot.good is not None
         for letter in highways(at, place_of(robot.good)[0]):
@@ -345,7 +345,7 @@ class Warehouse:
         robot.fetching = False
         return at
 
-    def deliver(self, robot: Robot) -> Iterator[None]:
+    def deliver(self, robot):
         """Pick the good, take it to the unloading letter, and be given the next unless the battery is low."""
         assert robot.good is not None
         _, end, point = place_of(robot.good)
@@ -358,7 +358,7 @@ class Warehouse:
         robot.fetching = True
         yield from self.rest(AFTER_UNLOADING_STEPS)
 
-    def charge(self, robot: Robot) -> Iterator[None]:
+    def charge(self, robot):
         """Go in and charge up; the charge counts when the robot goes out again (see `step`)."""
         robot.inside, robot.awake = True, False
         self.finished = self.now + 1
@@ -367,20 +367,20 @@ class Warehouse:
         yield from self.rest(charging + FULL_STEPS, less=1)
         robot.battery, robot.low, robot.charged = self.setting.capacity, False, True
 
-    def rest(self, steps: float, *, less: int = 0) -> Iterator[None]:
+    def rest(self, steps, *, less=0):
         """Stand for some steps, `less` that many of the parts into which they are cut."""
         for _ in range(round(steps * self.setting.finer) - less):
             yield
 
 
-def is_waiting_for(robot: Robot, other: Robot) -> bool:
+def is_waiting_for(robot, other):
     following = robot.waits_for
     while following is not None and following is not other:
         following = following.waits_for
     return following is other
 
 
-def simulate(setting: Setting, *, higher_first: bool = True) -> Outcome:
+def simulate(setting, *, higher_first=True):
     """Run a setting to the end: all goods delivered and every robot back in its charging zone.
 
     `higher_first` says who goes on when two robots are equally far from the node where their ways meet. One

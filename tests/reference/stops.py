@@ -4,8 +4,6 @@ S differs more than T. Of the waits of both models in one experiment those of th
 same; of the others it counts how long they last.
 """
 
-from __future__ import annotations
-
 from collections import Counter, defaultdict
 from itertools import chain
 from typing import NamedTuple

@@ -1,7 +1,5 @@
 """One answer: what is printed, kept and shown is the same, of one design, with one interval for each number."""
 
-from __future__ import annotations
-
 import ast
 import html
 import json
@@ -130,7 +128,7 @@ def is_everywhere(answer):
         assert line in shown
         assert line in terminal
         assert not BRACKETS.search(line)
-    intervals: dict[tuple[str, str], set[str]] = {}
+    intervals = {}
     for option, kept in zip(answer.options, content["options"], strict=True):
         for text in (option.text, option.full_name):
             assert re.sub(r"\s+", " ", text) in shown

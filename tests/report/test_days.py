@@ -1,7 +1,5 @@
 """Figures and page of real days held against a model: what stands where, and what is said of it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 

@@ -1,7 +1,5 @@
 """A run in open formats: the tables, and a trace that Perfetto reads."""
 
-from __future__ import annotations
-
 import itertools
 import json
 from collections import Counter
@@ -62,7 +60,7 @@ def test_the_trace_has_robots_as_tracks_with_their_names(run):
 
 def test_slices_of_a_track_never_overlap_and_times_are_microseconds(lifelong):
     slices = by_phase(trace(lifelong)["traceEvents"], "X")
-    tracks: dict[tuple[int, int], list[tuple[float, float]]] = {}
+    tracks = {}
     for event in slices:
         tracks.setdefault((event["pid"], event["tid"]), []).append((event["ts"], event["ts"] + event["dur"]))
     assert len(tracks) > 12

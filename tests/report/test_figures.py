@@ -1,7 +1,5 @@
 """Figures by their data: what stands where, not how it looks."""
 
-from __future__ import annotations
-
 import io
 
 import matplotlib as mpl
@@ -14,7 +12,7 @@ from PIL import Image
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
-from desim_warehouse.report.plot import paths
+from desim_warehouse.report.plot import floor
 from desim_warehouse.report.plot.heat import edge_values
 from desim_warehouse.study.statistics import mser, welch
 from desim_warehouse.study.table import cells
@@ -132,19 +130,6 @@ def test_many_numbers_are_points_without_a_line():
     assert plot.by_factor(table, "x.y", "T").containers[0].lines[0].get_linestyle() == "None"
 
 
-def test_the_papers_fig_6_is_a_special_case(model):
-    goods = {"1": [11, 8, 39, 28, 53, 1, 69, 42, 79, 6], "2": [74, 50, 62, 15, 49, 34, 14, 72, 31, 37]}
-    made = [
-        (name, size, dw.simulate(model.replace({"fleet.size": size, "tasks.goods": list(group)})).T)
-        for name, group in goods.items()
-        for size in (1, 6)
-    ]
-    table = pd.DataFrame([{"fleet.size": n, "tasks.goods": g, "replication": 0, "T": t} for g, n, t in made])
-    ax = plot.by_factor(table, "fleet.size", "T", group="tasks.goods", model=model, seconds=True)
-    expected = {g: [t * 0.05 for name, _, t in made if name == g] for g in goods}
-    assert {name: pytest.approx(y) for name, (_, y) in lines(ax).items()} == expected
-
-
 def test_the_knee_of_a_throughput_curve_is_marked(model):
     sizes = [1, 2, 3, 4, 5, 6, 7, 8]
     rates = [100, 200, 300, 310, 315, 318, 320, 321]
@@ -259,13 +244,13 @@ def paths_of(ax):
 
 
 def heads_of(ax):
-    return [c for c in ax.collections if isinstance(c, paths.Heads)]
+    return [c for c in ax.collections if isinstance(c, floor.Heads)]
 
 
 def test_arrow_heads_have_one_size_on_paper_and_point_along_their_lanes():
     ax = Figure(figsize=(4, 2), dpi=100).add_subplot()
     ax.set(xlim=(0, 100), ylim=(10, 0))
-    paths.heads(ax, np.array([50 + 5j, 20 + 5j]), np.array([30 + 0j, 0 + 1j]), 0.2, "black", 1)
+    floor.heads(ax, np.array([50 + 5j, 20 + 5j]), np.array([30 + 0j, 0 + 1j]), 0.2, "black", 1)
     ax.figure.draw_without_rendering()
     (path,) = heads_of(ax)[0].get_paths()
     x, y = ax.transData.transform([(50, 5), (20, 5)]).T
@@ -276,7 +261,7 @@ def test_arrow_heads_have_one_size_on_paper_and_point_along_their_lanes():
 
 def test_many_shapes_are_a_few_paths():
     ax = Figure().add_subplot()
-    paths.lines(ax, [((i, 0), (i, 1)) for i in range(12_000)], "black", 1, 1)
+    floor.lines(ax, [((i, 0), (i, 1)) for i in range(12_000)], "black", 1, 1)
     assert [len(path.vertices) for path in paths_of(ax)] == [10_000, 10_000, 4_000]
 
 

@@ -1,7 +1,5 @@
 """`desim report` opens every folder that a command makes, and says what the command answered."""
 
-from __future__ import annotations
-
 import html
 import json
 import random

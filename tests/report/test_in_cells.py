@@ -1,7 +1,5 @@
 """What a notebook shows: frames of one style without scripts, one bar, short errors; and work that is interrupted."""
 
-from __future__ import annotations
-
 import html
 import re
 from importlib.resources import files

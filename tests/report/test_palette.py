@@ -1,7 +1,5 @@
 """Colours of the floor of a replay: whatever says something alone is seen on everything that it lies on."""
 
-from __future__ import annotations
-
 import itertools
 
 import pytest
@@ -17,14 +15,14 @@ LEGIBLE, SEEN = 4.5, 3.0
 FLOORS = list(itertools.product(PALETTES, GROUND))
 
 
-def light_of(colour: str) -> float:
+def light_of(colour):
     """Relative luminance, as WCAG defines it."""
     parts = [int(colour[at : at + 2], 16) / 255 for at in (1, 3, 5)]
     red, green, blue = (part / 12.92 if part <= 0.04045 else ((part + 0.055) / 1.055) ** 2.4 for part in parts)
     return 0.2126 * red + 0.7152 * green + 0.0722 * blue
 
 
-def contrast(one: str, other: str) -> float:
+def contrast(one, other):
     darker, lighter = sorted((light_of(one), light_of(other)))
     return (lighter + 0.05) / (darker + 0.05)
 

@@ -1,10 +1,7 @@
 """`desim replay`: from a model or a run folder to a page, in one line."""
 
-from __future__ import annotations
-
 import json
 import re
-from typing import TYPE_CHECKING
 
 import pandas as pd
 import pytest
@@ -16,25 +13,22 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report.replay.tiles import tiles
 from tests.report.replay.floors import paper_run
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 MODEL = "models/multibots.yaml"
 
 
-def call(*arguments: object) -> str:
+def call(*arguments):
     result = CliRunner().invoke(desim, ["replay", *map(str, arguments)], catch_exceptions=False)
     assert result.exit_code == 0, result.output
     return result.output
 
 
-def test_a_model_is_simulated_and_shown(tmp_path: Path) -> None:
+def test_a_model_is_simulated_and_shown(tmp_path):
     out = tmp_path / "six.html"
     assert "six.html: 0.1 MB" in call(MODEL, "-o", out)
     assert out.read_text(encoding="utf-8") == paper_run().replay().html
 
 
-def test_settings_seed_window_and_palette_are_taken(tmp_path: Path) -> None:
+def test_settings_seed_window_and_palette_are_taken(tmp_path):
     out = tmp_path / "two.html"
     settings = ["--set", "fleet.size=2", "--set", "tasks.goods={random: 4}", "--seed", 5]
     call(MODEL, "-o", out, *settings, "--from", 100, "--to", 400, "--palette", "paper")
@@ -42,14 +36,14 @@ def test_settings_seed_window_and_palette_are_taken(tmp_path: Path) -> None:
     assert out.read_text(encoding="utf-8") == run.replay(start=100, end=400, palette="paper").html
 
 
-def test_the_clock_stops_at_the_end_of_the_window_and_robots_are_where_they_are_in_the_whole_run() -> None:
+def test_the_clock_stops_at_the_end_of_the_window_and_robots_are_where_they_are_in_the_whole_run():
     model = dw.load("models/medium.yaml", {"log": "all"})
     part, whole = dw.simulate(model, until=240), dw.simulate(model.replace({"run.length": 600, "run.warm_up": 0}))
     assert part.record.end == 240
     pd.testing.assert_frame_equal(part.positions(range(0, 240, 7)), whole.positions(range(0, 240, 7)))
 
 
-def test_what_is_counted_is_counted_from_the_start_of_the_window(tmp_path: Path) -> None:
+def test_what_is_counted_is_counted_from_the_start_of_the_window(tmp_path):
     out = tmp_path / "page.html"
     call("models/medium.yaml", "-o", out, "--from", "25min", "--to", "30min")
     header = json.loads(re.search(r'id="header">(.*?)</script>', out.read_text(encoding="utf-8"))[1])["runs"][0]
@@ -61,24 +55,24 @@ def test_what_is_counted_is_counted_from_the_start_of_the_window(tmp_path: Path)
 
 
 @pytest.mark.parametrize(("window", "said"), [(("--to", 0), "0 is not after"), (("--from", 9, "--to", 5), "5 is not")])
-def test_a_window_that_ends_before_it_begins_is_refused_before_anything_is_simulated(window, said) -> None:
+def test_a_window_that_ends_before_it_begins_is_refused_before_anything_is_simulated(window, said):
     result = CliRunner().invoke(desim, ["replay", "models/large.yaml", *map(str, window)])
     assert (result.exit_code, said in result.output) == (2, True)
 
 
-def test_a_run_folder_is_shown_as_it_was(tmp_path: Path) -> None:
+def test_a_run_folder_is_shown_as_it_was(tmp_path):
     paper_run().save(tmp_path / "run")
     call(tmp_path / "run", "-o", tmp_path / "page.html")
     assert (tmp_path / "page.html").read_text(encoding="utf-8") == paper_run().replay().html
 
 
-def test_settings_for_a_run_that_is_over_are_refused(tmp_path: Path) -> None:
+def test_settings_for_a_run_that_is_over_are_refused(tmp_path):
     paper_run().save(tmp_path / "run")
     with pytest.raises(ReportError, match="--set is for models"):
         call(tmp_path / "run", "--set", "fleet.size=2")
 
 
-def test_another_run_stands_beside_it(tmp_path: Path) -> None:
+def test_another_run_stands_beside_it(tmp_path):
     paper_run().save(tmp_path / "run")
     out = tmp_path / "two.html"
     call(MODEL, "--set", "fleet.size=2", "--beside", tmp_path / "run", "-o", out, "--to", 500)
@@ -88,12 +82,12 @@ def test_another_run_stands_beside_it(tmp_path: Path) -> None:
     assert out.read_text(encoding="utf-8") == paper_run().replay(beside=paper_run()).html
 
 
-def test_a_model_that_records_too_little_is_told_what_to_set() -> None:
+def test_a_model_that_records_too_little_is_told_what_to_set():
     with pytest.raises(ReportError, match=r"needs log: all \(now log: tasks\).*--set log=all"):
         call(MODEL, "--set", "log=tasks")
 
 
-def test_a_new_user_s_model_is_replayed_and_reported_whatever_its_log_says(tmp_path: Path) -> None:
+def test_a_new_user_s_model_is_replayed_and_reported_whatever_its_log_says(tmp_path):
     model = tmp_path / "w.yaml"
     new = ["new", str(model), "--size", "16x14", "--orders", "60/h", "--due", "3"]
     assert CliRunner().invoke(desim, new, catch_exceptions=False).exit_code == 0

@@ -1,7 +1,5 @@
 """The report: made of every study, needs nothing from outside, and its numbers are the table's."""
 
-from __future__ import annotations
-
 import re
 import subprocess
 import sys
@@ -18,15 +16,14 @@ from nbclient import NotebookClient
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
+from desim_warehouse.folders import gallery
 from desim_warehouse.outcome.account import OF_TASKS
-from desim_warehouse.report import floor_svg, html, run_parts
+from desim_warehouse.report import html, run_parts, svg
 from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.page import ReportPage, example
-from desim_warehouse.report.rows_svg import account
+from desim_warehouse.report.svg import account
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.write import report, template
-from desim_warehouse.shipped import gallery
-from desim_warehouse.study.study import Study
 from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
 
@@ -119,9 +116,9 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
 
 
 def test_a_floor_of_many_lanes_is_a_picture(lifelong, monkeypatch):
-    assert "<svg" in floor_svg.floor(lifelong)
-    monkeypatch.setattr(floor_svg, "_LANES", 20)
-    assert "<img" in floor_svg.floor(lifelong)
+    assert "<svg" in svg.floor(lifelong)
+    monkeypatch.setattr(svg, "_LANES", 20)
+    assert "<img" in svg.floor(lifelong)
 
 
 def test_a_run_whose_log_has_no_waits_has_no_account(model):
@@ -147,15 +144,6 @@ def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
     assert shown == {key: words.value(key, value, run.model) for key, value in kpis.items()}
     assert run.edges["waits"].sum() + run.nodes["waits"].sum() == kpis["S"]
     assert len(run.history.counted_deliveries) == kpis["tasks"] < len(run.history.delivered)
-
-
-def test_a_verdict_rests_on_the_interval_that_is_shown():
-    """Two designs are judged at once, each by a bound of 97.5 %: the end of the interval of 95 % beside it."""
-    study = Study(example(), {"fleet.size": [1, 4]}, replications=4, target="on_time >= 60 %")
-    found = study.run().results
-    for design, one in found.judged.items():
-        shown = found.estimate(found.runs(design), "on_time").interval
-        assert (one.low, one.high) == pytest.approx(shown)
 
 
 def test_one_task_is_not_tasks():

@@ -1,7 +1,5 @@
 """Conclusions: said where the statistics say it, silent where they do not, with the table's numbers."""
 
-from __future__ import annotations
-
 import math
 
 import pandas as pd
@@ -26,9 +24,7 @@ def facts(model, table, *, deterministic=False, goods=None):
     sizes = sorted(table["fleet.size"].unique().tolist())
     levels = tuple(
         Level(
-            size,
-            {"fleet.size": size} | ({"tasks.goods": goods[size]} if goods else {}),
-            ("factors", "fleet.size", n),
+            size, {"fleet.size": size} | ({"tasks.goods": goods[size]} if goods else {}), ("factors", "fleet.size", n)
         )
         for n, size in enumerate(sizes)
     )

@@ -1,7 +1,5 @@
 """The answer of a study: question, sentences and rows; its page needs nothing from outside."""
 
-from __future__ import annotations
-
 import dataclasses
 import math
 import re

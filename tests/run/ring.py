@@ -1,19 +1,12 @@
 """A ring that robots drive round, of which every number can be worked out by hand."""
 
-from __future__ import annotations
-
-from typing import TYPE_CHECKING, Any
-
 from desim_warehouse.run import Run
 from desim_warehouse.world import World
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
 
 RATES = {"standing": 0.5, "empty": 1.0, "loaded": 2.0, "handling": 1.5}
 
 
-def ring(battery: dict[str, Any], length: float, **changes: Any) -> dict[str, Any]:
+def ring(battery, length, **changes):
     """A square ring of 30 a side at a speed of 1; the good is 10 beyond the bay, its station half round the ring.
 
     The robot is at its good at 10, leaves it at 13, is at its station at 63, free at 68 and in its bay at 128. A
@@ -40,7 +33,7 @@ def ring(battery: dict[str, Any], length: float, **changes: Any) -> dict[str, An
     }
 
 
-def played(model: Model, seed: int = 0) -> tuple[Run, list[float]]:
+def played(model, seed=0):
     """A run, and the levels that its batteries themselves say they have at its end."""
     world = World(model, seed).run()
     levels = [robot.battery.level(world.env.now) for robot in world.robots]

@@ -1,7 +1,5 @@
 """What commands take Python takes, or it says in one sentence what it expects: models, seeds, growth, indicators."""
 
-from __future__ import annotations
-
 import json
 import pickle
 from pathlib import Path
@@ -53,7 +51,10 @@ def test_seeds_of_numpy_are_whole_numbers(model):
     assert run.seed == 3
 
 
-@pytest.mark.parametrize(("given", "times"), [("30%", 1.3), ("30 %", 1.3), (1.3, 1.3), ("1.3", 1.3), ("-20%", 0.8)])
+@pytest.mark.parametrize(
+    ("given", "times"),
+    [("30%", 1.3), ("40 %", 1.4), ("140%", 2.4), (1.3, 1.3), ("1.3", 1.3), ("10", 10), ("-20 %", 0.8)],
+)
 def test_growth_as_the_command_takes_it(given, times):
     assert growth_of(given, "growth") == times
 

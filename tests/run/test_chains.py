@@ -1,7 +1,5 @@
 """Chains of waits, worked out by hand, and their sums on any floor."""
 
-from __future__ import annotations
-
 import math
 
 import pytest

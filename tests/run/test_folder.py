@@ -6,6 +6,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
+from tests.laws.features import EVERYTHING, warehouse
 
 ODD = {
     "name": "odd names: ä > β, 'quoted' + \"double\"",
@@ -68,13 +69,14 @@ def test_names_that_look_like_another_edge_are_told_apart(tmp_path):
     same(run, dw.load_run(run.save(tmp_path)))
 
 
-def test_multibots_and_a_lifelong_run_come_back(tmp_path):
-    paper = dw.simulate(dw.load("models/multibots.yaml", {"fleet.size": 4}))
-    same(paper, dw.load_run(paper.save(tmp_path / "paper")))
-    endless = {"run.length": 3000, "run.warm_up": 1000, "tasks.goods": {"saturated": 4, "due_within": 500}}
-    lifelong = dw.simulate(dw.load("models/tutorial.yaml", endless), seed=2)
-    assert lifelong.kpis["on_time"] > 0
-    same(lifelong, dw.load_run(lifelong.save(tmp_path / "lifelong")))
+@pytest.mark.parametrize("features", ["", "tours", "pods", EVERYTHING])
+def test_a_run_of_any_warehouse_comes_back(tmp_path, features):
+    for number in range(3):
+        run = dw.simulate(dw.load(warehouse(number, features)), number)
+        again = dw.load_run(run.save(tmp_path / f"{number}"))
+        same(run, again)
+        for by in ("task", "flow", "station", "robot", "edge", "node", "hour"):
+            assert again.account(by).equals(run.account(by)), (number, by)
 
 
 def test_a_folder_holds_what_people_and_programs_want(tmp_path):

@@ -1,7 +1,5 @@
 """What the history says of a run: the energy that is left at its end, worked out by hand and told by the batteries."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np
@@ -13,7 +11,7 @@ from desim_warehouse.report.replay.payload import ENERGY, payload
 from tests.run.ring import RATES, played, ring
 
 
-def drawn(run: dw.Run) -> list[float]:
+def drawn(run):
     """The last level of every robot in the battery figure."""
     axes = (plot.battery(run, robots=[number]) for number in range(run.model.fleet.size))
     return [float(one.lines[0].get_ydata()[-1]) for one in axes]
@@ -63,7 +61,7 @@ def test_figure_and_replay_end_at_the_batteries_own_levels(length, taper, consum
     assert replayed(run) == pytest.approx(steps, abs=0.5 + 1e-6)
 
 
-def replayed(run: dw.Run) -> list[float]:
+def replayed(run):
     """The last level of every robot on the replay page, in its steps of a full battery."""
     _, columns = payload(run.history, 0.0, run.record.end)
     levels = np.split(np.cumsum(columns["energy"]), np.cumsum(columns["energy_count"])[:-1])

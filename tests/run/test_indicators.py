@@ -1,7 +1,5 @@
 """The one list of indicators, and the one list of states that it takes shares from."""
 
-from __future__ import annotations
-
 import math
 from types import SimpleNamespace
 
@@ -151,7 +149,7 @@ def test_a_column_that_is_no_indicator_is_given_no_unit():
     assert words.indicator_label("run_time", None) == "Computing time of a run (s)"
 
 
-def vary(sizes: list[int]) -> Study:
+def vary(sizes):
     return Study(dw.load("models/multibots.yaml"), {"fleet.size": sizes}, seed=1)
 
 
@@ -167,12 +165,7 @@ def test_the_best_of_an_indicator_that_is_neither_good_nor_bad_needs_a_direction
 
 def test_littles_law_on_a_case_worked_by_hand():
     """Open tasks over 100: one from 0 to 40, two to 60, one to 90: 40 + 40 + 30 = 110; cycle times 60 and 50: 110."""
-    rows = [
-        (0.0, "released", -1, 0),
-        (40.0, "released", -1, 1),
-        (60.0, "delivered", 0, 0),
-        (90.0, "delivered", 0, 1),
-    ]
+    rows = [(0.0, "released", -1, 0), (40.0, "released", -1, 1), (60.0, "delivered", 0, 0), (90.0, "delivered", 0, 1)]
 
     def run(begin, end, kpis):
         record = SimpleNamespace(rows=[row for row in rows if row[0] <= end], begin=begin, end=end, flows={})

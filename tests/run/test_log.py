@@ -1,7 +1,5 @@
 """Rows of the log are written by its methods alone, and taken apart by nobody but the history."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 
@@ -15,7 +13,7 @@ MAY = {"outcome/history.py", "contracts.py"}
 """The one reader of rows; and where whole logs are compared, no row taken apart."""
 
 
-def touches_rows(source: str) -> bool:
+def touches_rows(source):
     """Whether a source reaches for the rows of a log."""
     return any(
         isinstance(node, ast.Attribute)

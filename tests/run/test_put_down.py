@@ -9,26 +9,13 @@ from tests.world.test_flows import RING
 
 STORAGE_AT_WORK = {
     "layout.storage": [{"node": "C"}],
-    "layout.stations": {
-        "work": {"at": ["C"], "places": 2, "work_time": 5},
-        "dock": {"at": ["B"], "places": 2},
-    },
+    "layout.stations": {"work": {"at": ["C"], "places": 2, "work_time": 5}, "dock": {"at": ["B"], "places": 2}},
     "tasks.flows": {
-        "in": {
-            "from": "dock",
-            "to": "storage",
-            "arrivals": {"schedule": [{"at": 0, "tasks": 3}]},
-            "due_within": 1000,
-        }
+        "in": {"from": "dock", "to": "storage", "arrivals": {"schedule": [{"at": 0, "tasks": 3}]}, "due_within": 1000}
     },
 }
 """Three load units are put into the storage place on node C, beside which there is a station with workers."""
-TO_WORK = {
-    "from": "dock",
-    "to": "work",
-    "arrivals": {"schedule": [{"at": 0, "tasks": 2}]},
-    "due_within": 1000,
-}
+TO_WORK = {"from": "dock", "to": "work", "arrivals": {"schedule": [{"at": 0, "tasks": 2}]}, "due_within": 1000}
 
 
 @pytest.fixture(scope="module")
@@ -59,10 +46,6 @@ def test_both_at_one_node():
     assert sorted(by_task.values()) == pytest.approx([0, 0, 0, 5, 5])
     assert list(run.account("station").index) == ["work at C"]
     assert run.account("station")["worked_on"].tolist() == pytest.approx([5])
-
-
-def test_a_run_keeps_it(run, tmp_path):
-    assert dw.load_run(run.save(tmp_path / "run")).kpis == run.kpis
 
 
 def test_a_run_of_before_is_read_as_then(run, tmp_path):

@@ -1,10 +1,7 @@
 """Servers and chargers over time: in use, and robots that queue for them."""
 
-from __future__ import annotations
-
 import json
 import math
-from typing import TYPE_CHECKING, Any
 
 import pytest
 
@@ -14,16 +11,13 @@ from desim_warehouse.report.text import run_words
 from tests.report.replay.floors import busy_run, tired_run
 from tests.world.test_flows import RING
 
-if TYPE_CHECKING:
-    from pathlib import Path
-
 OUT = {
     "fast": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 9}]}},
     "slow": {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 40, "tasks": 3}]}, "unload_time": 25},
 }
 
 
-def test_counts_over_time_and_the_area_below_them() -> None:
+def test_counts_over_time_and_the_area_below_them():
     """One from 2 to 5, another from 3 to 4; what begins as another ends changes nothing."""
     found = steps([(2.0, 1), (5.0, -1), (3.0, 1), (4.0, -1), (4.5, 1), (4.5, -1)])
     assert found == ([0.0, 2.0, 3.0, 4.0, 5.0], [0, 1, 2, 1, 0])
@@ -33,7 +27,7 @@ def test_counts_over_time_and_the_area_below_them() -> None:
     assert steps([(0.0, 1), (1.0, -1)]) == ([0.0, 1.0], [1, 0])
 
 
-def line(servers: int) -> dw.Run:
+def line(servers):
     """Two robots that fetch a good each from the same lane, one behind the other, for a station that takes long."""
     model = {
         "layout": {
@@ -49,7 +43,7 @@ def line(servers: int) -> dw.Run:
     return dw.simulate(dw.load(model))
 
 
-def test_a_server_is_in_use_while_robots_unload_and_the_others_queue() -> None:
+def test_a_server_is_in_use_while_robots_unload_and_the_others_queue():
     run = line(servers=1)
     (station,) = resources(run.history)
     assert (station.kind, station.zone, station.node, station.number) == ("station", "pack", "B", 1)
@@ -66,15 +60,15 @@ def test_a_server_is_in_use_while_robots_unload_and_the_others_queue() -> None:
     assert math.isnan(station.utilisation(5, 5))
 
 
-def test_with_two_servers_nobody_queues() -> None:
+def test_with_two_servers_nobody_queues():
     (station,) = resources(line(servers=2).history)
     assert max(station.busy[1]) == 2
     assert station.queue == ([0.0], [0])
 
 
 @pytest.mark.parametrize("make", [busy_run, tired_run])
-def test_queues_add_up_to_the_time_queued_of_the_run(make: object) -> None:
-    run = make()  # type: ignore[operator]
+def test_queues_add_up_to_the_time_queued_of_the_run(make):
+    run = make()
     begin, end = run.history.begin, run.history.end
     for kind, indicator in (("station", "station_wait"), ("chargers", "charger_wait")):
         queued = sum(area(one.queue, begin, end) for one in resources(run.history) if one.kind == kind)
@@ -82,7 +76,7 @@ def test_queues_add_up_to_the_time_queued_of_the_run(make: object) -> None:
 
 
 @pytest.mark.parametrize("over", [{}, {"run.warm_up": 130}, {"layout.stations.pack.work_time": 30}])
-def test_servers_are_in_use_for_as_long_at_every_level_of_the_log(over: dict[str, Any]) -> None:
+def test_servers_are_in_use_for_as_long_at_every_level_of_the_log(over):
     """A robot that begins in the warm-up, or is at it at the end, counts as far as it is in the counted time."""
     model = dw.load(RING, {"tasks.flows": OUT, "fleet.size": 3, "run.length": 401, **over})
     in_full = dw.simulate(model.replace({"log": "all"}))
@@ -96,7 +90,7 @@ def test_servers_are_in_use_for_as_long_at_every_level_of_the_log(over: dict[str
 
 
 @pytest.mark.parametrize("level", ["all", "tasks"])
-def test_servers_in_use_are_kept_with_a_run(level: str, tmp_path: Path) -> None:
+def test_servers_in_use_are_kept_with_a_run(level, tmp_path):
     """A run of before 0.4.0 has no such tallies: with the whole log they are read from that, else nothing is said."""
     run = dw.simulate(dw.load(RING, {"tasks.flows": OUT, "fleet.size": 3, "log": level}))
     folder = run.save(tmp_path / "run")

@@ -6,7 +6,7 @@ import yaml
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.facts.charging import cycle_levels, refills_overnight
-from desim_warehouse.outcome import settled
+from desim_warehouse.outcome import verdicts
 from desim_warehouse.outcome.verdicts import judge_design, judge_run
 from desim_warehouse.run import check
 
@@ -35,25 +35,25 @@ def test_what_is_to_be_expected_is_simple_arithmetic(warehouse):
         "share_charging": share,
         "charger_utilisation": 8 * share / 2,
     }
-    assert settled.expected(kpis, warehouse) == (
+    assert verdicts.expected(kpis, warehouse) == (
         "settled, by estimate, 1.6 robots charge and 6.4 are at work, with chargers used 80 % of the time (here 60 %)"
     )
     lone = warehouse.replace({"layout.bays.charging.total_chargers": 1})
-    assert settled.expected(kpis, lone) == "to give what they draw 1.6 robots would have to charge, at 1 charger"
+    assert verdicts.expected(kpis, lone) == "to give what they draw 1.6 robots would have to charge, at 1 charger"
 
 
 def test_a_level_falls_if_it_does_by_more_than_its_interval_and_one_per_cent(warehouse):
-    assert settled.fall([-0.04, -0.05, -0.06, -0.05], warehouse) is None  # it begins settled
+    assert verdicts.fall([-0.04, -0.05, -0.06, -0.05], warehouse) is None  # it begins settled
     warehouse = before(warehouse)
     # the half-width of 99 % at 3 degrees of freedom is 5.84 s / 2: of a standard deviation of 0.01 it is 0.029
-    assert settled.fall([-0.04, -0.05, -0.06, -0.05], warehouse) == pytest.approx(0.05)
-    assert settled.fall([0.04, 0.05, 0.06, 0.05], warehouse) == pytest.approx(-0.05)
-    assert settled.fall([0.01, 0.09, 0.0, 0.1], warehouse) is None
-    assert settled.fall([-0.01, -0.09, 0.0, -0.1], warehouse) is None
-    assert settled.fall([-0.009] * 4, warehouse) is None
-    assert settled.fall([-0.05], warehouse) is None
-    assert settled.fall([-0.05] * 4, warehouse.replace({"battery": None})) is None
-    assert settled.fall([-0.05] * 4, warehouse.replace({"tasks.goods": {"random": 9}})) is None
+    assert verdicts.fall([-0.04, -0.05, -0.06, -0.05], warehouse) == pytest.approx(0.05)
+    assert verdicts.fall([0.04, 0.05, 0.06, 0.05], warehouse) == pytest.approx(-0.05)
+    assert verdicts.fall([0.01, 0.09, 0.0, 0.1], warehouse) is None
+    assert verdicts.fall([-0.01, -0.09, 0.0, -0.1], warehouse) is None
+    assert verdicts.fall([-0.009] * 4, warehouse) is None
+    assert verdicts.fall([-0.05], warehouse) is None
+    assert verdicts.fall([-0.05] * 4, warehouse.replace({"battery": None})) is None
+    assert verdicts.fall([-0.05] * 4, warehouse.replace({"tasks.goods": {"random": 9}})) is None
 
 
 def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
@@ -84,7 +84,7 @@ def test_one_run_is_judged_by_the_moves_of_its_robots():
         {**ALIKE, "fleet.start_energy": 1, "tasks.goods": {"saturated": 8}, "run": {"length": 7200}},
     )
     run = dw.simulate(model)
-    assert settled.drifts_of_robots(run.history) == pytest.approx([-0.18] * 4)
+    assert verdicts.drifts_of_robots(run.history) == pytest.approx([-0.18] * 4)
     assert [verdict.code for verdict in judge_run(run.kpis, run.history)] == ["NOT_SETTLED"]
 
 

@@ -1,7 +1,5 @@
 """CSV that a spreadsheet opens: text is never taken for a formula."""
 
-from __future__ import annotations
-
 import csv
 import io
 

@@ -1,7 +1,5 @@
 """Verdicts: what is wrong with a run or a design, in words."""
 
-from __future__ import annotations
-
 import json
 import math
 

@@ -4,8 +4,6 @@ Days are good or bad for all designs, and noisy for each. `python -m tests.study
 of them, how far what a search chooses is from the best that there is, beside choosing at random and successive halving.
 """
 
-from __future__ import annotations
-
 import itertools
 import math
 import random

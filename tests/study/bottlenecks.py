@@ -5,8 +5,6 @@ other days. From number 100 on they are such that plain waiting misleads: most o
 else, or no robot waits for what is scarce.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import sys

@@ -1,14 +1,8 @@
 """A small study model, and policies that misbehave, for the tests of studies."""
 
-from __future__ import annotations
-
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 
 import pytest
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 ROOT = Path(__file__).parents[2]
 MULTIBOTS = ROOT / "models" / "multibots.yaml"
@@ -93,13 +87,13 @@ class Home:
 '''
 
 
-def ample(usual: pd.DataFrame) -> float:
+def ample(usual):
     """A time-out, in seconds, ten times as long as the slowest of these runs took: it is cut off by no busy machine."""
     return max(1.0, round(10 * usual["run_time"].max(), 1))
 
 
 @pytest.fixture
-def policies(tmp_path: Path) -> str:
+def policies(tmp_path):
     """A file of the user's own policies; `f"{policies}:Home"` is a parking policy."""
     path = tmp_path / "mine.py"
     path.write_text(BAD_POLICIES)
@@ -107,10 +101,10 @@ def policies(tmp_path: Path) -> str:
 
 
 @pytest.fixture
-def parking(policies: str):
+def parking(policies):
     """A parking policy that does what it is told: parking("raise")."""
 
-    def make(what: str, **more: Any) -> dict[str, Any]:
+    def make(what, **more):
         return {"name": f"{policies}:Home", "what": what, **more}
 
     return make

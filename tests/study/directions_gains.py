@@ -4,8 +4,6 @@
 to 58 lanes, and six that others drew, which are read from the folder that `DESIM_PLANTS` names.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 from pathlib import Path

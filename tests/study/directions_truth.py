@@ -4,8 +4,6 @@
 runs are from the best that there are. Runs of a search are drawn from those done for the truth.
 """
 
-from __future__ import annotations
-
 import random
 import statistics
 import sys

@@ -4,8 +4,6 @@
 peak, robots that break down, or more orders than fleets of the floor can do, one after the other.
 """
 
-from __future__ import annotations
-
 import random
 import sys
 from dataclasses import dataclass

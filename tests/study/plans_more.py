@@ -3,8 +3,6 @@
 `python -m tests.study.plans_more packers 0 10` prints what it says of ten of them; so do `years` and `vendors`.
 """
 
-from __future__ import annotations
-
 import itertools
 import random
 import sys

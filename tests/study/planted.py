@@ -115,9 +115,7 @@ CASES = [
     ),
     Planted("two robots", "the number of robots", robots=2),
     Planted(
-        "peaks of 200 an hour",
-        "peaks",
-        _flow(arrivals={"profile": {"per_hour": [200, 27, 27, 26], "every": "15 min"}}),
+        "peaks of 200 an hour", "peaks", _flow(arrivals={"profile": {"per_hour": [200, 27, 27, 26], "every": "15 min"}})
     ),
     Planted(
         "charging from 85 % on, with a taper",

@@ -6,7 +6,6 @@ import signal
 import subprocess
 import sys
 import time
-from pathlib import Path
 
 import pandas as pd
 import pytest
@@ -20,7 +19,7 @@ pytest.importorskip("distributed")
 CHANGES = {"tasks.goods": {"random": 8}}
 
 
-def started(arguments, log: Path) -> subprocess.Popen:
+def started(arguments, log):
     with log.open("w") as file:
         return subprocess.Popen([sys.executable, "-m", *arguments], stdout=file, stderr=subprocess.STDOUT)
 

@@ -19,9 +19,8 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.study.execution.batches import BATCH_TIME, Batches
-from desim_warehouse.study.execution.handle import Handle
 from desim_warehouse.study.execution.pool import Worker
+from desim_warehouse.study.execution.shared import BATCH_TIME, Batches, Handle
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.execution.work import Simulator, Wanted
@@ -45,7 +44,7 @@ def command(folder, replications, workers):
     return [*DESIM, "what-if", str(MULTIBOTS), *vary, *options]
 
 
-def lines(folder: Path) -> int:
+def lines(folder):
     path = folder / JOURNAL
     return path.read_bytes().count(b"\n") if path.exists() else 0
 
@@ -57,7 +56,7 @@ def wait_for(what):
         time.sleep(0.005)
 
 
-def children(pid: int) -> list[int]:
+def children(pid):
     """Worker processes of a study (not the resource tracker)."""
     found = []
     for task in Path(f"/proc/{pid}/task").glob("*/children"):
@@ -68,18 +67,18 @@ def children(pid: int) -> list[int]:
     return found
 
 
-def alive(pid: int) -> bool:
+def alive(pid):
     try:
         return ") Z " not in Path(f"/proc/{pid}/stat").read_text()
     except FileNotFoundError:
         return False
 
 
-def finished(table: pd.DataFrame) -> pd.DataFrame:
+def finished(table):
     return table.drop(columns="run_time")
 
 
-def kill_after(folder: Path, workers: int, runs: int) -> None:
+def kill_after(folder, workers, runs):
     """Start the study, kill -9 it as soon as it has this many runs, and wait for its workers to end."""
     quiet = subprocess.DEVNULL
     process = subprocess.Popen(command(folder, 200, workers), stdout=quiet, stderr=quiet)
@@ -122,11 +121,7 @@ def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path):
 
 def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     process = subprocess.Popen(
-        command(tmp_path, 100_000, 2),
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
+        command(tmp_path, 100_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
@@ -208,8 +203,7 @@ DAILY = ("study.Progress.__enter__",)
 
 
 @pytest.mark.parametrize(
-    ("workers", "place"),
-    [pytest.param(*one, marks=[] if one[1] in DAILY else [pytest.mark.long]) for one in START_UP],
+    ("workers", "place"), [pytest.param(*one, marks=[] if one[1] in DAILY else [pytest.mark.long]) for one in START_UP]
 )
 def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, place):
     """The signal comes as this is called for the first time; were it not heeded, the study would go on for long."""

@@ -4,8 +4,7 @@ import numpy as np
 import pytest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.fit import fit
-from desim_warehouse.study.fit.families import Counted, families
+from desim_warehouse.study.fit import Counted, families, fit
 
 DRAWN = {
     "lognormal": lambda rng: rng.lognormal(2, 0.5, 600),
@@ -16,7 +15,7 @@ DRAWN = {
     "triangular": lambda rng: rng.triangular(4, 6, 12, 600),
 }
 ROUNDED = {kind: draw for kind, draw in DRAWN.items() if kind != "uniform"} | {
-    "lognormal": lambda rng: rng.lognormal(np.log(5) - 0.08, 0.4, 300),
+    "lognormal": lambda rng: rng.lognormal(np.log(5) - 0.08, 0.4, 300)
 }
 
 

@@ -176,11 +176,7 @@ def test_breaks_are_taken_out_of_calendars_of_robots_and_stations(calendar, whol
     ((name, dose, changes),) = found
     assert (name, dose) == ("day", pytest.approx(more))
     new = "day without breaks"
-    assert changes == {
-        f"calendars.{new}": whole,
-        "fleet.hours": new,
-        "layout.stations.desk.hours": new,
-    }
+    assert changes == {f"calendars.{new}": whole, "fleet.hours": new, "layout.stations.desk.hours": new}
 
 
 def test_a_break_longer_than_orders_may_take_is_named():

@@ -1,7 +1,5 @@
 """An ordinary day from the first command to the plan: two shifts, a night without orders, an aisle closed at noon."""
 
-from __future__ import annotations
-
 from statistics import fmean
 
 import pytest
@@ -13,7 +11,7 @@ from desim_warehouse.model.parse import read_yaml
 TARGET = 0.95
 
 
-def day(words: Draft) -> dw.Model:
+def day(words):
     """A draft of which orders come from 6 to 22 o'clock, and one aisle with goods is closed from 12 to 13."""
     model = dw.load(read_yaml(draft(words), "draft").data)
     aisle = list(model.floor.storage[len(model.floor.storage) // 2].edge)

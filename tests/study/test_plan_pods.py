@@ -6,7 +6,7 @@ from statistics import fmean
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.shipped import gallery
+from desim_warehouse.folders import gallery
 from desim_warehouse.study.fleet.most import APART, RUNS, most_steps
 from desim_warehouse.study.statistics import Budget, Target
 from desim_warehouse.study.statistics.procedure import follow

@@ -61,12 +61,7 @@ def test_a_node_at_which_robots_are_long_is_relieved_of_that_though_nobody_waits
             {"traffic.zones": {}},
         ),
         ({"fleet.exit_time": 30}, "the way out of bays", "leaving bays at once", {"fleet.exit_time": 0}),
-        (
-            {"layout.edges.1.speed": 0.1},
-            "limits of speed",
-            "no speed limits on lanes",
-            {"layout.edges.1.speed": None},
-        ),
+        ({"layout.edges.1.speed": 0.1}, "limits of speed", "no speed limits on lanes", {"layout.edges.1.speed": None}),
         (
             {"fleet.kinds": {"old": {"count": 1}}, "layout.bays.home.places": 2},
             "robots of kind old",

@@ -90,10 +90,7 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
             "on_time is a share, expected a number from 0 to 1, or a %; did you mean 95 %",
         ),
         (lambda: procedures.size(study({"fleet.size": [1, 2]}), "share_idle < -0.1"), "expected a number from 0 to 1"),
-        (
-            lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 5 %"),
-            "T is no share, expected a number",
-        ),
+        (lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 5 %"), "T is no share, expected a number"),
         (lambda: procedures.size(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
         (lambda: procedures.size(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
     ],

@@ -121,10 +121,7 @@ BAD = {
         "model: MODEL\nfactors: {battery.capacity: {linspace: [6, 9, 30000]}, fleet.size: 1..1000}\n",
         "2:10: factors: more than 1,000,000 designs, expected fewer",
     ),
-    "no replications": (
-        "model: MODEL\nreplications: 0\n",
-        "2:15: replications: should be greater than or equal to 1",
-    ),
+    "no replications": ("model: MODEL\nreplications: 0\n", "2:15: replications: should be greater than or equal to 1"),
     "half of a rule": (
         "model: MODEL\nreplications: {indicator: T}\n",
         "2:1: replications.half_width: missing, expected a number (a share of the mean, such as 2 % or 0.02)",

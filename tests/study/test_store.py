@@ -12,8 +12,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study.execution.lock import FolderLock
-from desim_warehouse.study.execution.store import JOURNAL, Store
+from desim_warehouse.study.execution.store import JOURNAL, FolderLock, Store
 from desim_warehouse.study.execution.work import Outcome
 
 from .conftest import MULTIBOTS
@@ -81,7 +80,7 @@ def test_a_damaged_byte_costs_that_run_only(tmp_path):
 SOUND = {"model": "model", "seed": 9, "version": dw.__version__, "values": {"T": 1.5}, "time": 0.1}
 
 
-def line_of(text: str) -> bytes:
+def line_of(text):
     """A line of the journal with the right checksum."""
     return b"%08x %s\n" % (zlib.crc32(text.encode()), text.encode())
 

@@ -107,17 +107,6 @@ def test_an_aisle_that_is_closed_is_named_and_not_the_robots_that_wait_before_it
     assert "nothing else gains more than" in said
 
 
-def test_a_planted_node_is_named_in_a_sentence():
-    model, name = bottlenecks.planted(0)
-    found = why(model, seed=0)
-    said = found.answer.answer[0]
-    assert said.startswith(f"{name.capitalize()[:1]}{name[1:]} holds it up most. ")
-    assert ": throughput rises by " in said
-    assert " tasks/h (" in said
-    assert "; nothing else gains more than " in said
-    assert found.gains.clear
-
-
 def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     model, _ = bottlenecks.planted(1)
     (tmp_path / "w.yaml").write_text(json.dumps(model.content()), encoding="utf-8")

@@ -3,8 +3,6 @@
 `python -m tests.study.tipping_banks 50` prints how many thresholds lie in their intervals, and how many were missed.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import sys

@@ -4,8 +4,6 @@
 true one: by halving and a last straight line, on the same many other days everywhere.
 """
 
-from __future__ import annotations
-
 import math
 import random
 import statistics

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
@@ -37,7 +37,7 @@ CONFIDENCE = 0.99
 WITHIN = 0.03
 
 
-def half_width(values: Sequence[float]) -> float:
+def half_width(values):
     """Of the interval of a mean, by Student's t."""
     n = len(values)
     return float(student.ppf(0.5 + CONFIDENCE / 2, n - 1)) * statistics.stdev(values) / math.sqrt(n)
@@ -55,7 +55,7 @@ class Quantity:
     observe: Observe
     within: float = WITHIN
 
-    def of(self, run: dw.Run) -> float:
+    def of(self, run):
         return self.observe(run) if callable(self.observe) else run.kpis[self.observe]
 
 
@@ -75,9 +75,9 @@ class Case:
     curve: str = ""
     robots: int = 0
 
-    def simulate(self) -> list[Found]:
+    def simulate(self):
         model = dw.load(self.model())
-        values: list[list[float]] = [[] for _ in self.quantities]
+        values = [[] for _ in self.quantities]
         for seed in range(self.runs):
             run = dw.simulate(model, seed)
             for quantity, found in zip(self.quantities, values, strict=True):
@@ -94,26 +94,26 @@ class Found:
     values: list[float]
 
     @property
-    def mean(self) -> float:
+    def mean(self):
         return statistics.fmean(self.values)
 
     @property
-    def half_width(self) -> float:
+    def half_width(self):
         """0 where there is one run, without chance."""
         return half_width(self.values) if len(self.values) > 1 else 0.0
 
     @property
-    def contains(self) -> bool:
+    def contains(self):
         """Whether the interval holds the value of theory; without chance there is none."""
         return len(self.values) == 1 or abs(self.mean - self.quantity.theory) <= self.half_width
 
     @property
-    def near(self) -> bool:
+    def near(self):
         """Whether the whole interval is as near to the value of theory as it should be."""
         farthest = abs(self.mean - self.quantity.theory) + self.half_width
         return farthest <= self.quantity.within * abs(self.quantity.theory)
 
-    def __str__(self) -> str:
+    def __str__(self):
         said = f"{self.mean:.6g} ± {self.half_width:.2g}, by theory {self.quantity.theory:.6g}"
         return f"{self.case.title}, {self.quantity.name}: {said}"
 
@@ -132,7 +132,7 @@ def queue(title, model, wait, service, *, long=False, section="Queues"):
     return Case(section, title, model, (Quantity(CYCLE, wait + service, "cycle_time_mean"),), long=long)
 
 
-def queues() -> Iterator[Case]:
+def queues():
     for load, tasks, long in ((0.3, 500, False), (0.5, 1200, True), (0.7, 8000, True)):
         model = partial(models.robots_that_serve, load, 10.0, 1, tasks)
         yield queue(f"M/D/1, one robot, load {load}", model, m_d_c_wait(load / 10, 10.0, 1), 10, long=long)
@@ -212,7 +212,7 @@ def ring(title, flow, within, robots, curve="", **more):
     return Case(ROADS, title, model, (passing,), runs=1, curve=curve, robots=robots)
 
 
-def roads() -> Iterator[Case]:
+def roads():
     # With robots 2 D apart all of these would be less; the corners are the bottleneck from 59 robots on.
     for robots in (45, 50, 55, 60, 70):
         flow = min(robots * models.SPEED / (80 * models.D), 1 / TURN)
@@ -259,7 +259,7 @@ def power(run):
     return run.kpis["energy"] / (run.T - run.model.run.warm_up)
 
 
-def chargers() -> Iterator[Case]:
+def chargers():
     for robots, up, swap in ((1, 100.0, 50.0), (4, 100.0, 30.0)):
         busy = repairman(robots, up, swap)
         yield Case(
@@ -314,7 +314,7 @@ def chargers() -> Iterator[Case]:
 FAILURES = "Breakdowns and outages"
 
 
-def failures() -> Iterator[Case]:
+def failures():
     for robots, every, repair, length in ((1, 400.0, 100.0, 6e4), (12, 200.0, 20.0, 1e4)):
         yield Case(
             FAILURES,
@@ -365,10 +365,7 @@ def failures() -> Iterator[Case]:
         FAILURES,
         "4 robots with work at all times, 2 chargers in order for 400 s and in repair for 100 s",
         partial(models.with_outages, models.fleet_on(places, robots, p, r, 5e4), every, repair),
-        (
-            Quantity("robots at chargers", at_chargers, charging),
-            Quantity("power drawn", at_chargers * r, power),
-        ),
+        (Quantity("robots at chargers", at_chargers, charging), Quantity("power drawn", at_chargers * r, power)),
         long=True,
     )
 
@@ -378,7 +375,7 @@ def passages(run):
     return next(row["passages"] for row in run.record.edges if row["edge"] == "B>C")
 
 
-def people() -> Iterator[Case]:
+def people():
     """A robot before an aisle: people come at random and stay for exponential times."""
     rate, stay, away = 1 / 60, 40.0, 60.0
     held = Quantity(
@@ -400,7 +397,7 @@ def people() -> Iterator[Case]:
 HOURS = "Opening hours, shifts and buffers"
 
 
-def hours_and_buffers() -> Iterator[Case]:
+def hours_and_buffers():
     for load, share, tasks in ((0.2, 0.5, 3000), (0.4, 0.8, 9000)):
         # As many are there on average as in M/M/1, also while it is closed, and fewer come: by Little's law
         wait = (m_m_c_wait(load / 1000, 1000.0, 1) + 1000) / share
@@ -443,7 +440,7 @@ def hours_and_buffers() -> Iterator[Case]:
         )
 
 
-def pods() -> Iterator[Case]:
+def pods():
     """Lines that a pod serves where few are open at a station; with more, those that are left are on fewer pods."""
     share = 0.15
     for lines, pod in ((1, "nearest"), (2, "random")):

@@ -45,10 +45,7 @@ def busy_station(lasts, service, at_close):
     length = 50 * EVERY
     return {
         "calendars": {"open": {"every": EVERY, "lasts": lasts}},
-        "layout": {
-            **TRIANGLE,
-            "stations": {"desk": {"at": ["A"], "places": 8, "hours": "open", "at_close": at_close}},
-        },
+        "layout": {**TRIANGLE, "stations": {"desk": {"at": ["A"], "places": 8, "hours": "open", "at_close": at_close}}},
         "fleet": {"size": 8, "robot": {"radius": 0.05, "speed": AROUND / 30}},
         "tasks": {"goods": {"saturated": 8}, "unload_at": ["A"], "load_time": 0, "unload_time": service},
         "run": {"length": length, "warm_up": length / 5},

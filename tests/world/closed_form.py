@@ -4,8 +4,6 @@ Over the place the square of the speed rises by 2 a, falls by 2 d, and is capped
 lower envelope of these straight lines, and between two of its corners the time is the length over the mean speed.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import accumulate, pairwise
 

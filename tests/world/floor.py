@@ -3,8 +3,6 @@
 Unless a story says otherwise robots keep D = 2 apart and drive 1 length unit per time unit.
 """
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 

@@ -3,8 +3,6 @@
 In most stories D = 2, robots drive 1 and gather and lose that in 2, so the braking distance is 1.
 """
 
-from __future__ import annotations
-
 import pytest
 
 import desim_warehouse as dw

@@ -54,11 +54,7 @@ def test_reach_aware_goes_to_charge_after_the_last_task_it_can_finish():
     # 250: the first round takes NEED - 10 (to the station and free again at 56), as often as 25 + need is left:
     # 250 - 1 - 55 = 194 at 56, then each further task draws 20 + 40 + 35 = 95 and needs 95 + 40.
     world = play(
-        {
-            "policies.charging": {"name": "reach-aware", "margin": 0.1},
-            "battery.capacity": 250,
-            "tasks.goods": [0] * 4,
-        }
+        {"policies.charging": {"name": "reach-aware", "margin": 0.1}, "battery.capacity": 250, "tasks.goods": [0] * 4}
     )
     # at 56: 194 >= 135 + 25; at 151: 99 < 160: home at 191 with 59, full 19.1 later, out again.
     assert times(world, "parked")[0] == pytest.approx(191)

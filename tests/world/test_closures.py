@@ -337,7 +337,7 @@ def rows(run, *kinds):
 @pytest.mark.parametrize(
     ("routing", "until", "assigned", "picked"),
     [
-        *((name, 200, 0, 55) for name in EVERY),  # they go round by u and v, 20 longer
+        *((name, 200, 0, 55) for name in EVERY)  # they go round by u and v, 20 longer
     ],
 )
 def test_a_task_waits_until_there_is_an_open_way_to_its_good(routing, until, assigned, picked):

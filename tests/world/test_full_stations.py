@@ -19,10 +19,7 @@ FULL = {
     "log": "all",
 }
 
-OPEN_BY_DAY = {
-    "calendars": {"day": {"open": ["00:00-12:00"]}},
-    "layout.stations.packing.hours": "day",
-}
+OPEN_BY_DAY = {"calendars": {"day": {"open": ["00:00-12:00"]}}, "layout.stations.packing.hours": "day"}
 
 
 def drafted():

@@ -267,11 +267,7 @@ def test_workers_keep_the_hours_of_the_station():
 def test_a_buffer_holds_what_is_worked_on():
     with pytest.raises(dw.ModelError, match="workers: too many"):
         simulated(
-            {
-                "layout.stations.desk.work_time": 9,
-                "layout.stations.desk.buffer": 1,
-                "layout.stations.desk.workers": 2,
-            }
+            {"layout.stations.desk.work_time": 9, "layout.stations.desk.buffer": 1, "layout.stations.desk.workers": 2}
         )
     with pytest.raises(dw.ModelError, match="buffer: without work"):
         simulated({"layout.stations.desk.buffer": 1})
@@ -328,34 +324,3 @@ def test_hours_that_do_not_meet_are_an_error():
     }
     with pytest.raises(CheckError, match=r"layout.stations.desk.hours: no robot is at work when the station is open"):
         simulated({**over, "fleet.hours": "shift", "layout.stations.desk.hours": "opening"})
-
-
-# The same as without
-
-
-def test_hours_leave_all_draws_as_they_are():
-    model = {
-        **SQUARE,
-        "tasks": {
-            "goods": {"random": 20},
-            "unload_at": ["desk"],
-            "load_time": {"exponential": 5},
-            "unload_time": {"exponential": 30},
-        },
-    }
-    hours = {"layout.stations.desk.hours": "rounds", "fleet.hours": "rounds"}
-    runs = [dw.simulate(dw.load(model, over), 1) for over in ({}, hours)]
-
-    def handled(run, state):
-        spent = {}
-        for robot in run.history.states:
-            for span in robot:
-                if span.state == state:
-                    spent[span.task] = pytest.approx(span.end - span.start)
-        return spent
-
-    for state in ("loading", "unloading"):
-        assert handled(runs[0], state) == handled(runs[1], state)
-    assert [task.good for task in runs[0].history.tasks.values()] == [
-        task.good for task in runs[1].history.tasks.values()
-    ]

@@ -42,8 +42,7 @@ def test_one_line_is_the_same_run_as_before_the_key():
 
 
 @pytest.mark.parametrize(
-    ("lines", "mean"),
-    [(3, 3), ([1, 4], 2.5), ([2, 2], 2), (ONE_TO_FIVE, 1.7), ({"discrete": {"values": [1, 3]}}, 2)],
+    ("lines", "mean"), [(3, 3), ([1, 4], 2.5), ([2, 2], 2), (ONE_TO_FIVE, 1.7), ({"discrete": {"values": [1, 3]}}, 2)]
 )
 def test_lines_are_drawn_for_each_order_as_often_as_they_should_be(lines, mean):
     one = model(lines, {"schedule": [{"at": 0, "tasks": 4000}]}, fleet__size=1, run__length=1)

@@ -1,7 +1,5 @@
 """Robots that gather speed and brake: the time of each start and stop, exactly. In most stories D = 2."""
 
-from __future__ import annotations
-
 import math
 from itertools import pairwise
 
@@ -41,13 +39,6 @@ def test_on_a_short_drive_it_never_gets_to_its_speed():
     assert floor.there(robot) == [near(2, abs=1e-12)]
 
 
-def test_braking_can_be_harder_than_gathering_speed():
-    floor = line("A B", 10)
-    robot = floor.robot("A B", motion=Motion(2.0, 0.5))
-    floor.run()
-    assert floor.there(robot) == [near(10 + 1 + 0.25, abs=1e-12)]
-
-
 def test_without_a_stop_nothing_is_lost_on_the_way():
     floor = line("A B C D", 10, 10, 10)
     robot = floor.robot("A B C D", motion=HALF)
@@ -57,33 +48,12 @@ def test_without_a_stop_nothing_is_lost_on_the_way():
     assert floor.enters(robot) == {"A>B": near(1), "B>C": near(11), "C>D": near(21)}
 
 
-def test_a_stop_in_the_lane_costs_braking_and_gathering_speed_again():
-    floor = line("A B", 20)
-    robot = floor.robot(("A B", 8), 5, "B", motion=HALF)
-    floor.run()
-    assert floor.there(robot) == [near(10), near(10 + 5 + 14)]
-
-
-def test_at_every_node_where_time_is_spent_it_stops():
-    floor = line("A B C", 10, 10, node_time=3)
-    robot = floor.robot("A B C", motion=HALF)
-    floor.run()
-    assert floor.there(robot) == [near(2 * (12 + 3), abs=1e-12)]
-
-
 def test_it_brakes_before_a_slower_lane_and_gathers_speed_after_it():
     floor = line("A B C D", 10, 10, 10, limits=[None, 0.5, None])
     robot = floor.robot("A B C D", motion=HALF)
     floor.run()
     # from 1 to 0.5, or back, takes 1 over 0.75: 0.25 more than at 1
     assert floor.there(robot) == [near(10 + 20 + 10 + 1 + 1 + 2 * 0.25, abs=1e-12)]
-
-
-def test_a_turn_is_a_stop():
-    floor = Floor({"A": (0, 0), "B": (10, 0), "C": (10, 10)}, ["A>B", "B>C"], turn_time=4)
-    robot = floor.robot("A B C", motion=HALF)
-    floor.run()
-    assert floor.there(robot) == [near(12 + 4 + 12, abs=1e-12)]
 
 
 # One robot, any route
@@ -253,21 +223,6 @@ def test_kinds_have_their_own():
         (1, 0.4, 2, 2),
         (1, 0.8, 2, 2),
     ]
-
-
-def test_nothing_that_is_drawn_depends_on_it():
-    made = {"tasks.goods": {"poisson": 60}, "run.length": 3600, "tasks.load_time": {"exponential": 5}}
-    plain, slow = (simulated(**{**made, **more}) for more in ({}, {"fleet.robot.acceleration": 0.2}))
-    assert when(plain, "released") == when(slow, "released")
-    first, then = (handling(run) for run in (plain, slow))
-    assert len(then) > 20
-    assert all(first[task] == near(time) for task, time in then.items())
-
-
-def handling(run):
-    """How long each task took to load."""
-    begun = {row.task: row.time for row in run.history.rows("loading")}
-    return {row.task: row.time - begun[row.task] for row in run.history.rows("loaded")}
 
 
 def test_a_battery_lasts_for_the_starts_and_stops():

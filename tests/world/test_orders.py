@@ -131,8 +131,7 @@ def test_a_file_that_is_not_there(tmp_path):
 
 def test_orders_are_delivered_as_they_say(tmp_path):
     path = written(
-        tmp_path / "orders.csv",
-        "release,from,to,due,order\n0,1,pack,300,a\n10,dock,0,80,a\n500,1,dock,,b\n",
+        tmp_path / "orders.csv", "release,from,to,due,order\n0,1,pack,300,a\n10,dock,0,80,a\n500,1,dock,,b\n"
     )
     run = dw.simulate(model(path))
     # 1 to pack: loaded 34, at D 64, unloaded 70; then A 90, B 110: loaded 114; at offset 5 of C>D 139, unloaded 145

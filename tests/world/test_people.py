@@ -99,47 +99,16 @@ def test_what_is_counted_is_counted_from_the_end_of_the_warm_up_on():
     assert differences(run) == []
 
 
-@pytest.mark.parametrize("level", ["tasks", "moves", "all"])
-def test_indicators_are_the_same_at_every_level_of_the_log(level):
-    model = with_people(robots={"tasks.goods": {"random": 12}}, per_hour=60, stay={"exponential": 30})
-    run, whole = dw.simulate(model.replace({"log": level})), dw.simulate(model)
-    assert whole.kpis["encounters_per_hour"] > 0
-    assert run.kpis == whole.kpis
-    kinds = {row[1] for row in run.record.rows}
-    assert ("enter" in kinds) == (level != "tasks")
-    assert {"person_in", "person_out"} <= kinds
-
-
-def test_a_run_that_is_saved_and_read_has_the_same_indicators(tmp_path):
-    run = dw.simulate(with_people(robots={"tasks.goods": {"random": 5}}, per_hour=60, stay=30))
-    again = dw.load_run(run.save(tmp_path / "run"))
-    assert again.kpis == run.kpis
-    assert again.history.blocked == run.history.blocked
-
-
-def test_people_come_alike_whatever_robots_do_and_robots_work_alike_wherever_people_are():
-    """Of the streams of a run none is shared: goods and handling times are those of a run without people."""
-    over = {
-        "tasks.goods": {"random": 12},
-        "tasks.load_time": {"exponential": 5},
-        "people": {"pickers": {"aisles": [["B", "C"], ["D", "E"]], "per_hour": 60, "stay": {"exponential": 30}}},
-    }
+def test_people_come_alike_whatever_robots_do():
+    people = {"pickers": {"aisles": [["B", "C"], ["D", "E"]], "per_hour": 60, "stay": {"exponential": 30}}}
+    over = {"tasks.goods": {"random": 12}, "tasks.load_time": {"exponential": 5}, "people": people}
     few, many = (dw.simulate(dw.load(LOOP, {**over, "fleet.size": size}), seed=3) for size in (1, 3))
     end = min(few.T, many.T)
 
     def came(run):
         return [row[:7] for row in run.record.rows if row[1] in {"person_in", "person_out"} and row[0] <= end]
 
-    assert came(few) == came(many)
-    nobody = dw.simulate(dw.load(LOOP, {**over, "people": {}, "fleet.size": 3}), seed=3)
-
-    def work(run):
-        released = [row for row in run.record.rows if row[1] == "released"]
-        begins = {row[3]: row[0] for row in run.record.rows if row[1] == "loading"}
-        ends = {row[3]: row[0] for row in run.record.rows if row[1] == "loaded"}
-        return released, {task: round(ends[task] - time, 6) for task, time in begins.items()}
-
-    assert work(many) == work(nobody)
+    assert came(few) == came(many) != []
     assert many.kpis["waiting_person"] > 0
 
 

@@ -26,9 +26,7 @@ RING = {
     "tasks": {
         "load_time": 3,
         "unload_time": 2,
-        "flows": {
-            "picks": {"from": "storage", "to": "pick", "arrivals": {"schedule": [{"at": 0}]}, "stop_time": 10},
-        },
+        "flows": {"picks": {"from": "storage", "to": "pick", "arrivals": {"schedule": [{"at": 0}]}, "stop_time": 10}},
     },
     "pods": {"count": 1, "items": 1, "per_pod": 1, "orders": 0, "change_time": 0},
     "policies": {"allocation": "nearest", "parking": "nearest", "storage": "own"},

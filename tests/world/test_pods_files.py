@@ -8,7 +8,7 @@ from desim_warehouse.model.order_day import order_day
 from desim_warehouse.model.sections.pods import PodsSpec
 from desim_warehouse.run import check
 from desim_warehouse.values.streams import Streams
-from desim_warehouse.world.orders.shelves import Shelves
+from desim_warehouse.world.orders.pods import Shelves
 from tests.audit_pods import audit_pods
 from tests.world.test_pods import RING
 

@@ -241,14 +241,7 @@ HEXAGON = {
 SMALL = {
     # a single block: rows of 1.5, columns of 2.5
     "layout": {
-        "blocks": {
-            "columns": 1,
-            "rows": 1,
-            "block_width": 1,
-            "block_depth": 2,
-            "goods_size": 1.0,
-            "aisle_width": 0.5,
-        },
+        "blocks": {"columns": 1, "rows": 1, "block_width": 1, "block_depth": 2, "goods_size": 1.0, "aisle_width": 0.5},
         "bays": {"home": {"at": ["A"]}},
         "stations": {"s0": {"at": ["C"], "places": 2}},
     },

@@ -6,7 +6,6 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse import ModelError
 from desim_warehouse.model.facts.charging import start_levels
-from desim_warehouse.report.replay.payload import ENERGY, payload
 from desim_warehouse.values.streams import Streams
 from tests.auditor import audit
 
@@ -43,20 +42,6 @@ def test_each_robot_draws_its_own_and_more_robots_leave_it_as_it_is():
     run = dw.simulate(three, seed=7)
     assert first_energies(run) == levels
     assert audit(run) == []
-
-
-def test_the_replay_shows_the_same_levels():
-    # the first of the columns that the page is sent: energy in steps, of which a battery has ENERGY
-    run = dw.simulate(tutorial({"fleet.start_energy": 0.4}))
-    _, columns = payload(run.history, 0.0, run.record.end)
-    counts = np.cumsum([0, *columns["energy_count"][:-1]])
-    energies = np.cumsum(columns["energy"])
-    assert [energies[first] / ENERGY for first in counts] == [0.4, 0.4, 0.4]
-
-
-def test_a_full_start_is_what_it_was():
-    run, same = dw.simulate(tutorial({})), dw.simulate(tutorial({"fleet.start_energy": 1}))
-    assert run.record.rows == same.record.rows
 
 
 @pytest.mark.parametrize(

@@ -6,7 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.run import check
-from desim_warehouse.world.traffic.deadlock.avoidance import Avoidance
+from desim_warehouse.world.traffic.avoidance import Avoidance
 from tests.auditor import audit
 
 LOOP = {
@@ -48,13 +48,6 @@ def test_the_next_robot_waits_before_a_zone_until_the_one_in_it_is_out():
         assert then[0] >= before[1] + 1 - 1e-9
     assert one_by_one[0] == first
     assert one_by_one[1] == pytest.approx((first[1] + 1, first[1] + 21))
-
-
-@pytest.mark.parametrize("members", [["B", "C"], ["A", "C", ["C", "D"]], [["E", "A"], ["A", "B"], "D"]])
-def test_work_ends_with_stops_stations_and_bays_in_a_zone(members):
-    run = dw.simulate(dw.load(LOOP, {"tasks.goods": {"random": 20}, **zone(*members)}))
-    assert run.kpis["tasks"] == 20
-    assert audit(run) == []
 
 
 SPINE = {
@@ -105,12 +98,6 @@ def test_robots_follow_each_other_in_a_zone_of_one_direction():
     }
     visits = on(dw.simulate(dw.load(SPINE, {**LINE, **through})), ("W", "P"))
     assert visits[1][0] < visits[0][1]
-
-
-def test_no_zone_no_difference():
-    plain, none = (dw.simulate(dw.load(SPINE, changes)).record.rows for changes in ({}, {"traffic.zones": {}}))
-    assert plain == none
-    assert dw.load(SPINE).digest() == dw.load(SPINE, {"traffic.zones": {}}).digest()
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,8 @@ from desim_warehouse.feasibility.hours import nobody_at_work
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model.facts.demand import demand, order_files
-from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import at_times, never_in_run
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import OrdersArrivals, Profile, ScheduleArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods

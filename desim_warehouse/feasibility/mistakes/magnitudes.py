@@ -11,9 +11,8 @@ from desim_warehouse.feasibility.batteries import MINUTE
 from desim_warehouse.feasibility.mistakes import unusual
 from desim_warehouse.feasibility.mistakes.unusual import with_unit
 from desim_warehouse.findings import Finding, amount
-from desim_warehouse.model.facts.charging import levels, start_energy
+from desim_warehouse.model.facts.charging import by_kind, levels, said, start_energy
 from desim_warehouse.model.facts.demand import order_files
-from desim_warehouse.model.facts.kinds import by_kind, said
 from desim_warehouse.values.distributions import DiscreteTime, Distribution, mean_of
 from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec, OutageSpec
 from desim_warehouse.values.fields import parts_in
@@ -25,7 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.battery import BatterySpec
+    from desim_warehouse.model.sections.fleet import BatterySpec
 
 HOUR = 3600.0
 MOST_CV = 3.0

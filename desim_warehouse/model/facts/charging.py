@@ -1,21 +1,74 @@
-"""Charging in a model: where chargers are and what they give, between which levels robots charge and begin."""
+"""Charging in a model: where chargers are, what they give, what states draw, and which kinds share chargers.
+
+The simulation and whatever works out a level from the log have one model of the battery.
+"""
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.facts import energy
-from desim_warehouse.model.facts.kinds import by_kind, charge_alike, shares
-from desim_warehouse.model.sections.fleet import SpreadEnergy
+from desim_warehouse.model.sections.fleet import Consumption, SpreadEnergy
 from desim_warehouse.model.sections.flows import ProfileArrivals
 from desim_warehouse.policies import RobotView, create
+from desim_warehouse.states import TIMES
+from desim_warehouse.values.fields import FrozenMap
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.sections.fleet import BatterySpec
     from desim_warehouse.policies import Levels
     from desim_warehouse.values.streams import Streams
+
+
+def consumption(spec: BatterySpec | None) -> Consumption:
+    """Energy per time unit; without a battery nothing."""
+    drawn = 0.0 if spec is None else spec.consumption
+    if isinstance(drawn, Consumption):
+        return drawn
+    return Consumption(standing=drawn, empty=drawn, loaded=drawn, handling=drawn)
+
+
+def rates(spec: BatterySpec | None) -> dict[str, float]:
+    """Energy per time unit in every state but charging. At rest in a slot with a charger nothing is drawn instead."""
+    drawn = consumption(spec)
+    return {name: getattr(drawn, state.draws) for name, state in TIMES.items() if state.draws is not None}
+
+
+def charge_time(spec: BatterySpec, start: float, end: float) -> float:
+    """Time to charge from one level to another: at the full rate, tapering off towards full if so modelled.
+
+    Tapered, the rate falls linearly with the level l above `taper.start`: dl/dt = r(l), so the time is an
+    integral of 1 / r(l), a logarithm. No battery is ever charged beyond its capacity.
+    """
+    if end <= start:
+        return 0.0
+    if end > spec.capacity:
+        return math.inf
+    rate, taper = spec.charge_rate, spec.taper
+    if taper is None:
+        return (end - start) / rate
+    knee = taper.start * spec.capacity
+    time = max(min(end, knee) - start, 0.0) / rate
+    low, high = max(start, knee), max(end, knee)
+    slope = (1 - taper.end_rate) / (spec.capacity - knee)
+    return time + math.log((1 - slope * (low - knee)) / (1 - slope * (high - knee))) / (rate * slope)
+
+
+def charge_gain(spec: BatterySpec, start: float, time: float) -> float:
+    """Energy charged in a time at the charger, from the level `start` on: the inverse of `charge_time`."""
+    rate, taper = spec.charge_rate, spec.taper
+    if taper is None:
+        return min(rate * time, spec.capacity - start)
+    knee = taper.start * spec.capacity
+    steady = min(max(knee - start, 0.0) / rate, time)
+    low = max(start, knee)
+    slope = (1 - taper.end_rate) / (spec.capacity - knee)
+    here = 1 - slope * (low - knee)
+    gain = here / slope * (1 - math.exp(-slope * rate * (time - steady)))
+    return min(rate * steady + gain, spec.capacity - start)
 
 
 LEAST_CHARGE = 0.05
@@ -65,7 +118,7 @@ def charging_rate(model: Model) -> float:
     low, high = (battery.threshold, battery.capacity) if known is None else (known.critical, known.full)
     if known is not None and known.swap_time is not None:
         return (high - low) / known.swap_time if known.swap_time else math.inf
-    time = energy.charge_time(battery, low, high)
+    time = charge_time(battery, low, high)
     return (high - low) / time if time else battery.charge_rate
 
 
@@ -123,3 +176,56 @@ def start_energy(model: Model) -> tuple[float, float]:
     assert model.battery is not None
     low, high = cycle_levels(model)
     return low / model.battery.capacity, high / model.battery.capacity
+
+
+def charge_alike(model: Model) -> bool:
+    """Whether all robots have the same battery, charging policy and chargers, or none has a battery."""
+    if model.battery is None:
+        return True
+    own = any(kind.battery is not None or kind.charging is not None for kind in model.fleet.kinds.values())
+    return not own and not any(bay.kinds for bay in model.layout.bays.values())
+
+
+@lru_cache(maxsize=64)
+def as_kind(model: Model, kind: str) -> Model:
+    """The model as if all its robots had the battery, the charging policy and the chargers of a kind ("": ordinary).
+
+    All else is as before: robots start where they do, with their sizes and speeds.
+    """
+    own = model.fleet.kinds.get(kind)
+    battery = model.battery if own is None or own.battery is None else own.battery
+    charging = model.policies.charging if own is None or own.charging is None else own.charging
+    homes = tuple(model.fleet.homes(model.floor.bays))
+    none = {"chargers": 0, "total_chargers": None, "outages": None, "kinds": ()}
+    kinds = {
+        name: item.model_copy(update={"battery": None, "charging": None}) for name, item in model.fleet.kinds.items()
+    }
+    bays = {
+        name: bay.model_copy(update={"kinds": ()} if not bay.kinds or kind in bay.kinds else none)
+        for name, bay in model.layout.bays.items()
+    }
+    return model.model_copy(
+        update={
+            "battery": battery,
+            "policies": model.policies.model_copy(update={"charging": charging}),
+            "fleet": model.fleet.model_copy(update={"kinds": FrozenMap(kinds), "start": homes}),
+            "layout": model.layout.model_copy(update={"bays": FrozenMap(bays)}),
+        }
+    )
+
+
+def by_kind(model: Model) -> dict[str, Model]:
+    """For each kind that has robots ("": ordinary ones) the model `as_kind`: itself where all robots charge alike."""
+    kinds = dict.fromkeys(model.fleet.kinds_of_robots(), model)
+    return kinds if charge_alike(model) else {kind: as_kind(model, kind) for kind in kinds}
+
+
+def shares(model: Model) -> dict[str, float]:
+    """The part of the fleet that is of each kind that has robots."""
+    kinds = model.fleet.kinds_of_robots()
+    return {kind: kinds.count(kind) / len(kinds) for kind in dict.fromkeys(kinds)}
+
+
+def said(kind: str) -> str:
+    """The robots of a kind, at the beginning of a line."""
+    return f"kind {kind}" if kind else "other robots"

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model.schema import Model
     from desim_warehouse.model.sections.fleet import RobotSpec
-    from desim_warehouse.model.sections.people import PeopleSpec
+    from desim_warehouse.model.sections.traffic import PeopleSpec
     from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec
 
 

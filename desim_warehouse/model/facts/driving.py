@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.travel import travel_on
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.policies import create
 
 if TYPE_CHECKING:

@@ -1,19 +1,24 @@
-"""Where goods lie: which storage places the classes of a popularity are, and so how often each place is asked for."""
+"""Where goods lie and go: how often each storage place is asked for, where goods are unloaded, what handling takes."""
 
 from __future__ import annotations
 
+import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.sections.flows import ends_of_storage
+from desim_warehouse.model.sections.goods import Good
 from desim_warehouse.model.sections.popularity import Popularity, only, shares
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model.schema import Model
-    from desim_warehouse.model.sections.flows import StorageEnd
+    from desim_warehouse.layout.layout import Layout
+    from desim_warehouse.layout.spec import StationSpec
+    from desim_warehouse.model.schema import Model, Tasks
+    from desim_warehouse.model.sections.flows import FlowSpec, StorageEnd
+    from desim_warehouse.values.distributions import Distribution
 
 
 def place_shares(model: Model, layout: Layout, of: StorageEnd | None = None) -> Any:
@@ -67,3 +72,67 @@ def _scattered(size: int) -> Sequence[int]:
 
     found: list[int] = np.random.default_rng(0).permutation(size).tolist()
     return found
+
+
+def own_destinations(model: Model, layout: Layout) -> list[tuple[str, ...]]:
+    """For every task of the list the nodes of which one it goes to, empty for tasks.unload_at; [] for drawn goods."""
+    goods = model.tasks.goods
+    if not isinstance(goods, tuple):
+        return []
+    named: dict[str | None, tuple[str, ...]] = {None: ()}
+    found = []
+    for item in goods:
+        name = item.to if isinstance(item, Good) else None
+        if name not in named:
+            named[name] = layout.nodes_of(str(name))
+        found.append(named[name])
+    return found
+
+
+def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
+    """All nodes where goods are unloaded, those of tasks.unload_at first. With flows also where goods are loaded.
+
+    And those where they stop on their way. Nodes that only a file of orders names are not among them.
+    """
+    if model.tasks.flows:
+        routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
+        ends = [end for route in routes for end in (route.source, route.target)]
+        ends += [layout.nodes_of(name) for flow in model.tasks.flows.values() for name in flow.via]
+        return tuple(dict.fromkeys(node for end in ends if isinstance(end, tuple) for node in end))
+    own = (node for nodes in dict.fromkeys(own_destinations(model, layout)) for node in nodes)
+    return tuple(dict.fromkeys((*model.tasks.unload_at, *own)))
+
+
+def specs(model: Model, layout: Layout) -> dict[str, StationSpec]:
+    """What the model says of each station, by its node."""
+    return {node: model.layout.stations[item.zone] for node, item in layout.stations.items()}
+
+
+def own_times(model: Model, layout: Layout) -> dict[str, tuple[float | None, float | None]]:
+    """Mean times of loading and unloading, by node, of stations that have such of their own; None: as elsewhere."""
+    return {
+        node: (_mean(spec.load_time), _mean(spec.unload_time))
+        for node, spec in specs(model, layout).items()
+        if spec.load_time is not None or spec.unload_time is not None
+    }
+
+
+def flow_times(tasks: Tasks, flow: FlowSpec) -> tuple[float, float]:
+    """Mean times of loading and unloading a task of a flow, where stations have none of their own."""
+    load, unload = _mean(flow.load_time), _mean(flow.unload_time)
+    return tasks.mean_load if load is None else load, tasks.mean_unload if unload is None else unload
+
+
+def _mean(time: float | Distribution | None) -> float | None:
+    return None if time is None else mean_of(time)
+
+
+def open_share(model: Model, spec: StationSpec) -> float:
+    """The part of a run in which a station is open."""
+    return model.hours(spec.hours).share(0.0, model.run.end)
+
+
+def worked_capacity(spec: StationSpec) -> float:
+    """Load units per time unit that the workers of an open station get done; inf where there is no such work."""
+    time = 0.0 if spec.work_time is None else mean_of(spec.work_time)
+    return spec.workers / time if time else math.inf

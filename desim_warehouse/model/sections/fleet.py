@@ -1,4 +1,4 @@
-"""What a model says of its fleet: kinds of robots, where they start, what their batteries hold then."""
+"""What a model says of its fleet: kinds of robots, their batteries, where they start and with which charge."""
 
 from __future__ import annotations
 
@@ -16,7 +16,6 @@ from desim_warehouse.layout.spec import (
     Offset,
     edge_or_node,
 )
-from desim_warehouse.model.sections.battery import BatterySpec
 from desim_warehouse.model.sections.policy import Policy, PolicySpec, in_model_units
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.calendars import CalendarName
@@ -27,15 +26,20 @@ from desim_warehouse.values.fields import (
     Acceleration,
     Count,
     Distance,
+    Energy,
     Forms,
+    Fraction,
     FrozenMap,
     Length,
     Name,
     Named,
     Part,
+    Positive,
+    Power,
     Share,
     Speed,
     Time,
+    Unit,
     Usual,
     by_type,
     form,
@@ -48,6 +52,76 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
     from desim_warehouse.layout.layout import BayPlaces
+
+
+class Consumption(Part):
+    """Energy per time unit by state."""
+
+    standing: Power = Field(title="consumption standing", description="waiting or idle")
+    empty: Power = Field(title="consumption without a load", description="driving without a good")
+    loaded: Power = Field(title="consumption with a load", description="driving with a good")
+    handling: Power = Field(title="consumption in handling", description="loading and unloading")
+
+
+class Taper(Part):
+    """A charge curve: full rate up to `start`, then falling linearly to `end_rate` when full."""
+
+    start: Fraction = Field(title="level at which charging slows down", description="fraction of capacity")
+    end_rate: Fraction = Field(0.1, title="charge rate when full", description="fraction of charge_rate at full")
+
+
+class BatterySpec(Part):
+    """The battery of every robot."""
+
+    capacity: Annotated[Positive, Unit("energy")] = Field(
+        title="battery capacity", description="energy of a full battery"
+    )
+    threshold: Energy = Field(
+        0.0,
+        title="charging threshold",
+        description="level at which the threshold policy sends a robot home; must be given with it, others have their "
+        "own levels",
+    )
+    consumption: Annotated[
+        Annotated[Power, form("number")] | Annotated[Consumption, form("states")],
+        Forms(
+            "a number of at least 0, or a section with standing, empty, loaded and handling",
+            pick=by_type(number=NUMBER, states=SECTION),
+        ),
+    ] = Field(
+        description="energy per time unit; nothing is drawn from a battery that is charged, or at rest in a bay with a "
+        "charger for each slot"
+    )
+    charge_rate: Annotated[Positive, Unit("power")] = Field(description="energy per time unit at a charger")
+    taper: Taper | None = Field(None, description="default: full rate until the battery is full")
+    # The paper's program lets batteries fall below 0; beyond the reserve that is an error here, not a statistic
+    reserve: Energy = Field(
+        0.0,
+        title="energy reserve",
+        description="energy below 0 that a robot may still draw; beyond that it is flat, an error",
+    )
+
+    @field_validator("threshold")
+    @classmethod
+    def _below_capacity(cls, threshold: float, info: ValidationInfo) -> float:
+        capacity = info.data.get("capacity", math.inf)
+        if threshold >= capacity:
+            expected = f"a level below battery.capacity, {got(capacity)}"
+            raise wrong(f"too large (got {got(threshold)}), expected {expected}")
+        return threshold
+
+    def content(self) -> Any:
+        """As of any section; a threshold that is not given is left out, as a policy may ask for it."""
+        found: dict[str, Any] = super().content()
+        return found if "threshold" in self.model_fields_set else {k: v for k, v in found.items() if k != "threshold"}
+
+    @property
+    def draws(self) -> Consumption:
+        """Energy per time unit in every state, also where the file has one number for all."""
+        one = self.consumption
+        if isinstance(one, Consumption):
+            return one
+        return Consumption(standing=one, empty=one, loaded=one, handling=one)
 
 
 LoadTypes = tuple[Name, ...]

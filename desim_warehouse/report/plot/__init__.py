@@ -24,15 +24,12 @@ touches pyplot or leaves settings behind; in Jupyter the Axes at the end of a ce
 from __future__ import annotations
 
 from desim_warehouse.report.palette import COLOURS
-from desim_warehouse.report.plot.battery import battery
-from desim_warehouse.report.plot.days import day, passages, residuals
+from desim_warehouse.report.plot.days import day, fitted, passages, residuals
 from desim_warehouse.report.plot.factors import by_factor, facets, throughput
-from desim_warehouse.report.plot.fitted import fitted
-from desim_warehouse.report.plot.fleet import gantt, utilisation
+from desim_warehouse.report.plot.fleet import battery, gantt, utilisation
 from desim_warehouse.report.plot.floor import layout
-from desim_warehouse.report.plot.flow import arrivals
 from desim_warehouse.report.plot.heat import congestion
-from desim_warehouse.report.plot.series import warm_up, welch
+from desim_warehouse.report.plot.series import arrivals, warm_up, welch
 
 __all__ = [
     "COLOURS",

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.zones import cell_size

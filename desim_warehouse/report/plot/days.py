@@ -1,4 +1,4 @@
-"""Real days beside simulated ones: drops over the day, how often robots came along each edge, and where both differ."""
+"""Real days beside simulated ones, and measured times beside the distributions that were fitted to them."""
 
 from __future__ import annotations
 
@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from desim_warehouse.fleet_log.ranks import Flags, Ranked
     from desim_warehouse.fleet_log.validate import Validation
     from desim_warehouse.layout import Layout
+    from desim_warehouse.study.fit import Fitted
 
 By = Literal["passed", "stood"]
 Line = tuple[tuple[float, float], tuple[float, float]]
@@ -222,3 +223,38 @@ def _line(floor: Layout, edge: tuple[str, str], step: float) -> Line:
     length = math.dist((x0, y0), (x1, y1)) or 1.0
     dx, dy = -_BESIDE * step * (y1 - y0) / length, _BESIDE * step * (x1 - x0) / length
     return (x0 + dx, y0 + dy), (x1 + dx, y1 + dy)
+
+
+_SHOWN = 3
+_POINTS = 400
+
+
+def fitted(
+    found: Fitted,
+    *,
+    unit: str = "s",
+    title: str | None = None,
+    style: look.Style = "light",
+    ax: Axes | None = None,
+) -> Axes:
+    """The share of measured times below each time, and that of the three distributions that fit best.
+
+    Args:
+        found: from `study.fit`.
+        unit: of the times.
+    """
+    times = np.sort(found.times)
+    best = found.best.words(unit)
+    with look.drawing(ax, style, title, (6.4, 3.6), f"{len(times)} measured times; best: {best}") as axes:
+        shares = np.arange(1, len(times) + 1) / len(times)
+        axes.step(times, shares, where="post", color=palette.INK, label=f"{len(times)} measured times")
+        at = np.linspace(0, times[-1], _POINTS)
+        for rank, one in enumerate(found.candidates[:_SHOWN]):
+            line = {**look.cycle(rank), "marker": ""}
+            axes.plot(at, one.share_below(at), label=one.distribution.words(unit), **line)
+        axes.set_xlabel(look.text(f"Time ({unit})"))
+        axes.set_ylabel("Share of times below")
+        look.in_percent(axes.yaxis)
+        axes.set_ylim(0, 1.02)
+        axes.legend(loc="lower right")
+    return axes

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason, spoken
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import cells
 from desim_warehouse.report.plot import style as look

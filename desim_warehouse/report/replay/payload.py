@@ -2,38 +2,129 @@
 
 Lengths are counted in steps of `grain`, and times in steps of `tick` from the start of the window. Both are so fine
 that a robot is drawn within a small fraction of its radius of where the log has it.
+
+What robots waited for, as the page lists it: the roots of waiting with their sums, and their longest waits.
+
+Pods on the replay page: where each stands or who carries it, what it holds, and the lines that it goes for.
 """
 
 from __future__ import annotations
 
 import datetime as dt
+import heapq
 import itertools
+from collections import defaultdict
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.outcome import chains
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
-from desim_warehouse.report.replay.lost import lost_to
-from desim_warehouse.report.replay.pods import pod_columns
 from desim_warehouse.report.replay.scale import scale_of
 from desim_warehouse.report.replay.stops import stops
 from desim_warehouse.report.replay.tiles import tile_columns, tiles
+from desim_warehouse.report.text import numbers
 from desim_warehouse.report.text.numbers import plural
+from desim_warehouse.report.text.root_words import root as in_words
 from desim_warehouse.report.zones import cell_size, robot_radii
 from desim_warehouse.states import APART, SHOWN, WAITING, Phase
+from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.orders.pods import Shelves
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from desim_warehouse.model import Model
+    from desim_warehouse.outcome.chains import Lost, Root
     from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.resources import Resource
     from desim_warehouse.report.replay.scale import MapScale
     from desim_warehouse.report.replay.tiles import Tile
     from desim_warehouse.states import State
+
+_ROOTS = 60
+"""Roots in the list."""
+_LONGEST = 12
+"""Waits that each of them leads to, the longest of the window first."""
+
+
+def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
+    """For each root, most time first: in words, the node, its time and part of all in words, and its longest waits.
+
+    Of a wait: its robot, a moment in the middle of it, and its length, in the time of the run.
+    """
+    found: defaultdict[Root, list[Lost]] = defaultdict(list)
+    for one in chains.lost(history):
+        found[one.root].append(one)
+    number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
+    unit, whole = history.model.units.time, history.counted * history.model.fleet.size
+    return [
+        {
+            "words": in_words(root, history.model),
+            "node": number.get(root.at, -1),
+            "time": f"{numbers.duration(time, unit)}, {numbers.PERCENT.value(time / whole)}",
+            "robots": robots,
+            "longest": [
+                [one.robot, (one.start + one.end) / 2, one.end - one.start]
+                for one in heapq.nlargest(_LONGEST, found[root], key=lambda one: one.end - one.start)
+                if scale.start <= (one.start + one.end) / 2 <= scale.end
+            ],
+        }
+        for root, (time, robots) in list(chains.lost_to(history).items())[:_ROOTS]
+    ]
+
+
+ENDLESS = -1
+"""Units of an item that never runs out."""
+
+
+def pod_columns(history: History, scale: MapScale) -> dict[str, Any]:
+    """Nothing without pods. Where a pod is, is a storage place or, below 0, the robot -1 - n.
+
+    `pod_at`: where each is at the start of the window, `move_...`: when one is lifted or put down, in order of time.
+    `hold_...`: for each pod the items on it at the start of the run and their units. `line_...`: the lines that are
+    done, with the time from which a robot is on its way for it, in that order; `line_units` leave the pod.
+    """
+    spec = history.model.pods
+    if spec is None:
+        return {}
+    shelves = Shelves(spec, history.layout.storage, Streams(history.seed), keep=False)
+    at = [pod.place for pod in shelves.pods]
+    moves = []
+    for row in history.rows("lifted", "stored"):
+        pod, where = int(row.value or 0), row.other if row.kind == "stored" else -1 - row.robot
+        if row.time < scale.start:
+            at[pod] = where
+        elif row.time <= scale.end:
+            moves.append((row.time, pod, where))
+    node = {name: number for number, name in enumerate(history.layout.graph)}
+    given = {one.task: one.start for one in history.assignments if one.ended == "delivered"}
+    lines = sorted((given[row.task], row) for row in history.rows("delivered"))
+    item = {row.task: row.other for row in history.rows("released")}
+    puts = {name for name, flow in history.model.tasks.flows.items() if not isinstance(flow.target, tuple)}
+    units = [-spec.bundle if history.log.flows[row.task] in puts else 1 for _, row in lines]
+    begin, done = scale.times([time for time, _ in lines]), scale.times([row.time for _, row in lines])
+    held = [(item, units) for pod in shelves.pods for item, units in sorted(pod.stock.items())]
+    return {
+        "pod_at": at,
+        "move_time": np.diff(scale.times([time for time, _, _ in moves]), prepend=0),
+        "move_pod": [pod for _, pod, _ in moves],
+        "move_to": [where for _, _, where in moves],
+        "hold_count": [len(pod.stock) for pod in shelves.pods],
+        "hold_item": [item for item, _ in held],
+        "hold_units": [ENDLESS if spec.stock is None else int(units) for _, units in held],
+        "line_time": np.diff(begin, prepend=0),
+        "line_length": done - begin,
+        "line_pod": [row.other for _, row in lines],
+        "line_task": [row.task for _, row in lines],
+        "line_item": [item[row.task] for _, row in lines],
+        "line_node": [node[row.node] for _, row in lines],
+        "line_units": units,
+    }
+
 
 ENERGY = 1000
 """Steps in a full battery."""

@@ -1,9 +1,9 @@
 """Executors for the runs of a study: in this process, in worker processes of this machine, or on a Dask cluster.
 
-The results are the same. A run is submitted, which gives a `handle`, and `work` simulates it in any process. `pool` has
-the worker processes, whose own code is `worker`; `threads` keeps numerical libraries to one in each. `auto` says when
-they are worth it, `batches` which runs are handed out next, in a thread of its own (`shared`). `signals` makes Ctrl-C
-safe. `store` keeps finished runs in a folder, or in the user's `cache`.
+The results are the same. A run is submitted, which gives a `Handle`, and is simulated in any process (`work`). `pool`
+has the worker processes, whose own code is `worker`, and says when they are worth it; `threads` keeps numerical
+libraries to one in each. `shared` hands out runs, in a thread of its own. `signals` makes Ctrl-C safe. `store` keeps
+finished runs in a folder, or in the user's `cache`.
 """
 
 from __future__ import annotations
@@ -18,9 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Generator, Sequence
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.signals import Interrupts
-    from desim_warehouse.study.execution.work import Wanted
+    from desim_warehouse.study.execution.work import Handle, Wanted
 
 MOST_WORKERS = 61 if sys.platform == "win32" else 256  # Windows waits for no more at once
 
@@ -74,7 +73,7 @@ def make_executor(
 
         pool = Pool(base, count, timeout, say, interrupts)
         if workers == "auto":
-            from desim_warehouse.study.execution.auto import Auto
+            from desim_warehouse.study.execution.pool import Auto
 
             return Auto(Serial(base, timeout, interrupts), pool)
         return pool

@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Sequence
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.signals import Interrupts
+    from desim_warehouse.study.execution.work import Handle
 
 _AHEAD = 3  # batches for each thread of the cluster
 _POLL = 1.0  # seconds

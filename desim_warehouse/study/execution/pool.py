@@ -4,6 +4,8 @@ The parent simulates nothing: it starts the processes, hands batches to those th
 finished. It kills and replaces a process that is stuck or dead, or does not stop a run that was cancelled. Every
 process has a pipe of its own and at most one batch. So the runs lost with it are known, and the others go on.
 (`ProcessPoolExecutor` shares its pipes: one dead process breaks the pool, and none can be killed alone.)
+
+As many processes as are worth it: a short study is over before a worker process has started.
 """
 
 from __future__ import annotations
@@ -25,14 +27,14 @@ from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.study.execution import worker as child
 from desim_warehouse.study.execution.safe_path import safe_path
 from desim_warehouse.study.execution.shared import SharedExecutor
-from desim_warehouse.study.execution.work import ENOUGH, Outcome
+from desim_warehouse.study.execution.work import ENOUGH, Handle, Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
+    from collections.abc import Callable, Generator, Iterator, Sequence
 
     from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.handle import Handle
     from desim_warehouse.study.execution.signals import Interrupts
+    from desim_warehouse.study.execution.work import Serial, Wanted
 
 _CONTEXT = multiprocessing.get_context("spawn")  # a process of many threads, such as a notebook, must not be forked
 _POLL = 0.1  # seconds between looks at time-outs and dead processes
@@ -281,3 +283,40 @@ def _inheriting_nothing() -> Iterator[None]:
             sys.modules["__main__"] = main
             if masks:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+ALONE = 1.0
+"""Seconds of runs in this process: about as long as worker processes take to start."""
+
+
+class Auto:
+    """The executor that simulates in this process at first, and in a pool what is then left."""
+
+    def __init__(self, alone: Serial, pool: Pool) -> None:
+        self.alone = alone
+        self.pool = pool
+        self.left = ALONE if pool.timeout is None else 0.0  # a pool can kill what runs too long
+
+    def submit(self, run: Wanted) -> Handle:
+        """Have a run simulated, as soon as somebody waits for it."""
+        return Handle(run, self._stop)
+
+    def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
+        """These runs, each as soon as it has ended; raises as `Pool.ended`."""
+        first = 0
+        while first < len(handles) and self.left > 0:
+            for handle in self.alone.ended([handles[first]]):
+                self.left -= 0.0 if handle.outcome is None else handle.outcome.run_time
+                yield handle
+            first += 1
+        for handle in handles[first:]:
+            self.pool.add(handle)
+        yield from self.pool.ended(handles[first:])
+
+    def close(self) -> None:
+        """End all processes."""
+        self.pool.close()
+
+    def _stop(self, handle: Handle) -> None:
+        self.alone.stop(handle)
+        self.pool.stop(handle)

@@ -1,21 +1,103 @@
-"""What executors share that simulate in other processes: a thread of their own hands out the runs of all callers."""
+"""What executors share that simulate in other processes: a thread of their own hands out the runs of all callers.
+
+A worker gets one run at first, then as many as take about a tenth of a second.
+"""
 
 from __future__ import annotations
 
 import threading
 from abc import ABC, abstractmethod
+from collections import deque
 from queue import Empty, SimpleQueue
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.execution.batches import Batches
-from desim_warehouse.study.execution.handle import Handle
+from desim_warehouse.study.execution.work import Handle, Outcome
 
 if TYPE_CHECKING:
     from collections.abc import Generator, Sequence
 
     from desim_warehouse.study.execution.signals import Interrupts
     from desim_warehouse.study.execution.work import Wanted
+
+BATCH_TIME = 0.1  # seconds of work in a batch: much longer than handing it over, too short to be missed
+_MOST = 200
+_TRIES = 3  # workers that a run may kill before it is given up
+_DIED = Outcome({}, 0.0, "the worker process died at every attempt at this run (killed, or out of memory)", final=False)
+_RECENT = 0.2  # weight of the latest run in the mean time of a run
+
+
+class Batches:
+    """The runs still to be handed out. Those lost with a worker are handed out one by one.
+
+    One by one, because any run of the lost batch may be the one that kills workers. Any thread may add runs. All else
+    is for the one that hands them out.
+    """
+
+    def __init__(self) -> None:
+        self.waiting: deque[Handle] = deque()
+        self.alone: deque[Handle] = deque()
+        self.deaths: dict[Handle, int] = {}  # of workers that were alone with a run
+        self.out = 0  # runs that are handed out
+        self.run_time: float | None = None  # seconds, recent mean
+
+    @property
+    def open(self) -> int:
+        """How many are handed out, or still to be."""
+        return self.out + len(self.waiting) + len(self.alone)
+
+    def add(self, handle: Handle) -> None:
+        """Queue a run."""
+        self.waiting.append(handle)
+
+    def take(self, workers: int, seconds: float = BATCH_TIME) -> list[Handle]:
+        """The next runs for one of `workers` workers, or none if all are handed out."""
+        while self.alone:
+            handle = self.alone.popleft()
+            if not handle.ended:
+                self.out += 1
+                return [handle]
+        number = 1
+        if self.run_time is not None:
+            fair = len(self.waiting) // (2 * workers)  # so that all workers end at about the same time
+            number = max(1, min(int(seconds / max(self.run_time, 1e-6)), fair, _MOST))
+        found: list[Handle] = []
+        while self.waiting and len(found) < number:
+            handle = self.waiting.popleft()
+            if not handle.ended:  # it was cancelled
+                found.append(handle)
+        self.out += len(found)
+        return found
+
+    def finish(self, handles: Sequence[Handle], outcomes: Sequence[Outcome]) -> None:
+        """These runs are finished. Those without an outcome were not begun, and are put back."""
+        self.out -= len(handles)
+        self.waiting.extendleft(reversed(handles[len(outcomes) :]))
+        for handle, outcome in zip(handles, outcomes, strict=False):
+            if not handle.cancelled:
+                before = outcome.run_time if self.run_time is None else self.run_time
+                self.run_time = before + _RECENT * (outcome.run_time - before)
+            handle.end(outcome)
+
+    def died(self, handles: Sequence[Handle]) -> None:
+        """A worker died at these runs, which are retried. A run that killed several workers alone is given up."""
+        self.out -= len(handles)
+        for handle in handles:
+            if len(handles) == 1:
+                self.deaths[handle] = self.deaths.get(handle, 0) + 1
+            if self.deaths.get(handle, 0) < _TRIES:
+                self.alone.append(handle)
+            else:
+                handle.end(_DIED)
+
+    def stuck(self, handles: Sequence[Handle], outcome: Outcome) -> None:
+        """A worker was stuck at one of these runs. A single one has this outcome, several are retried one by one."""
+        self.out -= len(handles)
+        if len(handles) == 1:
+            handles[0].end(outcome)
+        else:
+            self.alone.extend(handles)
+
 
 _POLL = 0.1  # seconds between looks at Ctrl-C, and at what went wrong
 

@@ -11,6 +11,8 @@ A line of the journal is `checksum {"model": ..., "seed": ..., "version": ..., "
 the content of its model, its seed and our version: a study with more values or replications finds the runs that are
 already there. Lines that are damaged, such as one cut short by a kill, are not used: these runs are done again, and
 `notes` says so. Only the journal counts, and results.parquet can be rebuilt from it.
+
+One study at a time in a folder: a lock that the operating system releases, however a study ends.
 """
 
 from __future__ import annotations
@@ -18,6 +20,8 @@ from __future__ import annotations
 import errno
 import json
 import os
+import platform
+import sys
 import zlib
 from contextlib import suppress
 from time import monotonic
@@ -29,7 +33,6 @@ from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.run.folder import RUN
-from desim_warehouse.study.execution.lock import FolderLock
 from desim_warehouse.study.execution.work import Outcome
 
 if TYPE_CHECKING:
@@ -38,6 +41,55 @@ if TYPE_CHECKING:
     from types import TracebackType
 
     from desim_warehouse.study.execution.cache import Cache
+
+
+class FolderLock:
+    """Held from its creation until `release`, or until the process ends, even by kill -9."""
+
+    def __init__(self, folder: Path) -> None:
+        """Take the lock.
+
+        Raises:
+            StudyError: where another study holds it: which process, on which machine.
+        """
+        self.path = folder / ".lock"
+        self.file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            _lock(self.file)
+        except OSError:
+            holder = self._holder()
+            os.close(self.file)
+            raise StudyError(
+                f"{folder}: another study is at work there ({holder}); wait for it, or use another folder"
+            ) from None
+        os.ftruncate(self.file, 0)
+        os.pwrite(self.file, f"process {os.getpid()} on {platform.node()}".encode(), 0) if hasattr(
+            os, "pwrite"
+        ) else os.write(self.file, b"another process")
+
+    def _holder(self) -> str:
+        try:
+            return self.path.read_text(encoding="utf-8").strip() or "another process"
+        except OSError:
+            return "another process"
+
+    def release(self) -> None:
+        """Release the lock."""
+        os.close(self.file)
+
+
+if sys.platform == "win32":
+    import msvcrt
+
+    def _lock(file: int) -> None:
+        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
+
+else:
+    import fcntl
+
+    def _lock(file: int) -> None:
+        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
+
 
 JOURNAL = "runs.jsonl"
 _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 from contextlib import nullcontext
 from itertools import zip_longest
 from time import monotonic, perf_counter
@@ -11,11 +12,11 @@ from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.outcome.history import in_spans
 from desim_warehouse.run import simulate
 from desim_warehouse.run.stop import StoppedError, StopSignal
-from desim_warehouse.study.execution.handle import Handle
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping, Sequence
+    from collections.abc import Callable, Generator, Mapping, Sequence
+    from queue import SimpleQueue
 
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.history import Spans
@@ -24,6 +25,7 @@ if TYPE_CHECKING:
 ENOUGH = 1.0  # seconds after which a batch is returned as far as it has got
 _KEPT = 64  # models kept
 _SAID = 1000  # characters kept of an error
+_ending = threading.Lock()
 
 
 class Wanted(NamedTuple):
@@ -55,6 +57,54 @@ class Outcome(NamedTuple):
     deterministic: bool = False
     spans: Spans | None = None
     floor: Mapping[str, Any] | None = None
+
+
+class Handle:
+    """A run that was submitted: its outcome once it has ended, None before that and where it was cancelled.
+
+    It is used from any thread.
+    """
+
+    __slots__ = ("_stop", "_told", "cancelled", "outcome", "wanted")
+
+    def __init__(self, wanted: Wanted, stop: Callable[[Handle], None]) -> None:
+        self.wanted = wanted
+        self.outcome: Outcome | None = None
+        self.cancelled = False
+        self._stop = stop
+        self._told: SimpleQueue[Handle] | None = None
+
+    @property
+    def ended(self) -> bool:
+        """Whether it has an outcome, or was cancelled."""
+        return self.cancelled or self.outcome is not None
+
+    def cancel(self) -> None:
+        """Have it stopped, or not begun. Nothing happens where it has ended."""
+        if self._end(None):
+            self._stop(self)
+
+    def end(self, outcome: Outcome) -> None:
+        """It has an outcome, of which nothing is known where it was cancelled before."""
+        self._end(outcome)
+
+    def tell(self, queue: SimpleQueue[Handle]) -> None:
+        """Put it into a queue when it has ended."""
+        with _ending:
+            if not self.ended:
+                self._told = queue
+                return
+        queue.put(self)
+
+    def _end(self, outcome: Outcome | None) -> bool:
+        with _ending:
+            if self.ended:
+                return False
+            self.outcome, self.cancelled = outcome, outcome is None
+            told, self._told = self._told, None
+        if told is not None:
+            told.put(self)
+        return True
 
 
 class Simulator:

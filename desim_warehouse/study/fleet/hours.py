@@ -11,7 +11,7 @@ from desim_warehouse.model.sections.flows import ProfileArrivals
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import run_seed
-from desim_warehouse.study.statistics.shares import TaskShare
+from desim_warehouse.study.statistics.intervals import TaskShare
 from desim_warehouse.values.calendars import DAY, clock_of
 from desim_warehouse.working_day import clock
 

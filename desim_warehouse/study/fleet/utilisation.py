@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.facts.destinations import destinations
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.outcome.resources import busy_share, on_duty, standing
 from desim_warehouse.states import WAITING

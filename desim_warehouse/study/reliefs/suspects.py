@@ -11,8 +11,8 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.nearer import nearer
-from desim_warehouse.model.facts.destinations import destinations
 from desim_warehouse.model.facts.disturbances import breakdowns
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, staff
 from desim_warehouse.study.fleet import Designs, refused

@@ -28,12 +28,22 @@ from desim_warehouse.study.statistics.cheapest import (
     Cheapest,
     Earlier,
     Larger,
+    Sizing,
     cheapest_meeting_steps,
+    line,
     scout_steps,
+    smallest_meeting_steps,
 )
 from desim_warehouse.study.statistics.comparison import Comparison, Difference, compare, holm, paired
 from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
-from desim_warehouse.study.statistics.intervals import Estimate, estimate
+from desim_warehouse.study.statistics.intervals import (
+    Estimate,
+    QuantileEstimate,
+    TaskShare,
+    estimate,
+    quantile,
+    replications_for_quantile,
+)
 from desim_warehouse.study.statistics.judge import (
     GLANCE,
     MOST_TO_TELL,
@@ -56,24 +66,19 @@ from desim_warehouse.study.statistics.precision import (
     replications_needed,
 )
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, follow
-from desim_warehouse.study.statistics.quantiles import QuantileEstimate, quantile, replications_for_quantile
 from desim_warehouse.study.statistics.screening import (
+    Between,
     FirstOrder,
     MainEffect,
     MainEffects,
-    first_order,
-    main_effects,
-)
-from desim_warehouse.study.statistics.selection import Selection, kn_constants, kn_steps
-from desim_warehouse.study.statistics.shares import TaskShare
-from desim_warehouse.study.statistics.smallest import Sizing, line, smallest_meeting_steps
-from desim_warehouse.study.statistics.sobol import (
-    Between,
     SaltelliDesign,
     SobolIndices,
+    first_order,
+    main_effects,
     saltelli_design,
     saltelli_indices,
 )
+from desim_warehouse.study.statistics.selection import Selection, kn_constants, kn_steps
 from desim_warehouse.study.statistics.targets import Target, parse_target
 from desim_warehouse.study.statistics.warmup import WarmUp, averaged, mser, welch
 

@@ -1,21 +1,37 @@
-"""A mean with its interval: which kind the values allow, by the one rule that all methods use."""
+"""A mean, a quantile or a share with its interval: which kind the values allow, by the one rule of all methods.
+
+Of shares, such as what was delivered on time, tasks are counted, and those of one day depend on each other.
+"""
 
 from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
-from desim_warehouse.study.statistics.checks import ROUNDING, check_confidence, check_same, finite, is_constant
-from desim_warehouse.study.statistics.shares import share_bounds, tasks_of
-from desim_warehouse.study.statistics.student import t_quantile
+from desim_warehouse.study.statistics.checks import (
+    ROUNDING,
+    check_confidence,
+    check_same,
+    check_share,
+    finite,
+    is_constant,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from numpy.typing import NDArray
+
+
+def t_quantile(df: int, probability: float) -> float:
+    """The `probability` quantile of Student's t with `df` degrees of freedom (scipy.special: loads fast)."""
+    from scipy.special import stdtrit
+
+    return float(stdtrit(df, probability))
+
 
 Interval = tuple[float, float]
 
@@ -206,3 +222,172 @@ def _from_symmetric(x: float, a: float) -> float:
     """The t statistic that `_to_symmetric` makes into x: at most twice as far, whatever an outlier says."""
     made = x if abs(a) < 1e-6 else 3 / a * (float(np.cbrt(1 + a * (x - a / 6))) - 1)  # noqa: PLR2004 - digits lost
     return min(made, 2 * x) if x > 0 else max(made, 2 * x)
+
+
+@dataclass(frozen=True)
+class QuantileEstimate:
+    """A quantile over replications, in the indicator's unit.
+
+    An end of the interval is None where there are too few replications for it, or none is needed: `deterministic`.
+    """
+
+    share: float
+    n: int
+    value: float
+    low: float | None
+    high: float | None
+    confidence: float
+    deterministic: bool = False
+
+    def __str__(self) -> str:
+        if self.deterministic:
+            return f"{self.value:.6g} (deterministic: the same in every replication, n={self.n})"
+        low, high = ("unknown" if end is None else f"{end:.6g}" for end in (self.low, self.high))
+        return f"{self.value:.6g}, from {low} to {high} ({100 * self.confidence:g} %, n={self.n})"
+
+
+def quantile(
+    values: Sequence[float] | NDArray[np.float64],
+    share: float,
+    confidence: float = 0.95,
+    *,
+    deterministic: bool = False,
+) -> QuantileEstimate:
+    """A quantile of an indicator from one value per replication, with an interval between two of the values.
+
+    Args:
+        values: one number per replication, any unit, shape (n,).
+        share: which quantile, between 0 and 1.
+        confidence: of the two-sided interval; it holds at least as often, whatever the values follow.
+        deterministic: the runs used no random numbers, so one replication is enough.
+
+    Raises:
+        StudyError: no values, one that is not finite, a share or confidence that is none, or a model said to be
+            deterministic whose values differ.
+
+    Source: `scipy.stats.quantile_test` (Conover 1999, Practical Nonparametric Statistics, section 3.2): how many
+    values lie below the quantile is binomial. Quantile: type 7 of Hyndman & Fan (1996).
+    Assumes: values independent and identically distributed, n chosen in advance.
+    """
+    array = finite(values)
+    check_confidence(confidence)
+    check_share(share)
+    if deterministic:
+        check_same(array)
+    value = float(np.quantile(array, share))
+    if deterministic:
+        return QuantileEstimate(share, array.size, value, None, None, confidence, deterministic=True)
+    from scipy.stats import quantile_test
+
+    found: Any = quantile_test(array, q=0.0, p=share).confidence_interval(confidence)
+    low, high = (None if math.isnan(end) else float(end) for end in (found.low, found.high))
+    return QuantileEstimate(share, array.size, value, low, high, confidence)
+
+
+def replications_for_quantile(share: float, confidence: float = 0.95) -> int:
+    """The fewest replications with which `quantile` gives both ends of an interval.
+
+    With n values all lie below the quantile with probability share^n, and all above it with (1 - share)^n.
+    """
+    tail = (1.0 - confidence) / 2
+    return math.ceil(math.log(tail) / math.log(max(share, 1.0 - share)))
+
+
+ALIKE = 0.04
+"""The least correlation that tasks of one day are taken to have, however little few days differ.
+
+Days of drafts at and above their target show 0 to 0.008, overloaded ones 0.014 (docs/dev/performance.md)."""
+FEW = 20
+"""Up to so many days; more of them show themselves how they differ, and the least falls in proportion."""
+
+
+class TaskShare(float):
+    """A share of the tasks of one run, which knows of how many: a float for all that only reads its value."""
+
+    of: float
+
+    def __new__(cls, share: float, of: float) -> Self:
+        """A share of a number of tasks."""
+        made = super().__new__(cls, share)
+        made.of = of
+        return made
+
+
+def tasks_of(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64] | None:
+    """How many tasks each value is a share of, shape (n,); None unless all are shares of tasks."""
+    found = [value.of for value in values if isinstance(value, TaskShare) and value.of > 0]
+    return np.array(found) if found and len(found) == len(values) else None
+
+
+def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level: float) -> tuple[float, float]:
+    """A lower and an upper bound of the mean share over all days, each right with probability `level`.
+
+    The lower one is Clopper and Pearson's with the effective number of tasks of Korn and Graubard: as many independent
+    tasks as would make the mean vary as it does from day to day. It is never more than tasks that correlate by 0.04
+    within a day are worth (Kish's design effect, 1 + (tasks - 1) 0.04), so each of up to 20 days counts for at most 25
+    tasks; where all days are alike that is all that is known. Of n > 20 days it is 0.04 times 20 / n, and each counts
+    for at most 1.25 n: bad days that are rarer matter less. The upper one is the larger of Clopper and Pearson's with
+    that most, and Student's t over days.
+
+    Neither falls where a day gets better: the lower one is the least that it would be if the best days had been
+    perfect, the upper one the least if the worst days had been less bad.
+
+    Args:
+        shares: one for each day, shape (n,), n at least 2.
+        tasks: of how many, shape (n,).
+        level: of each bound, above 0.5.
+
+    Source: Korn & Graubard (1998), Confidence intervals for proportions with small expected number of positive counts
+    estimated from survey data, Survey Methodology 24(2), 193-201; Kish (1965), Survey Sampling, section 5.4; Clopper &
+    Pearson (1934), Biometrika 26(4), 404-413.
+    Assumes: days independent. docs/dev/validation.md has the error rates by how much tasks of a day correlate.
+    """
+    n = shares.size
+    alike = ALIKE * min(1.0, FEW / n)
+    most = n * n / float(((1.0 + (tasks - 1.0) * alike) / tasks).sum())
+    worst_first = np.sort(shares)
+    high = max(_by_tasks_high(float(shares.mean()), most, level), _by_days_high(worst_first, level))
+    return _low(1.0 - worst_first, most, level), min(high, 1.0)
+
+
+def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
+    """The lower bound from the share of tasks missed on each day, the worst day first."""
+    from scipy.special import betaincinv, ndtri
+
+    n = missed.size
+    sums, squares = np.cumsum(missed), np.cumsum(missed**2)  # of the worst days, the others perfect
+    means = np.clip(sums / n, 0.0, 1.0)
+    wider = (t_quantile(n - 1, level) / float(ndtri(level))) ** 2
+    varies = wider * np.maximum(squares / n - means**2, 0.0) / (n - 1)
+    binomial = means * (1.0 - means)
+    tasks = np.where(varies * most > binomial, binomial / np.maximum(varies, 1e-300), most)
+    met, not_met = np.maximum((1.0 - means) * tasks, 1e-12), means * tasks + 1.0
+    found = np.where(means < 1.0, betaincinv(met, not_met, 1.0 - level), 0.0)
+    return float(min(found.min(), (1.0 - level) ** (1.0 / most)))
+
+
+def _by_tasks_high(mean: float, most: float, level: float) -> float:
+    """Clopper and Pearson's upper bound for a number of tasks."""
+    from scipy.special import betaincinv
+
+    return float(betaincinv(mean * most + 1.0, (1.0 - mean) * most, level)) if mean < 1.0 else 1.0
+
+
+def _by_days_high(days: NDArray[np.float64], level: float) -> float:
+    """The least upper bound of Student's t if the k worst days, which come first, had all been c; over k and c.
+
+    For k days at c it is a + k c / n + b sqrt(u² + d), convex in c = u + away: its least value has a closed form.
+    """
+    n, best = days.size, days[-1]
+    k = np.arange(1, n)
+    below = days - best  # sums of these are exact where the days left are alike
+    rest, squares = (np.cumsum(power[::-1])[::-1][1:] for power in (below, below**2))
+    scale = k * (n - k) / n
+    away = rest / (n - k)
+    spread = np.maximum(squares - rest**2 / (n - k), 0.0) / scale
+    times = t_quantile(n - 1, level) / math.sqrt(n * (n - 1)) * np.sqrt(scale)
+    slope = k / n / times  # from 1 on it rises with c everywhere
+    turn = away - slope * np.sqrt(spread / np.where(slope < 1.0, 1.0 - slope**2, 1.0))
+    at = np.where(slope < 1.0, np.clip(turn, below[:-1], below[1:]), below[:-1])
+    found = (rest + k * at) / n + times * np.sqrt((at - away) ** 2 + spread)
+    return float(best + found.min())

@@ -1,7 +1,7 @@
 """The judge of designs: whether each meets a target, from runs that are looked at again and again.
 
 One schedule of looks (`looks`), one budget of error, one cap. Searches say which designs and which target: the cheapest
-that meets it (`cheapest`), the smallest (`smallest`), the best, and the live page.
+that meets it (`cheapest`), the smallest, the best, and the live page.
 """
 
 from __future__ import annotations

@@ -17,7 +17,7 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
-from desim_warehouse.study.statistics.student import t_quantile
+from desim_warehouse.study.statistics.intervals import t_quantile
 
 if TYPE_CHECKING:
     from collections.abc import Sequence

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING, Any, Protocol
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.model.facts.destinations import own_destinations
-from desim_warehouse.model.facts.places import only_place, place_shares
+from desim_warehouse.model.facts.places import only_place, own_destinations, place_shares
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
 

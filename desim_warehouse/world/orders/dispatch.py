@@ -31,7 +31,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
-    from desim_warehouse.world.robots.departures import Departures
+    from desim_warehouse.world.robots.duty import Departures
     from desim_warehouse.world.robots.mixed_reach import MixedReach
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot

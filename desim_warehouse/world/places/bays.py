@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 
     from simpy import Environment
 
-    from desim_warehouse.world.places.chargers import Chargers, FailingChargers
-    from desim_warehouse.world.places.spares import Spares
+    from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
 
 
 class Bay:

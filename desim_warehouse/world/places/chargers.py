@@ -3,6 +3,10 @@
 A charger fails by the calendar, in use or not, at times drawn from a stream of its own. These are drawn only as far as
 a robot wants to be charged, so that outages alone keep no run going. A robot at a charger that fails is first in the
 queue for the next that works, this one or another of the bay.
+
+Spare batteries of a bay where batteries are swapped: those taken out of robots charge by themselves, and run short.
+
+A battery that is taken out charges as long as in a robot. There is a place to charge for each of them.
 """
 
 from __future__ import annotations
@@ -10,13 +14,14 @@ from __future__ import annotations
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from simpy import Event, Resource
+from simpy import Container, Event, Resource
+from simpy.events import Timeout
 
 from desim_warehouse.values.distributions import draws
 from desim_warehouse.world.traffic.events import Arrival
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Iterator
     from typing import Self
 
     from simpy import Environment
@@ -123,3 +128,43 @@ class FailingChargers:
         if charger.user is turn:
             charger.user = None
             turn.lost.succeed()
+
+
+class Spares:
+    """The spare batteries of a bay: the full ones are a SimPy container, which robots are served from in turn."""
+
+    def __init__(self, env: Environment, number: int) -> None:
+        self.env = env
+        self._full = Container(env, init=number)
+
+    def exchange(self, charge_time: float) -> Event:
+        """Take in a battery that is full after `charge_time`; due when the robot has got a full one for it."""
+        Timeout(self.env, charge_time).callbacks.append(self._is_full)
+        return self._full.get(1)
+
+    def _is_full(self, _: Event) -> None:
+        self._full.put(1)
+
+
+class NewBattery:
+    """A robot's swap, which takes `left`, once there is a full battery: any time, or one of the `spares`."""
+
+    def __init__(self, time: float, spares: Spares | None) -> None:
+        self.left = time
+        self.spares = spares
+        self.full: Event | None = None
+        self._begun: float | None = None
+
+    def waits(self, env: Environment, charge_time: float) -> Iterator[Event]:
+        """What the robot waits for, one after the other; its own battery is full after `charge_time`."""
+        if self.spares is not None:
+            self.full = self.full or self.spares.exchange(charge_time)
+            yield self.full
+        self._begun = env.now
+        yield Timeout(env, self.left)
+
+    def interrupt(self, now: float) -> None:
+        """The robot loses its place: what has been done of the swap remains done."""
+        if self._begun is not None:
+            self.left -= now - self._begun
+            self._begun = None

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.facts.stations import flow_times, own_times
+from desim_warehouse.model.facts.places import flow_times, own_times
 from desim_warehouse.policies import Handling
 from desim_warehouse.values.distributions import drawn, mean_of
 

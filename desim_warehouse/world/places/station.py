@@ -3,6 +3,12 @@
 Robots take their turn in the order of arrival, and keep their server until they have handled all that they came for.
 In a closed station a robot waits in the state `closed`, whether it is its turn or not. In an open one it is `queueing`
 for a server or, with one, for room in the buffer.
+
+Work in a station on the load units that robots put down there, such as packing, and the buffer where they wait.
+
+A load unit takes up room in the buffer from the time at which a robot begins to put it down until it has been worked
+on. With no room left the next robot keeps its server and waits. So a full buffer holds up the station, as blocking
+after service does in a line of machines.
 """
 
 from __future__ import annotations
@@ -11,20 +17,75 @@ from typing import TYPE_CHECKING, Protocol
 
 from simpy import Resource
 
-from desim_warehouse.world.places.hours import change, open_time
+from desim_warehouse.outcome.log import NONE
+from desim_warehouse.world.places.openings import change, open_time, until_open
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
+    from collections.abc import Callable, Generator
 
     from simpy import Environment
     from simpy.events import Event
     from simpy.resources.resource import Request
 
+    from desim_warehouse.outcome.log import Log
+    from desim_warehouse.policies import Task
     from desim_warehouse.values.calendars import Hours
     from desim_warehouse.world.places.stops import Stop
-    from desim_warehouse.world.places.workplace import Workplace
 
     Steps = Generator[Event, object, None]
+
+
+class Workplace:
+    """The workers of a station, and its buffer for `places` load units (None: unlimited).
+
+    They keep the station's `hours` (None: always at work); what they have begun when these are over is finished, or
+    `pauses`. `time` says how long the work on a task's load unit takes. `left`: load units put down and not worked on;
+    `worked` is told of each that is.
+    """
+
+    def __init__(
+        self,
+        env: Environment,
+        node: str,
+        log: Log,
+        *,
+        places: int | None,
+        workers: int,
+        hours: Hours | None,
+        pauses: bool,
+        time: Callable[[Task], float],
+        worked: Callable[[], None],
+    ) -> None:
+        self.env = env
+        self.node = node
+        self.log = log
+        self.places = None if places is None else Resource(env, places)
+        self.workers = Resource(env, workers)
+        self.hours = hours
+        self.pauses = pauses
+        self.time = time
+        self.worked = worked
+        self.left = 0
+
+    def put(self, task: Task, place: Request | None) -> None:
+        """A load unit has been put down, in room of the buffer that was reserved for it."""
+        self.left += 1
+        self.log.is_for_workers(task.number)
+        self.env.process(self._work(task, place))
+
+    def _work(self, task: Task, place: Request | None) -> Generator[Event, object, None]:
+        env, hours, put = self.env, self.hours, self.env.now
+        with self.workers.request() as worker:
+            yield worker
+            if hours is not None:
+                yield from until_open(env, hours)
+            self.log.event(env.now, "working", NONE, task.number, self.node, env.now - put)
+            yield from open_time(env, self.time(task), hours if self.pauses else None)
+        self.log.event(env.now, "worked", NONE, task.number, self.node, env.now - put)
+        if self.places is not None and place is not None:
+            self.places.release(place)
+        self.left -= 1
+        self.worked()
 
 
 class Station:

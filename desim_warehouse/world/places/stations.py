@@ -11,9 +11,8 @@ from collections import Counter
 from functools import partial
 from typing import TYPE_CHECKING
 
-from desim_warehouse.world.places.station import Station
+from desim_warehouse.world.places.station import Station, Workplace
 from desim_warehouse.world.places.stops import Stop, stops_of_tour
-from desim_warehouse.world.places.workplace import Workplace
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterable, Sequence

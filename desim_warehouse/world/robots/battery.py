@@ -1,14 +1,30 @@
-"""A robot's battery: its level at any time, from the last time the rate changed."""
+"""A robot's battery: its level at any time, from the last time the rate changed.
+
+The instants at which a robot's battery will be flat, or must call it back from the way to a good.
+"""
 
 from __future__ import annotations
 
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.facts import energy
+from simpy.events import Event, Timeout
+
+from desim_warehouse.errors import BatteryError
+from desim_warehouse.model.facts import charging
+from desim_warehouse.states import STATES, Phase
+from desim_warehouse.world.robots.forecast import need_now
+from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.sections.battery import BatterySpec
+    from collections.abc import Callable
+
+    from simpy import Environment
+
+    from desim_warehouse.model.sections.fleet import BatterySpec
+    from desim_warehouse.policies import Levels
+    from desim_warehouse.world.robots.reach import Reach
+    from desim_warehouse.world.robots.robot import Robot
 
 
 class Battery:
@@ -80,8 +96,87 @@ class Battery:
 
     def charge_time(self, start: float, end: float) -> float:
         """Time to charge from one level to another."""
-        return 0.0 if self.spec is None else energy.charge_time(self.spec, start, end)
+        return 0.0 if self.spec is None else charging.charge_time(self.spec, start, end)
 
     def charge_gain(self, start: float, time: float) -> float:
         """Energy taken up in a time at the charger: the inverse of `charge_time`."""
-        return 0.0 if self.spec is None else energy.charge_gain(self.spec, start, time)
+        return 0.0 if self.spec is None else charging.charge_gain(self.spec, start, time)
+
+
+class Alarms:
+    """One timeout for each, set anew when the battery's rate changes. One that comes too early looks again.
+
+    The level is computed on demand. `give_back` takes the robot's task from it.
+    """
+
+    def __init__(self, env: Environment, robot: Robot, reach: Reach, give_back: Callable[[Robot], None]) -> None:
+        self.env = env
+        self.robot = robot
+        self.reach = reach
+        self.give_back = give_back
+        self.looks_ahead = False
+        self._flat_at = self._low_at = math.inf
+        self._rate = 0.0
+
+    def watch(self) -> None:
+        """Know when the battery will be flat and, on the way to a good, when the robot must be recalled."""
+        now, robot = self.env.now, self.robot
+        battery = robot.battery
+        if battery.spec is None:
+            return
+        if battery.rate != self._rate:  # else it is flat when it was found to be
+            self._rate = battery.rate
+            flat_at = battery.lasts_until(now, -battery.spec.reserve)
+            if flat_at < self._flat_at:
+                self._flat_at = flat_at
+                Timeout(self.env, flat_at - now).callbacks.append(self._flat)
+        if robot.job is None or robot.phase is not Phase.TO_GOOD:
+            return
+        levels = self.reach.levels.of(robot.view)
+        self.looks_ahead = levels.margin is not None
+        recall_at = self._recall_at(levels)
+        robot.body.recall_from(recall_at)
+        if recall_at < self._low_at:
+            self._low_at = recall_at
+            Timeout(self.env, self._low_at - now).callbacks.append(self._low)
+
+    def _recall_at(self, levels: Levels) -> float:
+        """When the task must be given back: at the critical level, or when it can no longer be finished in safety.
+
+        What the task still needs falls as fast as the energy while the robot drives, so only waiting eats up
+        what it has to spare.
+        """
+        now, robot = self.env.now, self.robot
+        recall_at = robot.battery.lasts_until(now, levels.critical)
+        if levels.margin is not None and robot.body.is_waiting and not robot.is_at_good_edge:
+            need = need_now(robot, self.reach, now, levels.charger)
+            recall_at = min(recall_at, robot.battery.lasts_until(now, need + levels.margin))
+        return recall_at
+
+    def _flat(self, _: Event) -> None:
+        self._flat_at = math.inf
+        self._rate = 0.0
+        robot, now = self.robot, self.env.now
+        spec = robot.battery.spec
+        if spec is None or robot.battery.level(now) > 1e-9 * spec.capacity - spec.reserve:
+            self.watch()
+            return
+        started = robot.battery.started
+        low = started if started is not None and started < spec.capacity else None
+        drew = robot.battery.drawn(now) / now if now else 0.0
+        raise BatteryError(
+            f"robot {robot.number} ran flat at time {now:g}, {robot.body.place(now)}, {robot.state}: "
+            f"{self.reach.why_flat(low, drew, robot.view(), resting=STATES[robot.state].is_parked)}"
+        )
+
+    def _low(self, _: Event) -> None:
+        self._low_at = math.inf
+        robot = self.robot
+        if robot.job is None or robot.phase is not Phase.TO_GOOD:
+            return
+        if robot.body.recall_at > self.env.now + EPS:
+            self.watch()
+        elif robot.is_at_good_edge:  # so near that it finishes the task
+            robot.body.recall_from(math.inf)
+        elif not robot.itinerary.is_declared:  # else only at a node, and if another route is safe from there
+            self.give_back(robot)

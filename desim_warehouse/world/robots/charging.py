@@ -33,7 +33,7 @@ from simpy.events import AnyOf, Event, Timeout
 
 from desim_warehouse.model.facts.charging import LEAST_CHARGE
 from desim_warehouse.states import Phase
-from desim_warehouse.world.places.spares import NewBattery
+from desim_warehouse.world.places.chargers import NewBattery
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 

@@ -1,7 +1,15 @@
-"""Shifts and breaks of robots: outside their hours they take up no work.
+"""Which robots may take up work: shifts and breaks, and a cap on how many are under way.
 
-A robot finishes the task or tour in hand, goes to a bay and rests there in the state `on_break`, where it is also
-charged. The tasks of its queue go back to the list when its hours end. When they begin it is given work at once.
+Outside its hours a robot takes up no work. It finishes the task or tour in hand, goes to a bay and rests there in the
+state `on_break`, where it is also charged. The tasks of its queue go back to the list when its hours end. When they
+begin it is given work at once.
+
+A floor that holds too many robots does less than one that holds fewer (`traffic.most_out`). A robot is under way from
+being given a task in its bay, or leaving it for another reason, until it is parked again. With the cap reached robots
+in bays are given no task, until one is parked. Robots under way go from task to task without permission. Robots that
+leave for the sake of a battery, to a charger or from one, count but do not wait, so none runs flat for the cap. It
+could hold back work for ever only if no robot came home, and one always does or works on (docs/why.md, "Never
+stalled").
 """
 
 from __future__ import annotations
@@ -62,3 +70,21 @@ class Duty:
     def _change(self, concerned: Sequence[int], changed: Callable[[Sequence[int]], bool]) -> None:
         if changed(concerned):
             self.watch(changed)
+
+
+class Departures:
+    """The robots under way, by number, and the most that may be under way to take up work (None: no cap)."""
+
+    def __init__(self, most: int | None, duty: Duty) -> None:
+        self.most = most
+        self.duty = duty
+        self.under_way: set[int] = set()
+
+    @property
+    def is_full(self) -> bool:
+        """Whether no robot may leave its bay for a task now."""
+        return self.most is not None and len(self.under_way) >= self.most
+
+    def may_work(self, number: int) -> bool:
+        """Whether a robot may be given a task: in its hours, if it is under way, or may set out."""
+        return (number in self.under_way or not self.is_full) and self.duty.has(number)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.oracle import RouteOracle
     from desim_warehouse.policies import Task
     from desim_warehouse.world.places.stops import Stop
+    from desim_warehouse.world.traffic.avoidance import Avoidance
     from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.deadlock.avoidance import Avoidance
     from desim_warehouse.world.traffic.lane import Lane
     from desim_warehouse.world.traffic.routes import Routes
 

@@ -14,8 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.batteries import cause, too_small
 from desim_warehouse.findings import amount
-from desim_warehouse.model.facts.charging import LEAST_CHARGE
-from desim_warehouse.model.facts.energy import consumption
+from desim_warehouse.model.facts.charging import LEAST_CHARGE, consumption
 from desim_warehouse.world.places.openings import Openings
 from desim_warehouse.world.places.stops import driven, handled
 from desim_warehouse.world.traffic.rules import EPS

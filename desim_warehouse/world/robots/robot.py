@@ -12,11 +12,10 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.model.facts.energy import rates
+from desim_warehouse.model.facts.charging import rates
 from desim_warehouse.policies import RobotView
 from desim_warehouse.states import AT_START, BROKEN, CHARGED, OPERATING, RESTING, SERVED, STATES, WAITING, Phase
-from desim_warehouse.world.robots.alarms import Alarms
-from desim_warehouse.world.robots.battery import Battery
+from desim_warehouse.world.robots.battery import Alarms, Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns
 from desim_warehouse.world.robots.charging import ChargingStop
 from desim_warehouse.world.robots.closings import Closings
@@ -24,8 +23,8 @@ from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.tour import Tour
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.delays import NodeDelays
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
+from desim_warehouse.world.traffic.motion import NodeDelays
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:

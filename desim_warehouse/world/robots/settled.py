@@ -19,8 +19,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from simpy.events import Timeout
 
-from desim_warehouse.model.facts.charging import chargers_at, cycle_levels
-from desim_warehouse.model.facts.kinds import by_kind
+from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
 from desim_warehouse.model.sections.flows import ProfileArrivals
 
 if TYPE_CHECKING:

@@ -20,10 +20,10 @@ if TYPE_CHECKING:
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.bay_choice import BayChoice
-    from desim_warehouse.world.robots.departures import Departures
+    from desim_warehouse.world.robots.closings import WaysRound
+    from desim_warehouse.world.robots.duty import Departures
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
-    from desim_warehouse.world.robots.ways_round import WaysRound
     from desim_warehouse.world.traffic.events import Clock
     from desim_warehouse.world.traffic.routes import Routes
     from desim_warehouse.world.traffic.traffic import Traffic

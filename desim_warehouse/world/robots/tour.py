@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.closings import Closings
-    from desim_warehouse.world.robots.departures import Departures
+    from desim_warehouse.world.robots.duty import Departures
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.robots.surroundings import Carried, WorkGiver
 

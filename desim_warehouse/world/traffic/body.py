@@ -14,12 +14,11 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.world.traffic.closures import Closure
-    from desim_warehouse.world.traffic.delays import NodeDelays
     from desim_warehouse.world.traffic.drive import Drive
     from desim_warehouse.world.traffic.driver import Driver
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane
-    from desim_warehouse.world.traffic.motion import Motion
+    from desim_warehouse.world.traffic.motion import Motion, NodeDelays
 
 
 class Delay(NamedTuple):

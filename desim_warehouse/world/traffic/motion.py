@@ -21,6 +21,8 @@ and v / 2d of a stop a robot is up to v² / 2a (or v² / 2d) from a real one, 2.
   difference shows only where many leave one bay at the same time, as a station sends robots out one handling time
   apart.
 - Estimates of energy count each stop in full, but not slower edges on the way.
+
+Delays of a robot at the nodes that it passes, drawn from streams of its own.
 """
 
 from __future__ import annotations
@@ -29,8 +31,13 @@ import math
 from functools import lru_cache
 from typing import TYPE_CHECKING, NamedTuple
 
+from desim_warehouse.values.distributions import draws
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
+
+    from desim_warehouse.values.disturbances import DelaySpec
+    from desim_warehouse.values.streams import Streams
 
 Piece = tuple[float, float]
 """A length, and the speed limit on it."""
@@ -149,3 +156,25 @@ def _lost_on(piece: Piece, comes: float, goes: float, motion: Motion) -> float:
         return (gathers * (limit - comes) ** 2 + brakes * (limit - goes) ** 2) / (2 * limit)
     peak = math.sqrt(squared)
     return gathers * (peak - comes) + brakes * (peak - goes) - length / limit
+
+
+class NodeDelays:
+    """How long a robot is delayed at the end of each lane that it enters."""
+
+    def __init__(self, spec: DelaySpec, robot: int, streams: Streams) -> None:
+        self._share = spec.share
+        self._chance = streams.stream("delay-share", robot) if 0 < spec.share < 1 else None
+        self._time = draws(spec.time if spec.share else 0.0, streams, "delay", robot)
+        self._move = -1
+        self._delay = 0.0
+
+    def at(self, move: int) -> float:
+        """The delay at the end of the lane that it entered as number `move`, from 1; 0: where it starts.
+
+        It is the same however often it is asked for.
+        """
+        while self._move < move:
+            self._move += 1
+            hit = self._share > 0 if self._chance is None else self._chance.random() < self._share
+            self._delay = self._time() if hit else 0.0
+        return self._delay

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.people import PeopleSpec
+    from desim_warehouse.model.sections.traffic import PeopleSpec
     from desim_warehouse.values.calendars import Hours
     from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.traffic.body import Body

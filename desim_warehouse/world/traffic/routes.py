@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies import Roads
 from desim_warehouse.policies.asked import asked
-from desim_warehouse.policies.ways import DETOURS, LESS, time_along
+from desim_warehouse.policies.routing import DETOURS, LESS, time_along
 from desim_warehouse.world.traffic.closures import wait_at
 
 if TYPE_CHECKING:

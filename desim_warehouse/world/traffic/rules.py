@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.outcome.log import Log
-    from desim_warehouse.world.traffic.deadlock.avoidance import Avoidance
-    from desim_warehouse.world.traffic.deadlock.gridlock import Gridlock
+    from desim_warehouse.world.traffic.avoidance import Avoidance
+    from desim_warehouse.world.traffic.gridlock import Gridlock
     from desim_warehouse.world.traffic.lane import Lane
 
 EPS = 1e-6

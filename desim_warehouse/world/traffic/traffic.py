@@ -12,10 +12,10 @@ from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.zones import closed
+from desim_warehouse.world.traffic.avoidance import Avoidance
 from desim_warehouse.world.traffic.closures import RestrictedLane, Restrictions
-from desim_warehouse.world.traffic.deadlock.avoidance import Avoidance
-from desim_warehouse.world.traffic.deadlock.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.drive import Drive
+from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.rules import Rules, exact_length

@@ -1,20 +1,14 @@
 """Runs for the replay's tests: small floors with everything that a replay has to show."""
 
-from __future__ import annotations
-
 from functools import cache
-from typing import TYPE_CHECKING, Any
 
 import desim_warehouse as dw
 from tests.world.test_pods import RING
 
-if TYPE_CHECKING:
-    from desim_warehouse.run import Run
 
-
-def busy(**changes: Any) -> dict[str, Any]:
+def busy(**changes):
     """A crowded floor in metres: stations in the south, bays in the north, batteries that run low soon."""
-    model: dict[str, Any] = {
+    model = {
         "name": "busy",
         "layout": {
             "blocks": {
@@ -44,37 +38,37 @@ def busy(**changes: Any) -> dict[str, Any]:
 
 
 @cache
-def busy_run() -> Run:
+def busy_run():
     return dw.simulate(dw.load(busy()), seed=3)
 
 
 @cache
-def due_run() -> Run:
+def due_run():
     """The crowded floor with orders that come when they will, and are due soon."""
     tasks = busy()["tasks"] | {"goods": {"poisson": 300, "due_within": 60.0}}
     return dw.simulate(dw.load(busy(name="due", tasks=tasks, battery=None)), seed=1)
 
 
 @cache
-def paper_run() -> Run:
+def paper_run():
     return dw.simulate(dw.load("models/multibots.yaml"))
 
 
 @cache
-def tired_run() -> Run:
+def tired_run():
     """The paper's floor with a battery that sends robots home on the way."""
     return dw.simulate(dw.load("models/multibots.yaml", {"battery.capacity": 5, "battery.threshold": 2.5}))
 
 
 @cache
-def jammed_run() -> Run:
+def jammed_run():
     """The paper's floor with thirty robots that unload in the middle of it: rings close and turn."""
     changes = {"fleet.size": 30, "tasks.goods": {"random": 60}, "tasks.unload_at": ["I"]}
     return dw.simulate(dw.load("models/multibots.yaml", {**changes, "battery": None}))
 
 
 @cache
-def drawn_run() -> Run:
+def drawn_run():
     """A floor drawn by hand: slanting edges, robots of two sizes, a bay inside, a bay and a station at one node."""
     nodes = {"in": [0.0, 0.0], "a": [20.0, 0.0], "b": [32.0, 9.0], "out": [20.0, 18.0], "c": [0.0, 18.0]}
     edges = ["in a", "a b", "b out", "out c", "c in", "a mid", "mid c", "in mid", "mid out"]
@@ -101,11 +95,11 @@ def drawn_run() -> Run:
 
 
 @cache
-def spurs_run() -> Run:
+def spurs_run():
     """A two-way trunk with spurs, beside it a loop with one lane in each direction."""
     nodes = {"a": [0.0, 0.0], "b": [12.0, 0.0], "c": [24.0, 0.0], "d": [36.0, 0.0], "shelf": [12.0, 9.0]}
     two_way = ["a b", "b c", "b shelf", "c pack"]
-    edges: list[Any] = [{"from": pair.split()[0], "to": pair.split()[1], "two_way": True} for pair in two_way]
+    edges = [{"from": pair.split()[0], "to": pair.split()[1], "two_way": True} for pair in two_way]
     edges += [{"from": "c", "to": "d", "side_by_side": True}, {"from": "d", "to": "c"}]
     layout = {
         "nodes": nodes | {"pack": [24.0, 9.0]},
@@ -127,7 +121,7 @@ def spurs_run() -> Run:
 
 
 @cache
-def tours_run() -> Run:
+def tours_run():
     """Robots that pick up to three goods on a tour of the paper's floor, some on one lane, and unload in stations."""
     changes = {
         "fleet.robot.capacity": 3,
@@ -142,7 +136,7 @@ def tours_run() -> Run:
 
 
 @cache
-def people_run() -> Run:
+def people_run():
     """The crowded floor with an aisle that is closed again and again, and people in others."""
     model = busy(
         name="people",
@@ -159,13 +153,13 @@ WALLS = [(column, row) for column in (*range(2, 6), *range(7, 11)) for row in (2
 
 
 @cache
-def grid_run() -> Run:
+def grid_run():
     """A grid of two-way cells round four shelves, with goods on the cells beside them."""
     cells = [(column, row) for row in range(8) for column in range(13) if (column, row) not in WALLS]
     pairs = [((x, y), there) for x, y in cells for there in ((x + 1, y), (x, y + 1)) if there in cells]
     beside = [(x, y) for x, y in cells if (x, y - 1) in WALLS or (x, y + 1) in WALLS]
 
-    def name(cell: tuple[int, int]) -> str:
+    def name(cell):
         return f"{cell[0]}.{cell[1]}"
 
     layout = {
@@ -201,7 +195,7 @@ RUNS = {
 
 
 @cache
-def pods_run() -> Run:
+def pods_run():
     """The ring of the cases worked out by hand: a bundle of two is put onto a pod with one unit, three are picked."""
     flows = {
         "picks": {"from": "storage", "to": "pick", "arrivals": {"schedule": [{"at": 0, "tasks": 3}]}, "stop_time": 10},

@@ -1,7 +1,5 @@
 """The replay's columns: what is packed is what is read, in few bytes."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from hypothesis import given
@@ -16,12 +14,12 @@ numbers = st.lists(
 
 
 @given(numbers)
-def test_bytes_are_read_back(values: list[int]) -> None:
+def test_bytes_are_read_back(values):
     assert from_bytes(to_bytes(values)).tolist() == values
 
 
 @given(numbers)
-def test_zigzag_has_an_inverse_and_keeps_small_numbers_small(values: list[int]) -> None:
+def test_zigzag_has_an_inverse_and_keeps_small_numbers_small(values):
     array = np.array(values, dtype=np.int64)
     folded = zigzag(array)
     assert unzigzag(folded).tolist() == values
@@ -30,16 +28,16 @@ def test_zigzag_has_an_inverse_and_keeps_small_numbers_small(values: list[int]) 
 
 
 @given(st.dictionaries(st.text(min_size=1), numbers, max_size=5))
-def test_columns_are_read_back(columns: dict[str, list[int]]) -> None:
+def test_columns_are_read_back(columns):
     index, text = pack(columns)
     assert {name: values.tolist() for name, values in unpack(index, text).items()} == columns
     assert [count for _, count, _ in index] == [len(values) for values in columns.values()]
 
 
-def test_numbers_below_64_take_a_byte_each() -> None:
+def test_numbers_below_64_take_a_byte_each():
     assert len(to_bytes(list(range(-64, 64)))) == 128
 
 
-def test_a_number_too_large_for_the_page_is_refused() -> None:
+def test_a_number_too_large_for_the_page_is_refused():
     with pytest.raises(OverflowError, match="32 bits"):
         to_bytes([LARGEST + 1])

@@ -1,7 +1,5 @@
 """Positions rebuilt from the log: exact at its events, continuous and no faster than robots drive in between."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from functools import cache
@@ -14,23 +12,23 @@ from hypothesis import strategies as st
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report.positions import Positions
-from desim_warehouse.report.zones import Zone, cell_size, zones
+from desim_warehouse.report.zones import cell_size, zones
 from tests.report.replay.floors import RUNS, busy, busy_run, drawn_run, grid_run, jammed_run, paper_run, people_run
 
 EPS = 1e-6
 
 
 @cache
-def positions(name: str) -> Positions:
+def positions(name):
     return Positions(RUNS[name]().history)
 
 
-def whereabouts(run: dw.Run) -> dict[tuple[str, str], int]:
+def whereabouts(run):
     return {edge: number for number, edge in enumerate(run.layout.graph.edges)}
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_a_robot_is_at_its_target_when_the_log_says_it_gets_there(name: str) -> None:
+def test_a_robot_is_at_its_target_when_the_log_says_it_gets_there(name):
     run, where = RUNS[name](), positions(name)
     number = whereabouts(run)
     last = {}
@@ -63,7 +61,7 @@ def offsets(layout, edge):
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_robots_load_where_their_good_lies(name: str) -> None:
+def test_robots_load_where_their_good_lies(name):
     """In a full ring that cannot turn otherwise, less than D before it (docs/why.md)."""
     run, where = RUNS[name](), positions(name)
     short = run.model.fleet.contact if run.record.rings else 1e-6
@@ -77,7 +75,7 @@ def test_robots_load_where_their_good_lies(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_the_length_driven_is_the_length_counted(name: str) -> None:
+def test_the_length_driven_is_the_length_counted(name):
     run, where = RUNS[name](), positions(name)
     legs = where.legs
     part = np.clip((run.record.end - legs.begin) / np.maximum(legs.end - legs.begin, 1e-12), 0, 1)
@@ -91,7 +89,7 @@ def test_the_length_driven_is_the_length_counted(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", RUNS)
-def test_legs_follow_each_other_without_a_jump(name: str) -> None:
+def test_legs_follow_each_other_without_a_jump(name):
     """In space a robot is only ever moved at once into a place beside its node (and from its last place there)."""
     where = positions(name)
     legs, edges = where.legs, where.edges
@@ -106,7 +104,7 @@ def test_legs_follow_each_other_without_a_jump(name: str) -> None:
 
 
 @given(part=st.floats(0, 1), name=st.sampled_from(sorted(RUNS)))
-def test_robots_on_one_lane_never_touch(part: float, name: str) -> None:
+def test_robots_on_one_lane_never_touch(part, name):
     run, where = RUNS[name](), positions(name)
     robot = run.model.fleet.robot
     on, at = where.at(part * run.record.end)
@@ -117,7 +115,7 @@ def test_robots_on_one_lane_never_touch(part: float, name: str) -> None:
 
 
 @given(part=st.floats(0, 1), name=st.sampled_from(sorted(RUNS)))
-def test_no_two_robots_share_a_place_beside_a_node(part: float, name: str) -> None:
+def test_no_two_robots_share_a_place_beside_a_node(part, name):
     run, where = RUNS[name](), positions(name)
     on, at = where.at(part * run.record.end)
     beside = on[(on >= where.edges.real) & (at == 0)].tolist()
@@ -125,7 +123,7 @@ def test_no_two_robots_share_a_place_beside_a_node(part: float, name: str) -> No
 
 
 @given(part=st.floats(0, 0.999), step=st.floats(1e-4, 1.0))
-def test_robots_drive_no_faster_than_their_speed(part: float, step: float) -> None:
+def test_robots_drive_no_faster_than_their_speed(part, step):
     run, where = paper_run(), positions("paper")
     time = part * (run.record.end - 1)
     before, after = where.points(time), where.points(time + step)
@@ -134,14 +132,14 @@ def test_robots_drive_no_faster_than_their_speed(part: float, step: float) -> No
         assert math.dist(before[robot], after[robot]) <= run.model.fleet.robot.speed * step + 1e-6
 
 
-def test_the_paper_s_robots_start_in_the_zones_above_their_letters_and_drive_down_to_them() -> None:
+def test_the_paper_s_robots_start_in_the_zones_above_their_letters_and_drive_down_to_them():
     where = positions("paper")
     assert where.points(0).tolist() == [[25 + 150 * k, -15] for k in range(6)]
     assert where.points(11).tolist() == [[25 + 150 * k, 25] for k in range(6)]
     assert where.headings(5) == pytest.approx([math.pi / 2] * 6)
 
 
-def test_places_of_a_crowded_bay_lie_outside_the_floor_and_apart() -> None:
+def test_places_of_a_crowded_bay_lie_outside_the_floor_and_apart():
     run = busy_run()
     for zone in positions("busy").zones:
         points = zone.places
@@ -152,7 +150,7 @@ def test_places_of_a_crowded_bay_lie_outside_the_floor_and_apart() -> None:
         assert all(y < top + 1 if zone.kind == "bay" else y > bottom for _, y in points)
 
 
-def test_a_robot_in_a_bay_in_the_lane_stands_on_its_node() -> None:
+def test_a_robot_in_a_bay_in_the_lane_stands_on_its_node():
     layout = {
         "nodes": {"A": [0, 0], "B": [10, 0], "C": [20, 0]},
         "edges": [{"from": "A", "to": "B", "two_way": True}, {"from": "B", "to": "C", "two_way": True}],
@@ -166,18 +164,18 @@ def test_a_robot_in_a_bay_in_the_lane_stands_on_its_node() -> None:
 
 
 @pytest.mark.parametrize("level", ["moves", "tasks"])
-def test_a_log_without_drives_is_refused(level: str) -> None:
+def test_a_log_without_drives_is_refused(level):
     run = dw.simulate(dw.load(busy(log=level)))
     with pytest.raises(ReportError, match=rf"log: all \(now log: {level}\).*--set log=all"):
         Positions(run.history)
 
 
-def test_rotating_rings_are_in_the_jammed_run() -> None:
+def test_rotating_rings_are_in_the_jammed_run():
     """The other tests mean to cover them."""
     assert jammed_run().kpis["rotations"] > 0
 
 
-def test_slots_on_a_grid_are_inside_their_cell_and_clear_of_each_other() -> None:
+def test_slots_on_a_grid_are_inside_their_cell_and_clear_of_each_other():
     """Beside a cell are other cells, not room: the floor of slots is the cell of their node."""
     run = grid_run()
     model, layout = run.model, run.history.layout
@@ -191,11 +189,11 @@ def test_slots_on_a_grid_are_inside_their_cell_and_clear_of_each_other() -> None
         assert math.dist(*zone.places) >= 2 * zone.room
 
 
-def test_many_slots_of_a_station_do_not_hide_a_small_floor() -> None:
+def test_many_slots_of_a_station_do_not_hide_a_small_floor():
     few, many = (dw.load("models/tutorial.yaml", {"layout.stations.packing.places": places}) for places in (8, 28))
     width = max(data["x"] for _, data in many.floor.graph.nodes(data=True))
 
-    def station(model: dw.Model) -> Zone:
+    def station(model):
         return next(zone for zone in zones(model, model.floor) if zone.kind == "station")
 
     assert station(few).room == 0.35  # as a robot
@@ -204,7 +202,7 @@ def test_many_slots_of_a_station_do_not_hide_a_small_floor() -> None:
     assert station(many).room < 0.35
 
 
-def test_floors_that_are_no_grid_have_their_slots_beside_the_node() -> None:
+def test_floors_that_are_no_grid_have_their_slots_beside_the_node():
     for run in (people_run(), drawn_run()):
         assert cell_size(run.model, run.history.layout) == 0
         for zone in zones(run.model, run.history.layout):

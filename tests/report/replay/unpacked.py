@@ -1,25 +1,19 @@
 """Columns of a replay page read back, as the page's script reads them."""
 
-from __future__ import annotations
-
 import base64
 import zlib
-from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from desim_warehouse.report.replay.columns import BITS, MORE
 
-if TYPE_CHECKING:
-    from numpy.typing import NDArray
 
-
-def unzigzag(values: NDArray[np.int64]) -> NDArray[np.int64]:
+def unzigzag(values):
     """The inverse of `zigzag`."""
     return np.where(values & 1, -((values + 1) >> 1), values >> 1)
 
 
-def from_bytes(data: bytes) -> NDArray[np.int64]:
+def from_bytes(data):
     """The inverse of `to_bytes`."""
     values, value, shift = [], 0, 0
     for byte in data:
@@ -31,7 +25,7 @@ def from_bytes(data: bytes) -> NDArray[np.int64]:
     return unzigzag(np.array(values, dtype=np.int64))
 
 
-def unpack(index: list[tuple[str, int, int]], text: str) -> dict[str, Any]:
+def unpack(index, text):
     """The inverse of `pack`."""
     data = zlib.decompress(base64.b64decode(text), -zlib.MAX_WBITS)
     columns, at = {}, 0

@@ -25,12 +25,10 @@ from desim_warehouse.study.statistics import (
 from tests.study.statistics.searches import kn, smallest
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable
 
     from numpy.random import Generator
-    from numpy.typing import NDArray
 
-    from desim_warehouse.study.statistics.intervals import Interval
 
 STUDIES = 400
 
@@ -47,33 +45,26 @@ class Coverage:
     promised: float
     one: Callable[[Generator], bool | None]
 
-    def covered(self, studies: int = STUDIES) -> float:
+    def covered(self, studies=STUDIES):
         """The part of the studies that are right, of those that give an answer."""
         return float(np.mean([right for right in self.all(studies) if right is not None]))
 
-    def all(self, studies: int = STUDIES) -> list[bool | None]:
+    def all(self, studies=STUDIES):
         """Whether each study is right."""
         rng = np.random.default_rng(sum(map(ord, self.command + self.days)))
         return [self.one(rng) for _ in range(studies)]
 
-    def __str__(self) -> str:
+    def __str__(self):
         return f"{self.command}: {self.days}"
 
 
-def day_shares(rng: Generator, true: float, tasks: int, alike: float, days: int) -> NDArray[np.float64]:
+def day_shares(rng, true, tasks, alike, days):
     """Beta-binomial: each day has a chance of its own that a task is on time; tasks of a day correlate by `alike`."""
     both = 1 / alike - 1
     return np.asarray(rng.binomial(tasks, rng.beta(true * both, (1 - true) * both, days)) / tasks)
 
 
-def times_in_m_m_1(rng: Generator, load: float, n: int, start: int = 2000) -> NDArray[np.float64]:
-    """Waiting and service at a counter in turn of arrival, rate 1: exponential with mean load / (1 - load)."""
-    service, arrivals = rng.exponential(load, n + start), rng.exponential(1.0, n + start)
-    steps = np.concatenate([[0.0], np.cumsum(service[:-1] - arrivals[1:])])  # Lindley: a walk above its minimum
-    return np.asarray((steps - np.minimum.accumulate(steps) + service)[start:])
-
-
-def _holds(interval: tuple[float | None, float | None] | None, truth: float) -> bool:
+def _holds(interval, truth):
     assert interval is not None
     low, high = interval
     assert low is not None
@@ -81,24 +72,24 @@ def _holds(interval: tuple[float | None, float | None] | None, truth: float) -> 
     return low <= truth <= high
 
 
-def _shares(values: Sequence[float] | NDArray[np.float64], tasks: int) -> list[float]:
+def _shares(values, tasks):
     return [TaskShare(value, tasks) for value in values]
 
 
-def mean_of_days(draw: Callable[[Generator], Sequence[float]], truth: float) -> Callable[[Generator], bool]:
+def mean_of_days(draw, truth):
     """`desim what-if`: the interval of a mean."""
     return lambda rng: _holds(estimate(draw(rng), within=(0.0, np.inf)).interval, truth)
 
 
-def share_of_days(true: float, tasks: int, alike: float, days: int) -> Callable[[Generator], bool]:
+def share_of_days(true, tasks, alike, days):
     """The same of a share of tasks."""
     return mean_of_days(lambda rng: _shares(day_shares(rng, true, tasks, alike, days), tasks), true)
 
 
-def plan(true: float, alike: float, tasks: int = 100) -> Callable[[Generator], bool]:
+def plan(true, alike, tasks=100):
     """`desim plan`: the range printed with the verdict on a fleet, where runs stop as soon as it is clear."""
 
-    def one(rng: Generator) -> bool:
+    def one(rng):
         days = _shares(day_shares(rng, true, tasks, alike, CAP), tasks)
         judge = Judge(parse_target("on_time >= 0.95"), zone=0.01, within=(0.0, 1.0))
         follow(verdict_steps([0], judge), lambda _, replication: days[replication])
@@ -107,7 +98,7 @@ def plan(true: float, alike: float, tasks: int = 100) -> Callable[[Generator], b
     return one
 
 
-def size(rng: Generator) -> bool:
+def size(rng):
     """`desim size`: every range of a search over six fleets."""
     values = rng.lognormal(0.0, 0.5, (6, CAP)) / np.exp(0.125)
     found = smallest(
@@ -116,14 +107,14 @@ def size(rng: Generator) -> bool:
     return all(_holds((one.low, one.high), one.value) for one in found.decisions)
 
 
-def best(rng: Generator) -> bool:
+def best(rng):
     """`desim best`: the design named is within delta of the best, of six in steps of delta."""
     values = rng.lognormal(0.0, 0.5, (6, 1000)) / np.exp(0.125) + 0.2 * np.arange(6)[:, None]
     found = kn(lambda design, replication: values[design, replication], 6, 0.2, maximise=True)
     return found.best >= 4  # the fifth is as good but for delta
 
 
-def why(rng: Generator) -> bool:
+def why(rng):
     """`desim why`: all ranges of what six suspects cost hold at once; one costs something."""
     days = rng.normal(100, 10, 160)
     truth = [0.0, 5.0, 0.0, 0.0, 0.0, 0.0, 0.0]
@@ -132,20 +123,20 @@ def why(rng: Generator) -> bool:
     return all(_holds((gain.low, gain.high), truth[gain.change]) for gain in found.gains)
 
 
-def compared(rng: Generator) -> bool:
+def compared(rng):
     """`desim compare`: all differences of five designs to today's hold at once."""
     common = rng.normal(0, 10, 12)
     table = {design: common + design + rng.gamma(2, 2, 12) - 4 for design in range(6)}
     return all(_holds(one.estimate.interval, float(str(one.design))) for one in compare(table, 0).differences)
 
 
-def wrongly_met(target: float, tasks: int, alike: float, studies: int) -> float:
+def wrongly_met(target, tasks, alike, studies):
     """How often `desim plan` says of a fleet that misses a share by 0.05 points that it meets it."""
     rng = np.random.default_rng(int(1000 * target) + tasks)
     return float(np.mean([verdict(rng, target - 0.0005, target, tasks, alike) == "meets" for _ in range(studies)]))
 
 
-def verdict(rng: Generator, true: float, target: float, tasks: int, alike: float) -> str:
+def verdict(rng, true, target, tasks, alike):
     """What `desim plan` says of a fleet, with its looks from 5 to 40 days."""
     days = _shares(day_shares(rng, true, tasks, alike, CAP), tasks)
     judge = Judge(parse_target(f"on_time >= {target}"), zone=(1 - target) / 4, within=(0.0, 1.0))
@@ -153,14 +144,14 @@ def verdict(rng: Generator, true: float, target: float, tasks: int, alike: float
     return judge.verdicts[0].verdict
 
 
-def ever_met(draw: Callable[[Generator], Sequence[float]], target: str, within: Interval, studies: int) -> float:
+def ever_met(draw, target, within, studies):
     """How often the live page ever says of a design exactly at its target that it meets it, in `LOOKED_AT` days."""
     rng, goal = np.random.default_rng(424242), parse_target(target)
     found = [looked_at(draw(rng), goal, 0.95, within=within) for _ in range(studies)]
     return float(np.mean([one is not None and one.verdict == "meets" for one in found]))
 
 
-def bad_days(rng: Generator) -> list[float]:
+def bad_days(rng):
     """Nine of ten days 99 % on time, the tenth 59 %: 95 % in all."""
     days = np.where(rng.random(LOOKED_AT) < 0.1, 0.59, 0.99)
     return _shares(rng.binomial(60, days) / 60, 60)
@@ -169,7 +160,7 @@ def bad_days(rng: Generator) -> list[float]:
 LOOKED_AT = 120
 """Days of a design on the live page."""
 _ANY, _SHARE = (-np.inf, np.inf), (0.0, 1.0)
-AT_THE_TARGET: tuple[tuple[str, str, Interval, Callable[[Generator], Sequence[float]]], ...] = (
+AT_THE_TARGET = (
     ("normal days, mean at most 200", "T <= 200", _ANY, lambda rng: rng.normal(200, 10, LOOKED_AT)),
     ("exponential days, mean at most 200", "T <= 200", _ANY, lambda rng: 190 + rng.exponential(10, LOOKED_AT)),
     ("exponential days, mean at least 200", "T >= 200", _ANY, lambda rng: 190 + rng.exponential(10, LOOKED_AT)),

@@ -148,10 +148,7 @@ def closely(mean, doubted):
     numbers = {design: number for number, design in enumerate(GRID)}
     judge = Judge(ENOUGH, zone=0.01)
     steps = cheapest_meeting_steps(GRID, fewest, judge, {numbers[design] for design in doubted})
-    found = follow(
-        steps,
-        lambda number, r: mean(GRID[number]) + (0.2 if GRID[number] == (5, 2) else 0.001) * (-1) ** r,
-    )
+    found = follow(steps, lambda number, r: mean(GRID[number]) + (0.2 if GRID[number] == (5, 2) else 0.001) * (-1) ** r)
     return found, {GRID[number]: one.n for number, one in found.verdicts.items()}
 
 

@@ -3,13 +3,7 @@
 import numpy as np
 import pytest
 
-from desim_warehouse.study.statistics import (
-    PrecisionRule,
-    check_precision,
-    compare,
-    estimate,
-    paired,
-)
+from desim_warehouse.study.statistics import PrecisionRule, check_precision, compare, estimate, paired
 from tests.study.statistics.coverage import CASES
 from tests.study.statistics.searches import kn, smallest
 

@@ -37,11 +37,7 @@ def test_main_effects_worked_by_hand():
     assert result.grand_mean == 44.0
     fleet, policy = result.factors
     assert (fleet.factor, fleet.effects, fleet.swing) == ("fleet.size", {2: -20.0, 4: 0.0, 6: 20.0}, 40.0)
-    assert (policy.factor, policy.effects, policy.swing) == (
-        "allocation",
-        {"fifo": -4.0, "nearest": 4.0},
-        8.0,
-    )
+    assert (policy.factor, policy.effects, policy.swing) == ("allocation", {"fifo": -4.0, "nearest": 4.0}, 8.0)
     assert policy.runs == {"fifo": 3, "nearest": 3}
 
 

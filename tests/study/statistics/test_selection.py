@@ -148,11 +148,7 @@ def test_looking_for_the_smallest_is_looking_for_the_largest_negative(table):
 def test_running_ahead_changes_the_work_but_not_the_choice(table, ahead):
     one = kn(lambda d, r: table[d, r], 4, delta=5.0, cap=60)
     many = kn(lambda d, r: table[d, r], 4, delta=5.0, cap=60, ahead=ahead)
-    assert (one.best, one.eliminated_at, one.means) == (
-        many.best,
-        many.eliminated_at,
-        many.means,
-    )
+    assert (one.best, one.eliminated_at, one.means) == (many.best, many.eliminated_at, many.means)
     assert all(a <= b <= 60 for a, b in zip(one.samples, many.samples, strict=True))
 
 

@@ -1,16 +1,16 @@
 """The guard of two-way lanes: a step is granted only if all robots that are out can come home afterwards.
 
-What that takes is looked at by a test: `plan` where robots can make way for others on one-way lanes, `acyclic` where
-they cannot. Whatever the test misses is refused needlessly, and no more: in each state that was granted some robot
-can take its next step, so as long as robots are out one of them can move (below). This is the banker's
-algorithm on routes.
+What that takes is looked at by a test: `home_plan` where robots can make way for others on one-way lanes, `Acyclic`
+where they cannot. Whatever the test misses is refused needlessly, and no more: in each state that was granted some
+robot can take its next step, so as long as robots are out one of them can move (below). This is the banker's algorithm
+on routes.
 
 It needs that every robot out has declared its whole route, which ends in a reserved slot off the lanes (a bay, or a
 station beside a node). And every step and every change of a route must be checked here. A robot under way counts as
 standing where it is going to.
 
-Why work never stops. With all robots in slots the empty plan will do, and every grant keeps a plan. Suppose robots
-are out and none is under way or handling. Let i be the robot of the first move.
+Why work never stops. With all robots in slots the empty plan will do, and every grant keeps a plan. Suppose robots are
+out and none is under way or handling. Let i be the robot of the first move.
 
 - Its next step is free. i is the first on its stand and claims the next place to stand on its route. All up to there
   is empty by the plan, or the place is the refuge itself, with room: robots at rest on a lane stand D apart from the
@@ -20,8 +20,13 @@ are out and none is under way or handling. Let i be the robot of the first move.
   the robot that the plan begins with is looked at again at every grant: without that, stalls are rare but real
   (`tests/laws/test_two_way.py`).
 
-Every grant shortens a finite route, so all come home unless others keep setting out. Therefore departures are held
-back where a claim waits too long, and only they.
+Every grant shortens a finite route, so all come home unless others keep setting out. Therefore departures are held back
+where a claim waits too long, and only they.
+
+Where all lanes are two-way no robot can make way, and `Acyclic` does: j *stands in i's way* if j stands on a node or
+lane that i has still to use, or ahead of i on i's lane. A state is safe if the relation has no cycle. Then there is
+always an order in which all could drive home one by one, and the first of them finds everything before it free. It is
+the plan of `home_plan` without refuges, and there no order has to be kept.
 """
 
 from __future__ import annotations
@@ -30,10 +35,8 @@ from collections import defaultdict
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.way_home import room
-from desim_warehouse.world.traffic.deadlock.acyclic import Acyclic
-from desim_warehouse.world.traffic.deadlock.declared import Declared, DeclaredRoute, trail_of
-from desim_warehouse.world.traffic.deadlock.plan import Plan
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
+from desim_warehouse.world.traffic.home_plan import Declared, DeclaredRoute, Plan, trail_of
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
@@ -43,9 +46,86 @@ if TYPE_CHECKING:
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.deadlock.declared import Stand, Step
+    from desim_warehouse.world.traffic.home_plan import Stand, Step
     from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane
+
+
+class Acyclic:
+    """Whether a state is safe, where no robot can make way for another (a `Test` of the guard)."""
+
+    __slots__ = ("declared",)
+
+    def __init__(self, declared: Declared) -> None:
+        self.declared = declared
+
+    def starts(self, robot: Body) -> None:
+        """A robot stands on the lanes at the start of a run: `check` has seen that all there are safe."""
+
+    def left(self, robot: Body) -> None:
+        """A robot is off the lanes: that is always safe."""
+
+    def first(self) -> Body | None:
+        """Who is looked at again though nobody in its way has moved: no robot."""
+        return None
+
+    def after_step(self, robot: Body) -> Collection[Body] | None:
+        """The robots that make the state unsafe now that a robot has taken a step; None if it is safe.
+
+        They are those of a cycle through that robot. The search goes backwards: the robots that it blocks, those that
+        they block, and so on, until one blocks itself. If no robot has still to use its stand, the search ends at once.
+        """
+        routes, all_users = self.declared.routes, self.declared.users
+        stand = routes[robot].stands
+        if stand is None:
+            return None
+        in_front = _ahead(robot, stand)
+        came_from: dict[Body, Body] = {}
+        to_follow = [robot]
+        while to_follow:
+            member = to_follow.pop()
+            there = routes[member].stands
+            assert there is not None
+            users: Iterable[Body] = all_users[there]
+            if (direction := routes[member].direction) is not None:
+                users = {**all_users[there], **all_users[direction.opposite]}
+            if member is not robot and (
+                robot in users or (there is stand and (in_front is None or member in in_front))
+            ):
+                cycle = [member]
+                while cycle[-1] is not robot:
+                    cycle.append(came_from[cycle[-1]])
+                return cycle
+            for other in (*users, *_behind(member, there)):
+                if other is not robot and other not in came_from and routes[other].stands is not None:
+                    came_from[other] = member
+                    to_follow.append(other)
+        return None
+
+    after_change = after_step
+    """The same of a robot that has taken another route."""
+
+
+def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
+    """The robot behind another on the lane where that stands, or the one on its way in."""
+    lane = member.lane
+    if lane is None or lane.lane_of_both is not stand:
+        return ()
+    if member.behind is not None:
+        return (member.behind,)
+    return () if lane.entering is None else (lane.entering,)
+
+
+def _ahead(robot: Body, stand: Stand) -> set[Body] | None:
+    """The robots ahead of one on the lane where it stands, or None for all there if it is still on its way in."""
+    if robot.lane is None or robot.lane.lane_of_both is not stand:
+        return None
+    found, other = set(), robot.ahead
+    while other is not None:
+        found.add(other)
+        other = other.ahead
+    return found
+
 
 DESPERATE = 5
 """A claim that is older than this many times the patience holds back every departure."""
