@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
 from operator import itemgetter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.model.facts.charging import chargers_at
@@ -38,11 +38,11 @@ class Needs:
     of: Mapping[tuple[int, tuple[str, ...]], tuple[float, float]]
 
 
+ONE: dict[str, Any] = {"size": 1, "start": (), "start_on_lanes": ()}
 TIME = Consumption(standing=1.0, empty=1.0, loaded=1.0, handling=1.0)
 """With this consumption what tasks draw is the time that they take."""
 
 
-@lru_cache(maxsize=8)
 def least_needs(
     model: Model, layout: Layout, draws: Consumption, *, again: bool = False, anywhere: bool = False
 ) -> Needs:
@@ -52,6 +52,31 @@ def least_needs(
     `again`: not so for a battery that has been charged. `anywhere`: nothing is drawn before the edge of the good and
     after the delivery.
     """
+    fleet = model.fleet
+    begins = ends = list(chargers_at(model, layout))
+    if not begins or not (model.tasks.never_end or again):
+        begins, ends = [*begins, *fleet.homes(layout.bays)], list(layout.bays)
+    out = draws.empty * (fleet.exit_time if again else min(fleet.exit_time, fleet.first_exit_time))
+    if anywhere:
+        begins, ends, out = list(layout.graph), list(layout.graph), 0.0
+    stands = () if again else fleet.starts(layout.bays)
+    begun = {**dict.fromkeys(begins, out), **{start.node: 0.0 for start in stands if start.on_lanes}}
+    if not fleet.kinds:  # fleets of all sizes draw the same
+        model = model.model_copy(update={"fleet": fleet.model_copy(update=ONE), "run": None})
+    return _least_needs(model, layout, draws, tuple(begun.items()), tuple(ends), anywhere=anywhere)
+
+
+@lru_cache(maxsize=8)
+def _least_needs(
+    model: Model,
+    layout: Layout,
+    draws: Consumption,
+    begun: tuple[tuple[str, float], ...],
+    ends: tuple[str, ...],
+    *,
+    anywhere: bool,
+) -> Needs:
+    """`begun`: what has been drawn where robots come from; `ends`: where they go."""
     tasks, node_time, special = model.tasks, model.traffic.node_time, dict(model.traffic.node_times)
     speed = model.fleet.fastest
     paces = {edge: min(speed, data["speed"]) for edge, data in layout.graph.edges.items()}
@@ -60,19 +85,11 @@ def least_needs(
         for edge, data in layout.graph.edges.items()
     }
     back_in_time = {(target, source): time for (source, target), time in times.items()}
-    begins = ends = list(chargers_at(model, layout))
-    if not begins or not (model.tasks.never_end or again):
-        begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
-    out = draws.empty * (model.fleet.exit_time if again else min(model.fleet.exit_time, model.fleet.first_exit_time))
-    if anywhere:
-        begins, ends, out = list(layout.graph), list(layout.graph), 0.0
-    stands = () if again else model.fleet.starts(layout.bays)
-    on_lanes = {start.node: 0.0 for start in stands if start.on_lanes}
     if tasks.flows:
         flow = free_flow(model, layout, speed, at_once=True)
         assert isinstance(flow, FlowMix)
-        return _needs_of_flows(flow, draws, None if anywhere else ({**dict.fromkeys(begins, out), **on_lanes}, ends))
-    reach = least_costs(times, draws.empty, {**dict.fromkeys(begins, out), **on_lanes})
+        return _needs_of_flows(flow, draws, None if anywhere else (dict(begun), list(ends)))
+    reach = least_costs(times, draws.empty, dict(begun))
     back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
     cleared = {node: back[node] + draws.empty * tasks.clear_time for node in destinations(model, layout)}
     own = list(zip(listed(model), own_destinations(model, layout), strict=True))
