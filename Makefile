@@ -43,6 +43,7 @@ lint: $(READY)
 	$(BIN)/ruff format --check $(SOURCES)
 	$(BIN)/mypy
 	$(BIN)/lint-imports
+	$(BIN)/python -m docs.make_cost --check
 
 tests: $(READY)
 	$(BIN)/python -m pytest -n 2 -m "not long"

@@ -8,22 +8,22 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
+from desim_warehouse.errors import (
+    BatteryError,
+    CheckError,
+    GridlockError,
+    LayoutError,
+    ModelError,
+    PolicyError,
+    ReportError,
+    SimulationError,
+    StallError,
+    StudyError,
+    WarehouseError,
+)
+from desim_warehouse.fleet_log import read_log
 
 if TYPE_CHECKING:
-    from desim_warehouse.errors import (
-        BatteryError,
-        CheckError,
-        GridlockError,
-        LayoutError,
-        ModelError,
-        PolicyError,
-        ReportError,
-        SimulationError,
-        StallError,
-        StudyError,
-        WarehouseError,
-    )
-    from desim_warehouse.fleet_log import read_log
     from desim_warehouse.fleet_log.calibrate import calibrate
     from desim_warehouse.fleet_log.validate import validate
     from desim_warehouse.learn.asktell import steps
@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.study import Study
     from desim_warehouse.study.tipping import tipping_points
     from desim_warehouse.study.why import why
+
 
 _HOME = {
     "errors": (

@@ -6,9 +6,10 @@ import io
 import math
 import os
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -17,18 +18,12 @@ from desim_warehouse.fleet_log import read_logs
 from desim_warehouse.fleet_log.demand import as_flow, as_they_are, demand
 from desim_warehouse.fleet_log.energy import energy
 from desim_warehouse.fleet_log.estimates import CONFIDENCE, KeyEstimate, short
-from desim_warehouse.fleet_log.floor import lay_over
+from desim_warehouse.fleet_log.floor import Tracks, lay_over
 from desim_warehouse.fleet_log.handling import breakdowns, handling
 from desim_warehouse.fleet_log.motion import DrivingTimes
-from desim_warehouse.model import load
+from desim_warehouse.fleet_log.table import FleetLog
+from desim_warehouse.model import Model, load
 from desim_warehouse.model.overrides import UNSET
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.fleet_log.floor import Tracks
-    from desim_warehouse.fleet_log.table import FleetLog
-    from desim_warehouse.model import Model
 
 _NAMED = 12
 _OFTEN = 3

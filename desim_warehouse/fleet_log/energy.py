@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.fleet_log.estimates import FEWEST, KeyEstimate, short, t_quantile, unknown
+from desim_warehouse.fleet_log.floor import Tracks
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, PICK
 from desim_warehouse.model.facts.charging import charge_alike
@@ -27,9 +28,8 @@ from desim_warehouse.model.facts.charging import charge_alike
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from desim_warehouse.fleet_log.floor import Tracks
-
     Floats = NDArray[np.float64]
+
 
 _STATES = ("standing", "empty", "loaded", "handling")
 _WINDOW = 900.0

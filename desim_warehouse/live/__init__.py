@@ -11,6 +11,7 @@ import html
 import secrets
 import socket
 import threading
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -26,14 +27,12 @@ from desim_warehouse.report.replay.page import colours
 from desim_warehouse.report.text import words
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
 from desim_warehouse.study.execution.progress import in_notebook
-from desim_warehouse.study.statistics import looks_by
+from desim_warehouse.study.statistics import Target, looks_by
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from desim_warehouse.live.offers import Offer
-    from desim_warehouse.study.statistics import Target
+
 
 HOME = "127.0.0.1"
 _NOTEBOOKS = ("http://localhost:*", "http://127.0.0.1:*")

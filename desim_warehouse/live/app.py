@@ -11,6 +11,7 @@ from __future__ import annotations
 import asyncio
 import math
 import secrets
+from collections.abc import AsyncIterator, Callable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -26,19 +27,17 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from desim_warehouse.errors import CheckError, ModelError, StudyError, WarehouseError
 from desim_warehouse.live.desk import MOST_RUNS, Design, Desk, Listener, asked
-from desim_warehouse.live.messages import Ask, Message, ShareAsk, openapi
+from desim_warehouse.live.messages import About, Ask, Message, ShareAsk, openapi
 from desim_warehouse.model.json_text import JsonError, value_of
 from desim_warehouse.report.text.words import scale
 from desim_warehouse.report.web import joined
 
 if TYPE_CHECKING:
     from asyncio import TimerHandle, Transport
-    from collections.abc import AsyncIterator, Callable, Mapping
 
     from starlette.requests import Request
     from starlette.types import ASGIApp, Receive, Scope, Send
 
-    from desim_warehouse.live.messages import About
 
 WITHIN = 10.0
 """Seconds in which a request must come whole, and the first one after a connection is opened."""

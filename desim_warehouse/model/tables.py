@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -24,10 +24,9 @@ from desim_warehouse.values.distributions import ObservedFile
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     from desim_warehouse.model.messages import Outline
     from desim_warehouse.model.parse import Document
+
 
 STORAGE: Keys = ("layout", "storage")
 

@@ -3,15 +3,11 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from desim_warehouse.model.facts.charging import spare_batteries
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.model.schema import Prices
-    from desim_warehouse.outcome.history import History
+from desim_warehouse.model.schema import Prices
+from desim_warehouse.outcome.history import History
 
 
 def equipment(prices: Prices, kinds: Sequence[str], chargers: int, batteries: int) -> float:

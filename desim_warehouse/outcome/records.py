@@ -9,11 +9,9 @@ import math
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, NamedTuple
 
-from desim_warehouse.states import WAITING, seen
+from desim_warehouse.states import WAITING, State, seen
 
 if TYPE_CHECKING:
-    from desim_warehouse.states import State
-
     Edge = tuple[str, str]
 
 

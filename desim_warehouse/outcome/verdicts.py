@@ -15,14 +15,16 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from statistics import fmean, stdev
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, refills_overnight
 from desim_warehouse.model.facts.hours import longest_closed
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import is_of_due
 from desim_warehouse.outcome.past_knee import (
     FEWER,
@@ -33,12 +35,6 @@ from desim_warehouse.outcome.past_knee import (
     TASKS_A_WINDOW,
     past_knee,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.history import History
 
 LEAST_DRIFT = 0.01
 """Share of the capacity per hour by which the mean level must move."""

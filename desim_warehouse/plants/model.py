@@ -15,6 +15,7 @@ Areas of a plant that robots use one at a time, or in one direction at a time, a
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -30,8 +31,6 @@ from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside, orders_text, written
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from desim_warehouse.plants.plant import Area, Plant, Remark
 
 

@@ -8,15 +8,12 @@ from __future__ import annotations
 
 import datetime as dt
 import json
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.plants.checks import distance, length_of
-from desim_warehouse.plants.plant import claim
+from desim_warehouse.plants.plant import Plant, claim
 from desim_warehouse.plants.to_opentcs import joined
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
 
 _ACTIONS = {"load": "pick", "unload": "drop", "charge": "startCharging", "park": "park"}
 _TYPE = "robot"

@@ -10,7 +10,7 @@ import io
 import json
 import re
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Container, Iterable, Iterator, Mapping, Sequence
 from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,14 +18,11 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.model import layout_file
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Iterator
-
     Comments = Mapping[tuple[str | int, ...], str]
-    from collections.abc import Callable, Sequence
-
     from desim_warehouse.plants.stops import PlantTask
 
     Content = dict[str, Any]
+
 
 _PLAIN = re.compile(r"[^\W\d_](?:[\w. /()+-]*[\w()+])?", re.ASCII)
 _WORDS = {"true", "false", "null", "yes", "no", "on", "off", "y", "n"}

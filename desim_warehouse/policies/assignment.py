@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 from desim_warehouse.policies.allocation import CANDIDATES, _at_least_one
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from desim_warehouse.policies.protocols import RobotView, Task
-    from desim_warehouse.policies.situation import Situation
+from desim_warehouse.policies.protocols import RobotView, Task
+from desim_warehouse.policies.situation import Situation
 
 
 @dataclass(frozen=True)

@@ -5,12 +5,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, NamedTuple, Protocol
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple, Protocol
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.policies.protocols import Task, Travel
+from desim_warehouse.policies.protocols import Task, Travel
 
 
 class PodView(NamedTuple):

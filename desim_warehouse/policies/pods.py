@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar
+from typing import ClassVar
 
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.policies.pod_views import OrderCall, PodCall, PodView, PutCall, StationView, StorageCall
+from desim_warehouse.policies.pod_views import OrderCall, PodCall, PodView, PutCall, StationView, StorageCall
 
 
 @dataclass(frozen=True)

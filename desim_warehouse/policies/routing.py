@@ -13,17 +13,20 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import Iterator  # noqa: TC003 - the types of parameters are looked up when a model is read
+from collections.abc import (
+    Callable,
+    Iterator,
+    Sequence,
+)
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
+from desim_warehouse.policies.protocols import Roads
+
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from desim_warehouse.policies.protocols import Roads
-
     Closed = Callable[[tuple[str, str], float], float] | None
     Waiting = Callable[[tuple[str, str]], float] | None
+
 
 NEVER = 1e12
 """Cost of an edge that does not open again: more than any other, and routes over it can still be compared."""

@@ -12,8 +12,9 @@ runs.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
@@ -22,9 +23,6 @@ from desim_warehouse.report.text.standing import Standing
 from desim_warehouse.run.folder import ANSWER, write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Sequence
-    from typing import TypeVar
-
     T = TypeVar("T")
 
 

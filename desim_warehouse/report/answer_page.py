@@ -5,14 +5,14 @@ Nothing is shown of any design but the one that the answer is about; where it is
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.model import load as load_model
 from desim_warehouse.report import html
-from desim_warehouse.report.answer import PairGrid, Rows, load
+from desim_warehouse.report.answer import Answer, PairGrid, Rows, load
 from desim_warehouse.report.html import Html
 from desim_warehouse.report.kept import PLAN, WHY, kept
 from desim_warehouse.report.model_parts import model_facts
@@ -22,15 +22,10 @@ from desim_warehouse.report.svg import account, floor, rows
 from desim_warehouse.report.text.printed import how_sure, table
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
+from desim_warehouse.run import Run
 from desim_warehouse.run.folder import ANSWER
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.table import RESULTS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.run import Run
 
 _SIGNS = {"met": "●", "not met": "×", "open": "?", "edge": "~", "overloaded": "×", "drained": "×"}
 """Cells of a grid; of what was not tried they are empty."""

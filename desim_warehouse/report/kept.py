@@ -6,16 +6,14 @@ They name no design as later ones do, so their pages show none.
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from desim_warehouse.errors import ReportError, WarehouseError, reason
 from desim_warehouse.report.answer import Answer, Folded
 from desim_warehouse.report.text.numbers import NONE, number
 from desim_warehouse.study.record import read_record
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 PLAN, WHY = "plan.json", "why.json"
 

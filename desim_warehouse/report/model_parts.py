@@ -2,26 +2,22 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import errors
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, said
 from desim_warehouse.model.facts.disturbances import closures, disturbances
 from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.model.sections.fleet import RobotSpec
 from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.report import html
+from desim_warehouse.report.html import Html
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.values.units import SECONDS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import RobotSpec
-    from desim_warehouse.report.html import Html
 
 
 def model_facts(model: Model) -> Html:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import platform
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
@@ -12,20 +13,18 @@ from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.report import html, plot
 from desim_warehouse.report import page as pages
+from desim_warehouse.report.html import Html
 from desim_warehouse.report.model_parts import model_facts, work
+from desim_warehouse.report.page import ReportPage
 from desim_warehouse.report.svg import account, floor
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.text.root_words import root as root_in_words
+from desim_warehouse.run import Run
 from desim_warehouse.states import staff
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from matplotlib.axes import Axes
 
-    from desim_warehouse.report.html import Html
-    from desim_warehouse.report.page import ReportPage
-    from desim_warehouse.run import Run
 
 _ROOTS = 10
 """Roots of waiting in a table."""

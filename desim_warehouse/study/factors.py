@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from desim_warehouse.errors import got, nearest, spoken
-from desim_warehouse.model.messages import Keys  # noqa: TC001 - pydantic reads the annotation of `Values`
+from desim_warehouse.model.messages import Keys
 from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between

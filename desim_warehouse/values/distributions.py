@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -29,13 +29,10 @@ from desim_warehouse.values.fields import (
     form,
     wrong,
 )
+from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.random import Generator
-
-    from desim_warehouse.values.streams import Streams
 
 
 class Distribution(Part, ABC):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, OrderedDict, defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from simpy import Event
@@ -12,12 +13,15 @@ from simpy.events import URGENT, Timeout
 
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
-from desim_warehouse.layout.zones import edges_inside, zones_on
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, spare_batteries, start_levels, swapped_at
 from desim_warehouse.model.facts.driving import free_travel
 from desim_warehouse.model.sections.flows import StorageEnd
+from desim_warehouse.model.sections.policy import PolicySpec
 from desim_warehouse.outcome.log import Log
-from desim_warehouse.policies import create
+from desim_warehouse.policies import Task, create
 from desim_warehouse.states import AT_START, OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.batches import Batcher
@@ -58,18 +62,12 @@ from desim_warehouse.world.traffic.routes import Routes
 from desim_warehouse.world.traffic.traffic import Traffic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.zones import TrafficZone
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.policy import PolicySpec
-    from desim_warehouse.policies import Task
     from desim_warehouse.world.orders.demand import Orders
     from desim_warehouse.world.robots.settled import Fleet
     from desim_warehouse.world.robots.tallies import Rows
     from desim_warehouse.world.traffic.gridlock import Rule
     from desim_warehouse.world.traffic.people import PeopleSource
+
 
 PATIENCE = 300.0
 """Seconds that a robot may wait on two-way lanes before others stay in their bays for it. Else they might set out into

@@ -8,7 +8,7 @@ import desim_warehouse as dw
 from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout
 from desim_warehouse.report import palette
-from desim_warehouse.report.plot import floor, heat
+from desim_warehouse.report.plot import cells, floor
 
 ROWS = [
     "." * 25,
@@ -48,10 +48,10 @@ def at(letter):
 def test_cells_have_the_colour_of_what_they_are_for(model):
     ax = floor.layout(model)
     found = drawn(ax)
-    assert found[rgba(heat.GOODS)] == at("e")
+    assert found[rgba(cells.GOODS)] == at("e")
     assert found[rgba(palette.BAY)] == at("r")
-    assert found[rgba(heat.AISLE)] == at("e") | at("r") | at(".")
-    assert rgba(ax.get_facecolor()) == rgba(heat.SHELF)  # which is what is left of a shelf
+    assert found[rgba(cells.AISLE)] == at("e") | at("r") | at(".")
+    assert rgba(ax.get_facecolor()) == rgba(cells.SHELF)  # which is what is left of a shelf
     assert not ax.texts
     assert [text.get_text() for text in ax.get_legend().get_texts()] == [
         "shelf or wall",
@@ -74,11 +74,11 @@ def test_one_way_lanes_have_arrows(model):
 
 
 def test_small_floors_and_those_with_room_on_their_edges_are_drawn_as_ever(model):
-    assert heat.is_map(model, build(model.layout))
+    assert cells.is_map(model, build(model.layout))
     thin = model.replace({"fleet.robot.radius": 0.1})
-    assert not heat.is_map(thin, build(thin.layout))
+    assert not cells.is_map(thin, build(thin.layout))
     blocks = dw.load("models/multibots.yaml")
-    assert not heat.is_map(blocks, build(blocks.layout))
+    assert not cells.is_map(blocks, build(blocks.layout))
 
 
 def test_a_picture_has_room_for_every_cell(model, tmp_path):

@@ -12,7 +12,7 @@ from PIL import Image
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
-from desim_warehouse.report.plot import floor
+from desim_warehouse.report.plot import paths
 from desim_warehouse.report.plot.heat import edge_values
 from desim_warehouse.study.statistics import mser, welch
 from desim_warehouse.study.table import cells
@@ -244,13 +244,13 @@ def paths_of(ax):
 
 
 def heads_of(ax):
-    return [c for c in ax.collections if isinstance(c, floor.Heads)]
+    return [c for c in ax.collections if isinstance(c, paths.Heads)]
 
 
 def test_arrow_heads_have_one_size_on_paper_and_point_along_their_lanes():
     ax = Figure(figsize=(4, 2), dpi=100).add_subplot()
     ax.set(xlim=(0, 100), ylim=(10, 0))
-    floor.heads(ax, np.array([50 + 5j, 20 + 5j]), np.array([30 + 0j, 0 + 1j]), 0.2, "black", 1)
+    paths.heads(ax, np.array([50 + 5j, 20 + 5j]), np.array([30 + 0j, 0 + 1j]), 0.2, "black", 1)
     ax.figure.draw_without_rendering()
     (path,) = heads_of(ax)[0].get_paths()
     x, y = ax.transData.transform([(50, 5), (20, 5)]).T
@@ -261,7 +261,7 @@ def test_arrow_heads_have_one_size_on_paper_and_point_along_their_lanes():
 
 def test_many_shapes_are_a_few_paths():
     ax = Figure().add_subplot()
-    floor.lines(ax, [((i, 0), (i, 1)) for i in range(12_000)], "black", 1, 1)
+    paths.lines(ax, [((i, 0), (i, 1)) for i in range(12_000)], "black", 1, 1)
     assert [len(path.vertices) for path in paths_of(ax)] == [10_000, 10_000, 4_000]
 
 

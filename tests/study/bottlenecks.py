@@ -14,6 +14,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.why import why
+from tests.study.told import told
 
 MISLEADING = 100
 """The first number of a warehouse in which plain waiting misleads."""
@@ -165,11 +166,7 @@ def summary(found):
 
 def main(first, last):
     """Print who is blamed, and how often rightly."""
-    found = []
-    for number in range(first, last):
-        found.append(blame(number))
-        sys.stdout.write(f"{found[-1]}\n")
-        sys.stdout.flush()
+    found = told(range(first, last), blame)
     for name, among in (
         ("planted", [one for one in found if one.number < MISLEADING]),
         ("planted where waiting misleads", [one for one in found if one.number >= MISLEADING]),

@@ -1,5 +1,6 @@
 """A small study model, and policies that misbehave, for the tests of studies."""
 
+import time
 from pathlib import Path
 
 import pytest
@@ -85,6 +86,14 @@ class Home:
             os.kill(os.getpid(), signal.SIGINT)
             time.sleep(1)
 '''
+
+
+def wait_for(what):
+    """Until something holds, or it takes too long."""
+    end = time.monotonic() + PATIENCE
+    while not what():
+        assert time.monotonic() < end, "it did not happen in time"
+        time.sleep(0.005)
 
 
 def ample(usual):

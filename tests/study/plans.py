@@ -14,6 +14,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.run import check
 from desim_warehouse.study.fleet import plan_fleet
+from tests.study.told import told
 
 ON_TIME = Path(__file__).parent / "always_on_time.yaml"
 """A small floor on which four robots are never late."""
@@ -118,11 +119,7 @@ def answer(number):
 
 def main(first, last):
     """Print the answers and how many of them hold."""
-    found = []
-    for number in range(first, last):
-        found.append(answer(number))
-        sys.stdout.write(f"{found[-1]}\n")
-        sys.stdout.flush()
+    found = told(range(first, last), answer)
     named = [said for said in found if said.named]
     counts = [sum(getattr(said, name) for said in named) for name in ("meets", "smallest", "misses")]
     sys.stdout.write("{} answers of {}: {} meet, {} smallest, {} miss\n".format(len(named), len(found), *counts))

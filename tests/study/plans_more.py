@@ -11,6 +11,7 @@ import desim_warehouse as dw
 from desim_warehouse.study.fleet import plan_fleet, plan_options
 from desim_warehouse.study.statistics.cheapest import within_counts
 from tests.study import plans
+from tests.study.told import told
 
 ROBOTS, CHARGERS, PACKERS = range(1, 11), range(1, 4), range(1, 4)
 GLANCE, DAYS = 5, 40
@@ -133,11 +134,7 @@ def vendors(number):
 
 def main(kind, first, last):
     """Print what is said and what is true, and how many hold."""
-    found = []
-    for number in range(int(first), int(last)):
-        found.append({"packers": packers, "years": years, "vendors": vendors}[kind](number))
-        sys.stdout.write(f"{found[-1]}\n")
-        sys.stdout.flush()
+    found = told(range(int(first), int(last)), {"packers": packers, "years": years, "vendors": vendors}[kind])
     marks = [mark for mark in ("meets", "cheapest", "smallest", "same", "covers") if any(mark in one for one in found)]
     for mark in marks:
         known = [one[mark] for one in found if one.get(mark) is not None]

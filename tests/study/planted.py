@@ -15,6 +15,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.study.why import why
+from tests.study.told import told
 
 SEED, OTHER_SEED = 77, 5000
 CAP = 20
@@ -197,7 +198,7 @@ class Named:
         """The planted one is named, and nothing else beside it."""
         return self.clear and self.first == self.case.named
 
-    def line(self):
+    def __str__(self):
         """A row of the table."""
         bounds = "" if self.bounds is None else f" [{self.bounds[0]:.4g} to {self.bounds[1]:.4g}]"
         other = "" if self.gain is None else f", on other days {self.gain:.4g}"
@@ -233,11 +234,7 @@ def main(*wanted):
         for number, case in enumerate(CASES)
         if not wanted or any(word == str(number) or word in case.title for word in wanted)
     ]
-    found = []
-    for case in chosen:
-        found.append(named(case, days=days))
-        sys.stdout.write(f"{found[-1].line()}\n")
-        sys.stdout.flush()
+    found = told(chosen, lambda case: named(case, days=days))
     sys.stdout.write(f"{sum(one.right for one in found)} of {len(found)} named first and alone\n")
 
 

@@ -15,7 +15,7 @@ from desim_warehouse.study.execution import make_executor
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import Wanted
 
-from .conftest import MULTIBOTS, PATIENCE
+from .conftest import MULTIBOTS, PATIENCE, wait_for
 
 LONG = {"tasks.goods": {"saturated": 12}, "run.length": 10**9, "log": "tasks"}
 """A run of many minutes."""
@@ -38,13 +38,6 @@ def times(executor, runs):
 
 def short(seeds):
     return [Wanted(0, SHORT, seed) for seed in seeds]
-
-
-def wait_until(what):
-    end = time.monotonic() + PATIENCE
-    while not what():
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.005)
 
 
 def watched(executor, handle):
@@ -81,11 +74,11 @@ def test_a_running_simulation_is_stopped_and_its_process_goes_on(monkeypatch):
         before = {worker.process.pid for worker in pool.workers}
         handle = pool.submit(Wanted(1, LONG, 0))
         thread, told = watched(pool, handle)
-        wait_until(lambda: simulating(pool, handle))
+        wait_for(lambda: simulating(pool, handle))
         time.sleep(0.3)
         began = time.monotonic()
         handle.cancel()
-        wait_until(lambda: not simulating(pool, handle))
+        wait_for(lambda: not simulating(pool, handle))
         assert time.monotonic() - began < HEEDED
         thread.join(PATIENCE)
         assert told
@@ -99,13 +92,13 @@ def test_a_run_in_this_process_is_stopped_by_another_thread():
     with executor(1) as alone:
         handle = alone.submit(Wanted(1, LONG, 0))
         thread, told = watched(alone, handle)
-        wait_until(lambda: handle in alone.stops)
+        wait_for(lambda: handle in alone.stops)
         time.sleep(0.2)
         began = time.monotonic()
         handle.cancel()
         thread.join(PATIENCE)
         assert told
-        wait_until(lambda: handle not in alone.stops)
+        wait_for(lambda: handle not in alone.stops)
         assert time.monotonic() - began < HEEDED
         assert len(times(alone, short(range(2)))) == 2
 
@@ -127,11 +120,11 @@ def test_a_process_that_does_not_heed_is_killed_and_replaced(parking):
     with executor(2) as pool:
         times(pool, short(range(8)))
         deaf = pool.submit(Wanted(1, {**SHORT, "policies.parking": parking("block")}, 0))
-        wait_until(lambda: simulating(pool, deaf))
+        wait_for(lambda: simulating(pool, deaf))
         time.sleep(0.3)
         before = len(multiprocessing.active_children())
         deaf.cancel()
-        wait_until(lambda: not simulating(pool, deaf))
+        wait_for(lambda: not simulating(pool, deaf))
         assert len(times(pool, short(range(8)))) == 8
         assert before <= 2
 
@@ -146,7 +139,7 @@ def test_a_killed_worker_costs_no_caller_a_run():
         ]
         for thread in threads:
             thread.start()
-        wait_until(lambda: any(worker.handles for worker in pool.workers))
+        wait_for(lambda: any(worker.handles for worker in pool.workers))
         os.kill(next(worker for worker in pool.workers if worker.handles).process.pid, signal.SIGKILL)
         for thread in threads:
             thread.join(PATIENCE)

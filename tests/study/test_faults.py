@@ -25,7 +25,7 @@ from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.execution.work import Simulator, Wanted
 
-from .conftest import MULTIBOTS, PATIENCE, ample
+from .conftest import MULTIBOTS, PATIENCE, ample, wait_for
 
 pytestmark = pytest.mark.skipif(not sys.platform.startswith("linux"), reason="signals and /proc of Linux")
 
@@ -47,13 +47,6 @@ def command(folder, replications, workers):
 def lines(folder):
     path = folder / JOURNAL
     return path.read_bytes().count(b"\n") if path.exists() else 0
-
-
-def wait_for(what):
-    end = time.monotonic() + PATIENCE
-    while not what():
-        assert time.monotonic() < end, "it did not happen in time"
-        time.sleep(0.005)
 
 
 def children(pid):

@@ -131,14 +131,14 @@ def test_two_dozen_planted_bottlenecks():
     """Some ten minutes of one processor."""
     answers = [named(case) for case in CASES]
     assert len(answers) == 24
-    assert sum(answer.right for answer in answers) >= 22, [answer.line() for answer in answers if not answer.right]
+    assert sum(answer.right for answer in answers) >= 22, [str(answer) for answer in answers if not answer.right]
 
 
 @pytest.mark.long
 def test_the_advice_gains_on_other_days_what_was_said():
     for title in ("batches of six", "a crossing that takes 25 s"):
         answer = named(BY_TITLE[title], days=14)
-        assert answer.bounds[0] <= answer.gain <= answer.bounds[1], answer.line()
+        assert answer.bounds[0] <= answer.gain <= answer.bounds[1], str(answer)
 
 
 def test_the_time_in_which_tasks_wait_for_a_batch_is_said_of_one_run(tmp_path, monkeypatch):

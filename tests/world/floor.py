@@ -110,3 +110,9 @@ def line(names, *lengths, limits=None, **settings):
     if limits:
         edges = [(*edge, limit) for edge, limit in zip(edges, limits, strict=True)]
     return Floor({name: (at, 0.0) for name, at in zip(names, x, strict=True)}, edges, **settings)
+
+
+def crossing(**settings):
+    """West > X > East and North > X > South, all 10 long, at right angles; N > X > E merges."""
+    nodes = {"W": (0, 10), "X": (10, 10), "E": (20, 10), "N": (10, 0), "S": (10, 20)}
+    return Floor(nodes, ["W>X", "X>E", "N>X", "X>S"], **settings)

@@ -9,16 +9,10 @@ from tests.accounting import faults
 from tests.laws.features import warehouse
 from tests.laws.found import endless, standstill
 from tests.recount import differences
-from tests.world.floor import PARK, Floor, line
+from tests.world.floor import PARK, crossing, line
 
 near = pytest.approx
 MODEL = "models/multibots.yaml"
-
-
-def crossing(**settings):
-    """West > X > East and North > X > South, all 10 long, at right angles; N > X > E merges."""
-    nodes = {"W": (0, 10), "X": (10, 10), "E": (20, 10), "N": (10, 0), "S": (10, 20)}
-    return Floor(nodes, ["W>X", "X>E", "N>X", "X>S"], **settings)
 
 
 def test_at_a_free_node_nobody_waits_for_the_one_that_crosses():

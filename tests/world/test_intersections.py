@@ -9,7 +9,7 @@ import math
 
 import pytest
 
-from tests.world.floor import PARK, Floor, line
+from tests.world.floor import PARK, Floor, crossing, line
 
 near = pytest.approx
 ROOT = math.sqrt(2)
@@ -17,12 +17,6 @@ ROOT = math.sqrt(2)
 # c for D = 2: 2 (1 + 0 - 1) = 0; 2 (0.8660 + 0.5 - 1) = sqrt 3 - 1; 2 (0.7071 + 0.7071 - 1) = 2 (sqrt 2 - 1); so above
 RIGHT_ANGLE = [(0, 0.0), (30, math.sqrt(3) - 1), (45, 2 * (ROOT - 1)), (60, 2 * (ROOT - 1)), (90, 2 * (ROOT - 1))]
 THETAS = pytest.mark.parametrize(("theta", "c"), RIGHT_ANGLE)
-
-
-def crossing(**settings):
-    """West > X > East and North > X > South, all 10 long, at right angles."""
-    nodes = {"W": (0, 10), "X": (10, 10), "E": (20, 10), "N": (10, 0), "S": (10, 20)}
-    return Floor(nodes, ["W>X", "X>E", "N>X", "X>S"], **settings)
 
 
 def angled(degrees, **settings):

@@ -35,12 +35,6 @@ def test_an_order_of_two_lines_is_done_as_two_tasks():
     assert run.kpis["tasks"] == 2
 
 
-def test_one_line_is_the_same_run_as_before_the_key():
-    plain = dw.simulate(model(1, {"poisson": 60}, run__length=3600), seed=3)
-    assert "" in {task.order for task in plain.history.tasks.values()}
-    assert not plain.history.orders
-
-
 @pytest.mark.parametrize(
     ("lines", "mean"), [(3, 3), ([1, 4], 2.5), ([2, 2], 2), (ONE_TO_FIVE, 1.7), ({"discrete": {"values": [1, 3]}}, 2)]
 )

@@ -64,12 +64,6 @@ def test_figures_and_history_begin_where_they_stand():
     assert [spans[0].node for spans in run.history.changes] == ["B", "D"]
 
 
-def test_the_account_of_time_is_theirs_from_the_start():
-    run = simulated(on_edge("AB", 4), {"node": "D"}, fleet__size=3)
-    assert run.account("robot").sum(axis=1).tolist() == [run.T] * 3
-    assert run.account("edge").loc["A>B", ["empty", "loading"]].tolist() == [6, 5]
-
-
 def test_a_lane_full_of_them_drives_off_in_order():
     places = [on_edge("AB", offset) for offset in (1, 2, 3, 4, 5, 6, 7, 8, 9)]
     run = simulated(*places, fleet__size=9)

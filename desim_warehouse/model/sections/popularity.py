@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Sequence
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got
+from desim_warehouse.layout.layout import StoragePlace
 from desim_warehouse.values.fields import (
     SECTION,
     Forms,
@@ -20,11 +22,6 @@ from desim_warehouse.values.fields import (
     known,
     wrong,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.layout.layout import StoragePlace
 
 _SUM = 1e-6  # shares written with a few digits add up to 1 within this
 

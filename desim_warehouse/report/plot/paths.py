@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,10 +11,9 @@ from matplotlib.path import Path
 from matplotlib.transforms import IdentityTransform
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from matplotlib.axes import Axes
     from matplotlib.backend_bases import RendererBase
+
 
 _AT_ONCE = 5_000
 """Shapes of a path: there is a limit to what can be filled at once."""

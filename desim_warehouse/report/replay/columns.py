@@ -7,14 +7,14 @@ from __future__ import annotations
 
 import base64
 import zlib
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from numpy.typing import ArrayLike, NDArray
+
 
 LARGEST = 2**31 - 1
 """The largest number in a column: what the page keeps in 32 bits."""

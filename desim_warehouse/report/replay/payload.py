@@ -18,32 +18,28 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.outcome import chains
-from desim_warehouse.outcome.resources import resources
+from desim_warehouse.outcome.chains import Lost, Root
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.resources import Resource, resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
-from desim_warehouse.report.replay.scale import scale_of
+from desim_warehouse.report.replay.scale import MapScale, scale_of
 from desim_warehouse.report.replay.stops import stops
-from desim_warehouse.report.replay.tiles import tile_columns, tiles
+from desim_warehouse.report.replay.tiles import Tile, tile_columns, tiles
 from desim_warehouse.report.text import numbers
 from desim_warehouse.report.text.numbers import plural
 from desim_warehouse.report.text.root_words import root as in_words
 from desim_warehouse.report.zones import cell_size, robot_radii
-from desim_warehouse.states import APART, SHOWN, WAITING, Phase
+from desim_warehouse.states import APART, SHOWN, WAITING, Phase, State
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.pods import Shelves
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.chains import Lost, Root
-    from desim_warehouse.outcome.history import History
-    from desim_warehouse.outcome.resources import Resource
-    from desim_warehouse.report.replay.scale import MapScale
-    from desim_warehouse.report.replay.tiles import Tile
-    from desim_warehouse.states import State
 
 _ROOTS = 60
 """Roots in the list."""

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome import chains
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import kpis
 from desim_warehouse.outcome.resources import steps
 from desim_warehouse.outcome.verdicts import is_no_answer, judge
@@ -15,11 +17,9 @@ from desim_warehouse.report.text import numbers
 from desim_warehouse.report.text.root_words import root as in_words
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.resources import Resource, Steps
     from desim_warehouse.report.replay.scale import MapScale
+
 
 _TOLD: dict[str, tuple[bool, Callable[[float, str], str]]] = {
     "on_time": (True, lambda value, _: f"{numbers.PERCENT.value(value)} on time"),

@@ -3,18 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option
+from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, SaidNumber, Subject
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import Scale, number, percent, plural
 from desim_warehouse.report.text.sentences import capital, sentence
-from desim_warehouse.study.tipping import GOOD_FIT
-
-if TYPE_CHECKING:
-    from desim_warehouse.report.answer import SaidNumber, Subject
-    from desim_warehouse.study.tipping import InputEffect, TippingPoint, TippingPoints
+from desim_warehouse.study.tipping import GOOD_FIT, InputEffect, TippingPoint, TippingPoints
 
 _EFFECT, _WORTH = "robots", "worth"
 """What the numbers of an input are of."""

@@ -16,15 +16,12 @@ import errno
 import os
 import stat
 import sys
+from collections.abc import Callable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.study.execution.versions import program
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 MOST = 1_000_000_000
 """Bytes of all files."""

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Generator, Sequence
-from typing import TYPE_CHECKING, TypeAlias, TypeVar, cast
+from collections.abc import Callable, Generator, Sequence
+from typing import TypeAlias, TypeVar, cast
 
 from desim_warehouse.errors import StudyError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 T = TypeVar("T")
 RunNumber: TypeAlias = tuple[int, int]

@@ -6,6 +6,7 @@ Sobol indices of a screening study: each factor's share of the variance, alone a
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import NormalDist
@@ -17,10 +18,9 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence, finite, is_constant
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     import pandas as pd
     from numpy.typing import NDArray
+
 
 HALVES = 100  # random halves of the points, for intervals
 PER_BIN = 5  # points in a bin of a continuous factor, for shares

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, TypeAlias
 
@@ -11,9 +12,8 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import finite
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
+
 
 Series: TypeAlias = "Sequence[float] | Sequence[Sequence[float]] | NDArray[np.float64]"
 """Observations in order of time, shape (n,), or of several replications, shape (replications, n)."""

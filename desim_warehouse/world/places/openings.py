@@ -17,28 +17,23 @@ Waiting for hours: until a station opens, or for time in which it is open.
 from __future__ import annotations
 
 import math
-from collections.abc import Collection
+from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
 from itertools import count, zip_longest
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.layout.travel import FreeTravel
+from desim_warehouse.policies import Handling, RobotView, Task
+from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.stops import between, time_at
 from desim_warehouse.world.traffic.events import Arrival
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
     from simpy import Environment
 
-    from desim_warehouse.values.calendars import Hours
-
     Steps = Generator[Event, object, None]
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from desim_warehouse.layout.travel import FreeTravel
-    from desim_warehouse.policies import Handling, RobotView, Task
     from desim_warehouse.world.places.cut_off import CutOff
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.places.stops import Stop

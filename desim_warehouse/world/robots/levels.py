@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import PolicyError, shown
-from desim_warehouse.policies import Levels
+from desim_warehouse.policies import Levels, RobotView
 from desim_warehouse.policies.asked import asked
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from simpy import Environment
-
-    from desim_warehouse.policies import RobotView
 
 
 class ChargingLevels:

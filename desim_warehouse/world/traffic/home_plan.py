@@ -18,13 +18,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, insort
 from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, TypeAlias
 
 from desim_warehouse.layout.way_home import Search, Stands
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.intersection import Intersection
     from desim_warehouse.world.traffic.lane import Lane
@@ -32,8 +31,6 @@ if TYPE_CHECKING:
 
     Stand: TypeAlias = Intersection | Lane
     Step: TypeAlias = Stand | ZoneDirection | Exit
-    from collections.abc import Collection, Iterator, Mapping
-
     Move: TypeAlias = tuple[float, int]
     """Its rank, and how far on the robot's trail: to a refuge, or home (the length of the trail)."""
 
