@@ -9,11 +9,10 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.model.facts.ahead import free_travel, handling_of
 from desim_warehouse.model.facts.demand import demand, flow_rates
-from desim_warehouse.model.facts.driving import free_travel
-from desim_warehouse.model.facts.places import destinations, flow_times, own_times, place_shares
+from desim_warehouse.model.facts.places import destinations, place_shares
 from desim_warehouse.model.sections.flows import StorageEnd
-from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 AT_ONCE = 8
 """Stations whose ways to all goods are looked up together."""
 POINTS = 300
-LOAD, UNLOAD = 0, 1
 
 
 class FreeFlow:
@@ -103,7 +101,7 @@ class FlowMix:
         self.layout = layout
         self.stations = destinations(model, layout)
         self.travel = free_travel(model, layout, speed, at_once=at_once, estimate=True)
-        self.own = own_times(model, layout)
+        self.stops = handling_of(model, layout).means()
         self.rates = flow_rates(model)
         self.legs = list(self._legs())
 
@@ -111,24 +109,19 @@ class FlowMix:
         """Times from nodes (rows) to all places where tasks are picked (columns)."""
         return self.travel.between(nodes, list(dict.fromkeys(at for leg in self.legs for at in leg.picks.places)))
 
-    def _at(self, place: Edge | str, which: int, usual: float) -> float:
-        """The mean time of loading or unloading (`which`) where tasks begin or end."""
-        own = self.own.get(place, (None, None))[which] if isinstance(place, str) else None
-        return usual if own is None else own
-
     def least_handling(self, leg: Leg) -> float:
         """The mean handling of a task of a leg at those of its stations that are quickest."""
-        load, unload, visits = self.handling(leg.flow)
+        at_stop, flow = self.stops.at_stop, leg.flow
         return (
-            visits
-            + min(self._at(place, LOAD, load) for place in leg.picks.places)
-            + min(self._at(place, UNLOAD, unload) for place in leg.drops.places)
+            self.handling(flow)[2]
+            + min(at_stop("load", flow, place if isinstance(place, str) else None) for place in leg.picks.places)
+            + min(at_stop("unload", flow, place if isinstance(place, str) else None) for place in leg.drops.places)
         )
 
     def handling(self, flow: str) -> tuple[float, float, float]:
         """The mean times of loading and unloading a task of a flow, and of all its stops on the way."""
-        spec = self.model.tasks.flows[flow]
-        return (*flow_times(self.model.tasks, spec), len(spec.via) * mean_of(spec.stop_time))
+        at_stop, visits = self.stops.at_stop, len(self.model.tasks.flows[flow].via)
+        return at_stop("load", flow), at_stop("unload", flow), visits * at_stop("visit", flow)
 
     def _legs(self) -> Iterator[Leg]:
         total = sum(self.rates.values())

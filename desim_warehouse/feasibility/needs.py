@@ -10,9 +10,10 @@ from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
+from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.demand import asked_for, demand, listed
-from desim_warehouse.model.facts.places import destinations, own_destinations, own_times
+from desim_warehouse.model.facts.places import destinations, own_destinations
 from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.flows import StorageEnd
 
@@ -62,7 +63,7 @@ def least_needs(
     stands = () if again else fleet.starts(layout.bays)
     begun = {**dict.fromkeys(begins, out), **{start.node: 0.0 for start in stands if start.on_lanes}}
     if not fleet.kinds:  # fleets of all sizes draw the same
-        model = model.model_copy(update={"fleet": fleet.model_copy(update=ONE), "run": None})
+        model = model.model_copy(update={"fleet": fleet.model_copy(update=ONE)})
     return _least_needs(model, layout, draws, tuple(begun.items()), tuple(ends), anywhere=anywhere)
 
 
@@ -98,8 +99,9 @@ def _least_needs(
         nodes: least_costs(back_in_time, draws.loaded, {node: cleared[node] for node in nodes or tasks.unload_at})
         for nodes in dict.fromkeys(nodes for _, nodes in work)
     }
-    unload = (time for _, time in own_times(model, layout).values() if time is not None)
-    handling = draws.handling * (tasks.mean_load + min([tasks.mean_unload, *unload]))
+    stops = handling_of(model, layout).means()
+    unload = min(stops.at_stop("unload", station=node) for node in (None, *layout.stations))
+    handling = draws.handling * (stops.at_stop("load") + unload)
     most, far = [], []
     for number, nodes in work:
         place = layout.storage[number]

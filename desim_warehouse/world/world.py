@@ -16,8 +16,9 @@ from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.ahead import free_travel, handling_of
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, spare_batteries, start_levels, swapped_at
-from desim_warehouse.model.facts.driving import free_travel
+from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.model.sections.policy import PolicySpec
 from desim_warehouse.outcome.log import Log
@@ -33,7 +34,7 @@ from desim_warehouse.world.orders.situations import Situations
 from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
 from desim_warehouse.world.places.cut_off import CutOff
-from desim_warehouse.world.places.handling import HandlingTimes, handling_of
+from desim_warehouse.world.places.handling import HandlingTimes
 from desim_warehouse.world.places.stations import stations_of
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
@@ -154,7 +155,7 @@ class World:
     def _open_places(self, homes: list[str]) -> None:
         """Stations, to which tasks go by free driving times; and bays, with as many slots as have their home there."""
         env, model, layout, streams = self.env, self.model, self.layout, self.streams
-        self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
+        self.handling = HandlingTimes(handling_of(model, layout), specs(model, layout), streams)
         self.stations = stations_of(env, model, layout, self.travel, self.handling, self.log, streams, self._worked)
         keep = self.traffic.rules.guard is not None
         kinds, batteries = frozenset(model.fleet.kinds_of_robots()), spare_batteries(model)
@@ -163,7 +164,7 @@ class World:
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
         """What energy and hours let robots do at these places, and where they go that leave their work."""
         env, model, policies = self.env, self.model, self.model.policies
-        handling = handling_of(model, self.layout)
+        handling = self.handling.said.means()
         routes = self.routes
         blocked = routes.blocked if routes.goes_round else ()
         round_it = routes.goes_round or routes.passes_closures

@@ -25,8 +25,8 @@ from desim_warehouse.world.places.stops import Stop, stops_of_tour
 if TYPE_CHECKING:
     from simpy import Environment
 
+    from desim_warehouse.policies.situation import Act
     from desim_warehouse.world.places.handling import HandlingTimes
-    from desim_warehouse.world.places.stops import Act
 
 
 class Stations:

@@ -1,17 +1,18 @@
-"""How long robots of a model drive without traffic."""
+"""What is known ahead of a run: how long robots drive on free lanes, and how long their stops take."""
 
 from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.travel import travel_on
-from desim_warehouse.model.facts.places import destinations
-from desim_warehouse.policies import create
+from desim_warehouse.model.facts.places import destinations, specs
+from desim_warehouse.policies import Handling, create
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model.schema import Model
+    from desim_warehouse.values.distributions import Distribution
 
 
 def free_travel(
@@ -35,4 +36,31 @@ def free_travel(
         traffic.node_times,
         slowness,
         estimate=estimate and (cost == "hops" or (speed, slowness) != (fastest, fleet.slowness)),
+    )
+
+
+def handling_of(model: Model, layout: Layout) -> Handling[float | Distribution]:
+    """The times of stops as the model says them: runs draw them, and whoever looks ahead takes their means."""
+    tasks, cost = model.tasks, model.cost
+    flows = {
+        name: (
+            tasks.load_time if flow.load_time is None else flow.load_time,
+            tasks.unload_time if flow.unload_time is None else flow.unload_time,
+        )
+        for name, flow in tasks.flows.items()
+    }
+    return Handling(
+        tasks.load_time,
+        tasks.unload_time,
+        tasks.clear_time,
+        cost.distance,
+        cost.time,
+        cost.collisions,
+        flows,
+        {"": 0.0, **{name: flow.stop_time for name, flow in tasks.flows.items()}},
+        {
+            node: (spec.load_time, spec.unload_time)
+            for node, spec in specs(model, layout).items()
+            if spec.load_time is not None or spec.unload_time is not None
+        },
     )
