@@ -7,10 +7,12 @@ a state is named only where a robot enters it.
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import Any, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 Role = Literal["idle", "empty", "loaded", "charging", "wait", "broken"]
 ROLES = {

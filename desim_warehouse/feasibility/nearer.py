@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.findings import amount
-from desim_warehouse.model.sections.popularity import Popularity
+from desim_warehouse.model.sections.goods import Popularity
 
 if TYPE_CHECKING:
     from collections.abc import Callable

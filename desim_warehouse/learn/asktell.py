@@ -2,13 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-from typing import Self
+from typing import TYPE_CHECKING, Self
 
 from desim_warehouse.errors import PolicyError
 from desim_warehouse.model import Source, as_model
-from desim_warehouse.policies import RobotView, Situation, Task
-from desim_warehouse.run import Run
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Sequence
+
+    from desim_warehouse.policies import RobotView, Situation, Task
+    from desim_warehouse.run import Run
 
 
 class Decision:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -15,11 +15,14 @@ try:
 except ModuleNotFoundError as error:
     raise ImportError(f"learning needs {error.name}; pip install 'desim-warehouse[rl]'") from None
 
-from collections.abc import Mapping
 
 from desim_warehouse.learn.asktell import Decision
-from desim_warehouse.model import Model
-from desim_warehouse.policies import RobotView, Task
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.policies import RobotView, Task
 
 FEATURES = 5
 FAR = 1e6

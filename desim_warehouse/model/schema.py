@@ -6,8 +6,7 @@ import datetime as dt
 import hashlib
 import json
 import math
-from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
@@ -35,11 +34,18 @@ from desim_warehouse.model.sections.flows import (
     fixed_orders,
     mean_rate,
 )
-from desim_warehouse.model.sections.goods import GOODS_FORM, Good, GoodsRule, PoissonGoods, SaturatedGoods
+from desim_warehouse.model.sections.goods import (
+    GOODS_FORM,
+    Good,
+    GoodsRule,
+    PoissonGoods,
+    Popularity,
+    PopularityRule,
+    SaturatedGoods,
+)
 from desim_warehouse.model.sections.orders import Reading, files_of, problems_of
 from desim_warehouse.model.sections.pods import PodsSpec, fit_for_pods
 from desim_warehouse.model.sections.policy import Policies
-from desim_warehouse.model.sections.popularity import Popularity, PopularityRule
 from desim_warehouse.model.sections.traffic import PeopleSpec, TrafficSpec
 from desim_warehouse.model.tables import resolve
 from desim_warehouse.policies import catalogue
@@ -66,6 +72,9 @@ from desim_warehouse.values.fields import (
     wrong,
 )
 from desim_warehouse.values.units import METRES, SECONDS, UnitNames
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
 
 
 class Units(Part):

@@ -15,10 +15,10 @@ from desim_warehouse.layout.spec import NamesFile, StorageFile
 from desim_warehouse.model import layout_file
 from desim_warehouse.model.messages import FilePositions, Keys, Position, Problem, from_pydantic
 from desim_warehouse.model.sections.flows import MatrixFile
+from desim_warehouse.model.sections.goods import WeightsFile
 from desim_warehouse.model.sections.orders import sha256
 from desim_warehouse.model.sections.pods import HoldsFile
 from desim_warehouse.model.sections.policy import KINDS
-from desim_warehouse.model.sections.popularity import WeightsFile
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.distributions import ObservedFile
 from desim_warehouse.values.fields import LIMITS

@@ -8,14 +8,17 @@ and the reference in the documentation all read this list.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
-from desim_warehouse.outcome import measures, money
-from desim_warehouse.outcome.history import FlowHistory, History
+from desim_warehouse.outcome import account, measures
 from desim_warehouse.states import APART, TIMES, State
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Collection
+
+    from desim_warehouse.outcome.history import FlowHistory, History
 
 Unit = Literal[
     "time",
@@ -535,7 +538,7 @@ INDICATORS = {
             "robots, chargers, energy, servers and late orders at the prices of the section `prices`, for a year of "
             "its `hours` like the counted time; only with prices",
             "less",
-            money.annual_cost,
+            account.annual_cost,
             measures.has_prices,
         ),
         Indicator(
@@ -544,7 +547,7 @@ INDICATORS = {
             "money per task",
             "`annual_cost` by the tasks that such a year delivers; only with prices",
             "less",
-            money.cost_per_task,
+            account.cost_per_task,
             measures.has_prices,
         ),
         *(_share_of(state) for state in TIMES.values()),

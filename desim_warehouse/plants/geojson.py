@@ -13,9 +13,7 @@ Source: RFC 7946.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
-from pathlib import Path
-from typing import Any, NoReturn
+from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
@@ -24,6 +22,10 @@ from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord
 from desim_warehouse.values.fields import LIMITS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Mapping
+    from pathlib import Path
 
 EXPECTED = "lines (GeoJSON)"
 _WIDEST = 0.5  # degrees

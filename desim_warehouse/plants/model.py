@@ -8,14 +8,14 @@
 - Where no parking is drawn, robots park where they work; where no work is drawn, they work where they park, or else
   everywhere. Stations have room for all robots. All of that is marked as assumed.
 - Accelerations and angles are not read.
+- Areas that robots use one at a time, or in one direction at a time, are zones.
 
-Areas of a plant that robots use one at a time, or in one direction at a time, as zones of a model.
+What drawings do not say of the robots may come from a file with the keys `robot` and `battery` of a model.
 """
 
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -24,14 +24,44 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.zones import examine
 from desim_warehouse.model import Model, load
+from desim_warehouse.model.messages import Outline
+from desim_warehouse.model.parse import from_file, valid
+from desim_warehouse.model.sections.fleet import BatterySpec, RobotSpec
 from desim_warehouse.plants.checks import DIGITS, distance, put_right
 from desim_warehouse.plants.lanes import DrawnLane, lanes_of
 from desim_warehouse.plants.plant import Vehicle, unique
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside, orders_text, written
+from desim_warehouse.values.fields import Part
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
     from desim_warehouse.plants.plant import Area, Plant, Remark
+
+
+class RobotFile(Part):
+    """A robot and its battery; what is not there is as drawn, or assumed."""
+
+    robot: RobotSpec | None = None
+    battery: BatterySpec | None = None
+
+
+_OUTLINE = Outline(RobotFile)
+
+
+def read_robot(path: str | Path) -> dict[str, Any]:
+    """The sections of a file about a robot, as they stand in it.
+
+    Args:
+        path: a YAML file with `robot` as below `fleet`, `battery`, or both, in metres and seconds or with units.
+
+    Raises:
+        ModelError: with every problem of the file, in its order.
+    """
+    document = from_file(Path(path), str(path), "a robot with robot or battery", _OUTLINE)
+    valid(document, RobotFile, _OUTLINE)
+    return {key: value for key, value in document.data.items() if value is not None}
 
 
 def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:

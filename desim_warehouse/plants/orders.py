@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
@@ -10,6 +9,8 @@ from desim_warehouse.plants.plant import Transport
 from desim_warehouse.plants.xml import read_xml
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from desim_warehouse.plants.plant import Plant
 
 

@@ -23,10 +23,10 @@ OURS: dict[str, dict[str, str]] = {
         "nearest": "allocation:Nearest",
         "nearest-aging": "allocation:NearestAging",
         "earliest-due": "allocation:EarliestDue",
-        "hungarian": "assignment:Hungarian",
+        "hungarian": "allocation:Hungarian",
         "regret": "queues:Regret",
         "auction": "queues:Auction",
-        "cost-aware": "assignment:CostAware",
+        "cost-aware": "allocation:CostAware",
     },
     "routing": {
         "highways": "routing:Highways",

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
-from desim_warehouse.policies.protocols import BayView, RobotView, Travel
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.policies.protocols import BayView, RobotView, Travel
 
 
 @dataclass(frozen=True)

@@ -13,17 +13,18 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-from collections.abc import (
-    Callable,
-    Iterator,
-    Sequence,
-)
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
-from desim_warehouse.policies.protocols import Roads
-
 if TYPE_CHECKING:
+    from collections.abc import (
+        Callable,
+        Iterator,
+        Sequence,
+    )
+
+    from desim_warehouse.policies.protocols import Roads
+
     Closed = Callable[[tuple[str, str], float], float] | None
     Waiting = Callable[[tuple[str, str]], float] | None
 

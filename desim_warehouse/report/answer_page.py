@@ -1,31 +1,99 @@
 """The page of an answer: its sentences, at most three figures (what answers, the account of time, the floor), the rest.
 
 Nothing is shown of any design but the one that the answer is about; where it is about none, of none.
+
+Answers of versions before 0.4, kept as plan.json and why.json, have their sentences, not judged anew. They name no
+design as later ones do, so their pages show none.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import json
 from datetime import UTC, datetime
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ReportError, StudyError, WarehouseError
+from desim_warehouse.errors import ReportError, StudyError, WarehouseError, reason
 from desim_warehouse.model import load as load_model
 from desim_warehouse.report import html
-from desim_warehouse.report.answer import Answer, PairGrid, Rows, load
+from desim_warehouse.report.answer import Answer, Folded, PairGrid, Rows, load
 from desim_warehouse.report.html import Html
-from desim_warehouse.report.kept import PLAN, WHY, kept
-from desim_warehouse.report.model_parts import model_facts
 from desim_warehouse.report.page import in_full, style
-from desim_warehouse.report.run_parts import lost_time, made_with, resources
+from desim_warehouse.report.run_parts import lost_time, made_with, model_facts, resources
 from desim_warehouse.report.svg import account, floor, rows
+from desim_warehouse.report.text.numbers import NONE, number
 from desim_warehouse.report.text.printed import how_sure, table
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
-from desim_warehouse.run import Run
 from desim_warehouse.run.folder import ANSWER
+from desim_warehouse.study.record import read_record
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.table import RESULTS
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from desim_warehouse.run import Run
+
+PLAN, WHY = "plan.json", "why.json"
+
+
+def kept(path: Path) -> Answer:
+    """The answer in plan.json or why.json.
+
+    Raises:
+        ReportError: where it is damaged.
+    """
+    try:
+        content = json.loads(path.read_text(encoding="utf-8"))
+        return (_plan if path.name == PLAN else _why)(content, path.parent)
+    except (OSError, ValueError, KeyError, TypeError, RecursionError, WarehouseError) as error:
+        raise ReportError(f"{path}: damaged ({reason(error)})") from error
+
+
+def _why(content: Mapping[str, Any], folder: Path) -> Answer:
+    record = read_record(folder)
+    rows = tuple((one["relief"], _shown(one["gain"]), str(one["runs"])) for one in content["reliefs"])
+    head = ("change", f"gain in {content['indicator']}", "runs")
+    return Answer(
+        kind="why",
+        name=record.plan.base.name,
+        description=record.plan.base.description,
+        question="What holds it up?",
+        answer=(content["answer"],),
+        tables=(Folded(title="Everything tried", head=head, rows=rows),),
+        runs=content["runs"],
+        confidence=content["confidence"],
+        made=dict(record.versions),
+    )
+
+
+def _plan(content: Mapping[str, Any], folder: Path) -> Answer:
+    record = read_record(folder / content["today"]["study"])
+    rows = tuple((one["what"], one["found"], str(one["runs"])) for one in content["evidence"])
+    unsure = content.get("uncertain") or {}
+    tables = [Folded(title="What shows it", head=("option", "found", "runs"), rows=rows)]
+    if unsure:
+        head, *lines = unsure["table"]
+        tables.append(Folded(title="What is not known exactly", note=unsure["answer"][0], head=head, rows=lines))
+    return Answer(
+        kind="plan",
+        name=content["name"],
+        description=record.plan.base.description,
+        question=content["question"],
+        answer=(*content["answer"], *([unsure["in_short"]] if unsure else [])),
+        tables=tuple(tables),
+        promise=content["promise"],
+        notes=tuple(content.get("notes", ())),
+        runs=content["runs"],
+        confidence=content["confidence"],
+        made=dict(record.versions),
+    )
+
+
+def _shown(value: float | None) -> str:
+    return NONE if value is None else number(value)
+
 
 _SIGNS = {"met": "●", "not met": "×", "open": "?", "edge": "~", "overloaded": "×", "drained": "×"}
 """Cells of a grid; of what was not tried they are empty."""

@@ -10,7 +10,7 @@ from desim_warehouse.errors import ModelError, StudyError, reason
 from desim_warehouse.model import load
 from desim_warehouse.run.folder import RUN, STUDY, write_whole
 from desim_warehouse.study.design import Rule
-from desim_warehouse.study.execution.versions import versions
+from desim_warehouse.study.execution.cache import versions
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import StudyPlan, models, run_seed

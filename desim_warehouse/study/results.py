@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError, reason
+from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
-from desim_warehouse.outcome.money import is_fixed
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study import rare, statistics
 from desim_warehouse.study.design import baseline_point, saltelli

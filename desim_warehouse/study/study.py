@@ -308,7 +308,7 @@ class Study:
 
     def _write(self, rows: list[Row]) -> None:
         """Store the results as they are now."""
-        from desim_warehouse.study.execution.versions import versions
+        from desim_warehouse.study.execution.cache import versions
 
         self._results = Results(self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes))
         if self.folder is not None:

@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.fleet_log.energy import energy
+from desim_warehouse.fleet_log.calibrate import energy
 from desim_warehouse.fleet_log.floor import lay_over
 from desim_warehouse.fleet_log.table import CHARGE, NOTHING, FleetLog, Notes
 from tests.fleet_log import plants

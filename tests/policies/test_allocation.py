@@ -5,8 +5,7 @@ from itertools import permutations
 
 import pytest
 
-from desim_warehouse.policies.allocation import EarliestDue, InOrder, Nearest, NearestAging
-from desim_warehouse.policies.assignment import CostAware, Hungarian
+from desim_warehouse.policies.allocation import CostAware, EarliestDue, Hungarian, InOrder, Nearest, NearestAging
 from tests.policies.situations import robot, situation, table, task, world_of
 
 NEAR = [[5, 1, 9], [4, 2, 3]]  # robots at a and b, goods 10, 11, 12 at u, v, w

@@ -5,7 +5,7 @@ from types import SimpleNamespace
 import pytest
 
 from desim_warehouse.policies import pods
-from desim_warehouse.policies.pod_views import OrderCall, PlaceView, PodCall, PodView, PutCall, StationView, StorageCall
+from desim_warehouse.policies.pods import OrderCall, PlaceView, PodCall, PodView, PutCall, StationView, StorageCall
 
 TRAVEL = SimpleNamespace(time=lambda a, b: abs(int(b) - int(a)))
 

@@ -19,8 +19,8 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.folders import gallery
 from desim_warehouse.outcome.account import OF_TASKS
 from desim_warehouse.report import html, run_parts, svg
-from desim_warehouse.report.model_parts import model_facts, work
 from desim_warehouse.report.page import ReportPage, example
+from desim_warehouse.report.run_parts import model_facts, work
 from desim_warehouse.report.svg import account
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.write import report, template

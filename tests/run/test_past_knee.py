@@ -5,15 +5,15 @@ from types import SimpleNamespace
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.outcome import past_knee
-from desim_warehouse.outcome.past_knee import Window, windows
+from desim_warehouse.outcome import verdicts
+from desim_warehouse.outcome.verdicts import Window, windows
 from tests.world.crowded import crowded, waves
 
 
 def shown(monkeypatch, found, waiting=0.5):
-    monkeypatch.setattr(past_knee, "windows", lambda _: found)
+    monkeypatch.setattr(verdicts, "windows", lambda _: found)
     log = SimpleNamespace(robots=[{}])
-    return past_knee.past_knee(SimpleNamespace(counted=100.0, log=log, totals={"waiting": 100 * waiting}))
+    return verdicts.past_knee(SimpleNamespace(counted=100.0, log=log, totals={"waiting": 100 * waiting}))
 
 
 def band(under_way, done, count=6, apart=0.1):

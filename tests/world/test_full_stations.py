@@ -5,8 +5,7 @@ from collections import Counter
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.policies.allocation import EarliestDue, InOrder, Nearest, NearestAging
-from desim_warehouse.policies.assignment import Hungarian
+from desim_warehouse.policies.allocation import EarliestDue, Hungarian, InOrder, Nearest, NearestAging
 from desim_warehouse.world.places.openings import Openings
 from desim_warehouse.world.places.stations import Stations
 

@@ -7,8 +7,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model.sections.flows import ends_of_storage
-from desim_warehouse.model.sections.goods import Good
-from desim_warehouse.model.sections.popularity import Popularity, only, shares
+from desim_warehouse.model.sections.goods import Good, Popularity, only, shares
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:

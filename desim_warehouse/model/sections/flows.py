@@ -19,9 +19,8 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
-from desim_warehouse.model.sections.goods import DUE
+from desim_warehouse.model.sections.goods import DUE, PopularityRule, is_drawn
 from desim_warehouse.model.sections.lines import Lines, lines_in_words, mean_lines, shares_of
-from desim_warehouse.model.sections.popularity import PopularityRule, is_drawn
 from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours, clock_of
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.fields import (

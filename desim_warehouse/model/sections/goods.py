@@ -1,15 +1,14 @@
-"""Goods to fetch, one by one: a list, drawn once, always some open, or arriving at random."""
+"""Goods to fetch one by one, from a list, drawn or arriving, and how the demand is spread over the storage places."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import AfterValidator, Field, ValidationInfo, field_validator
+from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got
 from desim_warehouse.layout.spec import NodeOrStation
-from desim_warehouse.model.sections.popularity import is_drawn
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.fields import (
     SECTION,
@@ -17,8 +16,12 @@ from desim_warehouse.values.fields import (
     Duration,
     Forms,
     Integer,
+    Name,
+    NotNegative,
     Part,
+    Quantity,
     Rate,
+    Share,
     Time,
     Usual,
     Whole,
@@ -28,6 +31,138 @@ from desim_warehouse.values.fields import (
     limited,
     wrong,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.layout.layout import StoragePlace
+
+_SUM = 1e-6  # shares written with a few digits add up to 1 within this
+
+
+class AbcClass(Part):
+    """A class of storage places: `share` of all places draw `demand` of all tasks."""
+
+    share: Annotated[float, Field(strict=True, gt=0, le=1), Quantity("share")] = Field(
+        title="share of places", description="of all places"
+    )
+    demand: Share = Field(title="share of tasks", description="share of all tasks")
+
+
+class Popularity(Part):
+    """How demand is spread over storage places: ABC classes, placed `by` a rule, or a weight for each place."""
+
+    classes: tuple[AbcClass, ...] = Field((), description="A, B, C, ...: shares and demands add up to 1 each")
+    by: Literal["number", "distance", "random"] | None = Field(
+        None,
+        title="where classes lie",
+        description="with classes: which places are class A, and so on. number: the first places; distance: those with "
+        "the shortest way to the nearest station that loads from storage go to (where none do, from the nearest that "
+        "they come from); random: scattered, in all runs alike. Default: number",
+    )
+    weights: tuple[NotNegative, ...] = Field((), description="one for each storage place")
+
+    @field_validator("classes")
+    @classmethod
+    def _sums(cls, classes: tuple[AbcClass, ...]) -> tuple[AbcClass, ...]:
+        for name in ("share", "demand") if classes else ():
+            total = sum(getattr(item, name) for item in classes)
+            if abs(total - 1) > _SUM:
+                raise wrong(f"{name}s do not add up (got {got(round(total, 9))}), expected a sum of 1")
+        return classes
+
+    @field_validator("weights")
+    @classmethod
+    def _one_each(cls, weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+        places = known(info).places
+        if weights and places is not None and len(weights) != places:
+            raise wrong(f"{len(weights)} weights for {places} storage places, expected one for each")
+        if weights and not any(weights):
+            raise wrong("all weights are 0, expected one above 0")
+        return weights
+
+    @model_validator(mode="after")
+    def _either(self) -> Popularity:
+        if bool(self.classes) == bool(self.weights):
+            both = "both classes and weights" if self.classes else "neither classes nor weights"
+            raise wrong(f"{both}, expected one of the two")
+        if self.by is not None and not self.classes:
+            raise wrong(f"a weight for each place says where goods lie (got {got(self.by)}), expected classes", "by")
+        return self
+
+
+class WeightsFile(Part):
+    """Weights from a column of a CSV file with one row for each storage place, in order of number."""
+
+    file: Name = Field(description="CSV file, relative to the model file")
+    column: Name = Field("popularity", description="the column with the weights")
+
+
+def _of_the_layout(popularity: str | Popularity, info: ValidationInfo) -> str | Popularity:
+    """Refuse the weights of a layout that has none."""
+    if popularity == "layout" and known(info).blocks:
+        expected = "'uniform', classes or weights, as blocks say nothing of it"
+        raise wrong(f"no popularity in the layout (got 'layout'), expected {expected}")
+    return popularity
+
+
+PopularityRule = Annotated[
+    Annotated[Literal["uniform", "layout"], form("rule")] | Annotated[Popularity, form("given")],
+    Forms(
+        "'uniform', 'layout', or a section with classes, weights or file",
+        WeightsFile,
+        pick=by_type(rule=str, given=SECTION),
+    ),
+    AfterValidator(_of_the_layout),
+]
+"""Which storage places are asked for."""
+
+
+def only(found: Any) -> int | None:
+    """The number of what all demand is for, by the `shares`; None: it is for several, so that chance decides."""
+    asked_for = [] if found is None else found.nonzero()[0].tolist()
+    return asked_for[0] if len(asked_for) == 1 else None
+
+
+def is_drawn(popularity: Popularity | Literal["uniform", "layout"], model: Any) -> bool:
+    """Whether chance decides which storage place of a model is asked for; most often known before it is built."""
+    if model.layout.storage_places == 1:
+        return False
+    return popularity == "uniform" or only(shares(popularity, model.floor.storage)) is None
+
+
+def shares(
+    popularity: Popularity | Literal["uniform", "layout"],
+    storage: Sequence[StoragePlace],
+    order: Sequence[int] | None = None,
+) -> Any:
+    """The share of every storage place in the demand for drawn goods, a numpy array, or None for equal shares.
+
+    Of classes and weights only the number of places is read, so that it does for items, too.
+
+    `order`: the numbers of the places, those of the first class first; default: as they are numbered.
+    """
+    import numpy as np
+
+    if popularity == "uniform":
+        return None
+    if isinstance(popularity, Popularity) and popularity.classes:
+        weights = np.empty(len(storage))
+        begin, share = 0, 0.0
+        for item in popularity.classes:
+            share += item.share
+            end = round(share * len(storage))
+            weights[begin:end] = item.demand / max(end - begin, 1)
+            begin = end
+        if order is not None:
+            placed = np.empty(len(storage))
+            placed[list(order)] = weights
+            weights = placed
+    elif isinstance(popularity, Popularity):
+        weights = np.array(popularity.weights, dtype=float)
+    else:
+        weights = np.array([place.popularity for place in storage])
+    return weights / weights.sum()
 
 
 def _stored(good: int, info: ValidationInfo) -> int:

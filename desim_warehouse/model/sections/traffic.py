@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from itertools import pairwise
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -29,6 +28,9 @@ from desim_warehouse.values.fields import (
     limited,
     wrong,
 )
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
 
 
 def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:

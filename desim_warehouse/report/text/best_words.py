@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.outcome.money import is_fixed
+from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import number
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import BY_VERDICT, Standing
-from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes
-from desim_warehouse.study.statistics import Estimate
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
+    from desim_warehouse.study.statistics import Estimate
 
 _LUCK = "Means of the search, few runs each, which flatter the best options slightly."
 _SHORT = 24

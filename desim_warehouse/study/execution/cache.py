@@ -13,15 +13,44 @@ never an answer: runs that cannot be read are simulated again.
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
+import platform
 import stat
 import sys
-from collections.abc import Callable
+from functools import cache
+from importlib import metadata
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from desim_warehouse import _version
 from desim_warehouse.errors import reason
 from desim_warehouse.folders import make_folder
-from desim_warehouse.study.execution.versions import program
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+_PACKAGES = ("simpy", "networkx", "numpy", "scipy", "pydantic")
+
+
+def versions() -> dict[str, str]:
+    """The versions that results depend on: ours, Python's and those of packages."""
+    return {
+        "desim-warehouse": _version.__version__,
+        "python": platform.python_version(),
+        **{name: metadata.version(name) for name in _PACKAGES},
+    }
+
+
+@cache
+def program() -> str:
+    """A digest of these versions and of our code, which somebody may be changing."""
+    found = hashlib.sha256(repr(sorted(versions().items())).encode())
+    home = Path(_version.__file__).parent
+    for path in sorted(home.rglob("*.py")):
+        found.update(f"\0{path.relative_to(home)}\0".encode() + path.read_bytes())
+    return found.hexdigest()[:16]
+
 
 MOST = 1_000_000_000
 """Bytes of all files."""

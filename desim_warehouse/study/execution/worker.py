@@ -12,7 +12,7 @@ from contextlib import suppress
 from queue import SimpleQueue
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.study.execution import threads
+from desim_warehouse.study.execution.process import alone
 
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
@@ -85,7 +85,7 @@ def _prepare() -> None:
     imported, and numerical libraries start no threads of their own: there is a worker for every processor.
     """
     gc.disable()
-    threads.alone()
+    alone()
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if hasattr(os, "setpgid"):
         os.setpgid(0, 0)

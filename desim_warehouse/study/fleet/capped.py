@@ -1,6 +1,6 @@
 """What a cap on the robots under way (`traffic.most_out`) gives a fleet whose robots stand in each other's way.
 
-A floor lets less through beyond some number of robots (`outcome.past_knee` has the source). Where robots wait much, a
+A floor lets less through beyond some number of robots (`outcome.verdicts` has the source). Where robots wait much, a
 few caps are held against no cap on the same days. The best cap of all is `desim size --key traffic.most_out`.
 """
 
@@ -12,7 +12,7 @@ from statistics import fmean
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.outcome.past_knee import LEAST_WAITING
+from desim_warehouse.outcome.verdicts import LEAST_WAITING
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import FIRST
 from desim_warehouse.study.statistics.procedure import request

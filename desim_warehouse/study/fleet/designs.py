@@ -10,7 +10,7 @@ from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors
 from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
 from desim_warehouse.model.facts.places import open_share
-from desim_warehouse.outcome.money import equipment
+from desim_warehouse.outcome.account import equipment
 from desim_warehouse.run.quick import estimate
 
 if TYPE_CHECKING:

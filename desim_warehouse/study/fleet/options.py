@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import as_model
-from desim_warehouse.outcome.money import is_fixed
+from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet.plan import plan_fleet
 from desim_warehouse.study.statistics.cheapest import within_counts

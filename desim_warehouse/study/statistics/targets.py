@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
 from dataclasses import dataclass
-from typing import Literal, cast
+from typing import TYPE_CHECKING, Literal, cast
 
 from desim_warehouse.errors import StudyError, nearest
+
+if TYPE_CHECKING:
+    from collections.abc import Collection
 
 Sense = Literal[">=", "<=", ">", "<"]
 

@@ -9,8 +9,6 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import PolicyError, shown
-from desim_warehouse.layout import Layout
-from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Roads
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.policies.routing import DETOURS, LESS, time_along
@@ -19,6 +17,8 @@ from desim_warehouse.world.traffic.closures import wait_at
 if TYPE_CHECKING:
     from simpy import Environment
 
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.closures import Restrictions
     from desim_warehouse.world.traffic.lane import Lane

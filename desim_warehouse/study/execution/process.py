@@ -1,10 +1,20 @@
-"""Python processes find their modules where this one does, never in a working directory that somebody filled."""
+"""Before a process of a study imports much: no threads of numerical libraries, and modules found safely."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+
+def alone() -> None:
+    """Starting them costs more than they save here; what users set is kept."""
+    for library in ("OPENBLAS", "OMP", "MKL"):
+        os.environ.setdefault(f"{library}_NUM_THREADS", "1")
+
 
 _SAFE = "PYTHONSAFEPATH"
 
