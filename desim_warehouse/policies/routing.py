@@ -13,15 +13,12 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
+from collections.abc import Iterator  # the catalogue evaluates the annotations of parameters
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 if TYPE_CHECKING:
-    from collections.abc import (
-        Callable,
-        Iterator,
-        Sequence,
-    )
+    from collections.abc import Callable, Sequence
 
     from desim_warehouse.policies.protocols import Roads
 
