@@ -43,6 +43,7 @@ if TYPE_CHECKING:
     from desim_warehouse.study.fleet import plan_options
     from desim_warehouse.study.procedures import size
     from desim_warehouse.study.results import Results
+    from desim_warehouse.study.search import Search
     from desim_warehouse.study.study import Study
     from desim_warehouse.study.tipping import tipping_points
     from desim_warehouse.study.why import why
@@ -80,6 +81,7 @@ _HOME = {
     "study.fleet": ("plan_fleet", "plan_options"),
     "study.procedures": ("size",),
     "study.results": ("Results",),
+    "study.search": ("Search",),
     "study.study": ("Study",),
     "study.tipping": ("tipping_points",),
     "study.why": ("why",),
@@ -102,6 +104,7 @@ __all__ = [
     "ReportError",
     "Results",
     "Run",
+    "Search",
     "SimulationError",
     "StallError",
     "Study",

@@ -13,12 +13,12 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.naming import block_nodes
+from desim_warehouse.model import Model
 from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.working_day import AROUND_THE_CLOCK, DAY, WorkingDay, clock
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.model import Model
 
 
 PLACE = 1.2

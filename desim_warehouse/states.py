@@ -7,12 +7,10 @@ a state is named only where a robot enters it.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from enum import Enum
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
+from typing import Any, Literal, NamedTuple
 
 Role = Literal["idle", "empty", "loaded", "charging", "wait", "broken"]
 ROLES = {

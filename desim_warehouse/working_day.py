@@ -4,13 +4,10 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError, spoken
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 DAY = 24 * 60
 """Minutes."""

@@ -21,6 +21,12 @@ def _own_cache(tmp_path_factory, monkeypatch):
     monkeypatch.setenv("DESIM_CACHE", str(tmp_path_factory.mktemp("cache")))
 
 
+@pytest.fixture(autouse=True)
+def _one_processor(monkeypatch):
+    """`--workers auto` starts no processes beside those in which tests run; those of executors ask for two."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0}, raising=False)
+
+
 def pytest_terminal_summary(terminalreporter):
     """One line for each reason, however many tests were skipped for it."""
     reports = terminalreporter.stats.get("skipped", [])

@@ -6,21 +6,21 @@ import json
 import shlex
 import shutil
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from desim_warehouse.report.answer import Answer
+
 
 _NARROWEST = 60
 """Columns of a terminal below which tables are not made narrower."""
 
 
-def give(answer: Answer, out: str | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> Answer:
+def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> Answer:
     """Keep an answer in the folder of `--out`, with the command as it was typed, print it, and return it with that."""
     from desim_warehouse.report.text.printed import WIDTH, printed
 
@@ -33,7 +33,7 @@ def give(answer: Answer, out: str | None, warnings: Sequence[Any] | None, *, as_
     return answer
 
 
-def keep(answer: Answer, out: str | None) -> Answer:
+def keep(answer: Answer, out: str | Path | None) -> Answer:
     """Keep an answer in a folder, if that is there, with the command as it was typed, and return it with that."""
     answer = answer.model_copy(update={"command": typed()})
     if out is not None and Path(out).is_dir():

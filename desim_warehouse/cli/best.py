@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,26 +11,24 @@ import click
 
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, indicators
-from desim_warehouse.cli.options import load_model, with_json, write_files
+from desim_warehouse.cli.options import load_model, with_json, with_overrides, write_files
 from desim_warehouse.cli.study_options import (
-    ExecutionOptions,
-    ModelOptions,
+    at_home,
     interruptible,
     read_vary,
+    stated,
+    study_of,
     study_plan,
-    with_execution,
-    with_first_and_cap,
-    with_question,
+    with_search,
     with_vary,
 )
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn
-from desim_warehouse.study.limits import MOST_RUNS
+from desim_warehouse.study.limits import MOST_RUNS, RACED, SEARCH_RUNS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from desim_warehouse.model import Model
+    from desim_warehouse.study.search import Search
 
 
 @click.command("best")
@@ -42,7 +41,11 @@ if TYPE_CHECKING:
 @click.option("--place-chargers", type=click.IntRange(1), metavar="K", help="Search K nodes for a charger at each.")
 @click.option("--directions", is_flag=True, help="Search which way aisles lead.")
 @click.option(
-    "--runs", type=click.IntRange(1, MOST_RUNS), default=500, show_default=True, help="The most runs of a search."
+    "--runs",
+    type=click.IntRange(1, MOST_RUNS),
+    default=SEARCH_RUNS,
+    show_default=True,
+    help="The most runs of a search.",
 )
 @click.option(
     "--delta",
@@ -53,23 +56,19 @@ if TYPE_CHECKING:
 @click.option("--maximise", "sense", flag_value="maximise", help="The largest mean is best.")
 @click.option("--page", metavar="FILE", help="Write the page of a search: the answer, and all designs tried.")
 @with_json()
-@with_first_and_cap(10, 1000)
-@with_question
-@with_execution
+@with_overrides
+@with_search("confidence", "seed", first=RACED[0], cap=RACED[1])
 def command(
     model: str,
     vary: tuple[str, ...],
     indicator: str,
     target: str | None,
     place_chargers: int | None,
-    runs: int,
     delta: str | None,
     sense: str | None,
     page: str | None,
-    first: int,
-    cap: int,
-    question: ModelOptions,
-    execution: ExecutionOptions,
+    assignments: tuple[str, ...],
+    search: Search,
     *,
     directions: bool,
     as_json: bool,
@@ -85,39 +84,34 @@ def command(
     """
     more = None if sense is None else sense == "maximise"
     factors = read_vary(vary)
-    searched = [target, place_chargers, directions or None]
-    if any(one is not None for one in searched) or (factors and _are_many(model, factors, question, execution, runs)):
+    sought = [target, place_chargers, directions or None]
+    if any(one is not None for one in sought) or (factors and _are_many(model, assignments, factors, search)):
         if not factors and Path(model).is_dir():
             raise click.UsageError(f"{model}: a study, all of whose designs race; a search is for a model")
         asked = {"target": target, "place_chargers": place_chargers, "directions": directions, "maximise": more}
-        search = {**asked, "runs": runs, "vary": factors}
-        _search(model, indicator, delta, search, page, question, execution, as_json=as_json)
+        _search(model, assignments, indicator, delta, {**asked, "vary": factors}, page, search, as_json=as_json)
         return
     if page is not None:
         raise click.UsageError("--page is for a search; of designs that all race desim what-if --page makes one")
-    _race(model, factors, indicator, delta, more, first, cap, question, execution, as_json=as_json)
+    _race(model, assignments, factors, indicator, delta, more, search, as_json=as_json)
 
 
-def _are_many(
-    model: str, factors: Mapping[str, Any], question: ModelOptions, execution: ExecutionOptions, runs: int
-) -> bool:
+def _are_many(model: str, assignments: tuple[str, ...], factors: Mapping[str, Any], search: Search) -> bool:
     """Whether not every design can have ten of the runs; refuses values that make no model, at their option."""
     from desim_warehouse.study.designs.best_of_many import are_few
 
-    alone = [question.study(model, {key: values}, "best", execution) for key, values in factors.items()]
-    return not are_few([factor for study in alone for factor in study.plan.factors], runs)
+    alone = [study_of(model, assignments, {key: values}, search, name="best") for key, values in factors.items()]
+    return not are_few([factor for study in alone for factor in study.plan.factors], search.runs or SEARCH_RUNS)
 
 
 def _race(
     model: str,
+    assignments: tuple[str, ...],
     factors: Mapping[str, Any],
     indicator: str,
     delta: str | None,
     more: bool | None,
-    first: int,
-    cap: int,
-    question: ModelOptions,
-    execution: ExecutionOptions,
+    search: Search,
     *,
     as_json: bool,
 ) -> None:
@@ -125,21 +119,20 @@ def _race(
     from desim_warehouse.study.study import Study
 
     if factors:
-        study = question.study(model, factors, "best", execution, indicators=[indicator])
+        study = study_of(model, assignments, factors, search, name="best", indicators=[indicator])
         study.plan = study.plan.unreplicated()
     else:
-        stated = {"confidence": question.confidence, "seed": question.seed, "timeout": execution.timeout}
-        study = Study.of(study_plan(model, question.assignments, **stated))
-        execution = execution.at_home(model)
-        _say_what_is_replaced(execution.out)
-    warnings = warn(study.plan.base, model if factors else None, question.assignments, as_json=as_json)
+        study = Study.of(study_plan(model, assignments, **stated(search)))
+        search = at_home(search, model)
+        _say_what_is_replaced(search.out)
+    warnings = warn(study.plan.base, model if factors else None, assignments, as_json=as_json)
     zone = _delta(delta, indicator, study.plan.base)
-    with interruptible(study, execution.kept):
-        found = best(study, indicator, zone, maximise=more, first=first, cap=cap, **execution.where())
-    give(found.answer, execution.out, warnings, as_json=as_json)
+    with interruptible(study, search):
+        found = best(study, indicator, zone, maximise=more, search=search)
+    give(found.answer, search.out, warnings, as_json=as_json)
 
 
-def _say_what_is_replaced(folder: str | None) -> None:
+def _say_what_is_replaced(folder: str | Path | None) -> None:
     """A folder has one answer: say which other one it no longer has."""
     from desim_warehouse.report.answer import load
     from desim_warehouse.run.folder import ANSWER
@@ -150,25 +143,25 @@ def _say_what_is_replaced(folder: str | None) -> None:
 
 def _search(
     model: str,
+    assignments: tuple[str, ...],
     indicator: str,
     delta: str | None,
     asked: Mapping[str, Any],
     page: str | None,
-    question: ModelOptions,
-    execution: ExecutionOptions,
+    search: Search,
     *,
     as_json: bool,
 ) -> None:
     from desim_warehouse.report import answer_page
     from desim_warehouse.study.designs.best_of_many import BestOfMany, best_of
 
-    base = load_model(model, question.assignments)
-    warnings = warn(base, model, question.assignments, as_json=as_json)
+    base = load_model(model, assignments)
+    warnings = warn(base, model, assignments, as_json=as_json)
     zone = _delta(delta, indicator, base)
-    with interruptible(None, execution.kept):
-        found = best_of(base, indicator, zone, **asked, **question.search(execution))
+    with interruptible(None, search):
+        found = best_of(base, indicator, zone, **asked, search=search)
     assert isinstance(found, BestOfMany)  # few designs without a target race above
-    answer = give(found.answer, execution.out, warnings, as_json=as_json)
+    answer = give(found.answer, search.out, warnings, as_json=as_json)
     if page is not None:
         write_files({Path(page): answer_page.page(answer, answer_page.run_of(answer))}, force=True)
         click.echo(f"{page}: open it in a browser", err=as_json)

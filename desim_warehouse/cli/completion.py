@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 from click.shell_completion import BashComplete, CompletionItem
 
 from desim_warehouse.errors import WarehouseError
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
 
 
 class AtPath(click.ParamType[str]):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -11,9 +12,8 @@ from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_force
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from desim_warehouse.model import Model
+
 
 _RUN = {
     "csv": ("csv", "a folder of tables"),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -10,8 +10,6 @@ from desim_warehouse.cli.study_options import read_assignments
 from desim_warehouse.errors import ModelError, reason
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     from desim_warehouse.model import Model
 
 

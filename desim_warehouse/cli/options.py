@@ -59,19 +59,15 @@ def with_overrides(command: F) -> F:
     return cast("F", _set(_unset(_accept(call))))
 
 
-def _usual(
-    option: str, kind: click.ParamType[Any], text: str, default: float
-) -> tuple[Callable[[F], F], Callable[[F], F]]:
-    """An option with a default, and the same for studies, where none given means that of the study file."""
-    return (
-        click.option(option, type=kind, default=default, show_default=True, help=text),
-        click.option(option, type=kind, help=f"{text}  [default: {default}]"),
-    )
-
-
-with_seed, with_study_seed = _usual("--seed", click.IntRange(min=0), "Seed of all random streams.", 0)
-with_confidence, with_study_confidence = _usual(
-    "--confidence", click.FloatRange(0, 1, min_open=True, max_open=True), "Confidence of intervals and verdicts.", 0.95
+with_seed = click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random streams."
+)
+with_confidence = click.option(
+    "--confidence",
+    type=click.FloatRange(0, 1, min_open=True, max_open=True),
+    default=0.95,
+    show_default=True,
+    help="Confidence of intervals and verdicts.",
 )
 
 

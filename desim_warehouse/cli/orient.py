@@ -10,20 +10,22 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.completion import AtPath, indicators
-from desim_warehouse.cli.options import load_model, refuse_files, with_force, with_seed, write_files
-from desim_warehouse.cli.study_options import ExecutionOptions, interruptible, with_execution_in
+from desim_warehouse.cli.options import load_model, refuse_files, with_force, write_files
+from desim_warehouse.cli.study_options import interruptible, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.errors import first_of
+from desim_warehouse.study.limits import SEARCH_RUNS
 
 if TYPE_CHECKING:
     from desim_warehouse.layout.orient import Orientation
     from desim_warehouse.model import Model
+    from desim_warehouse.study.search import Search
 
 _AGAINST = (1.5, 2)
 _OPEN = "throughput_per_hour"
 _FAR = 1.3
 _SHOWN = 12
-_RUNS, _RUNS_SEARCHED = 5, 500
+_RUNS = 5
 
 
 @click.command("orient")
@@ -41,18 +43,15 @@ _RUNS, _RUNS_SEARCHED = 5, 500
 @click.option(
     "--runs",
     type=click.IntRange(0),
-    help=f"The most runs in all.  [default: {_RUNS} for each floor compared; with --indicator {_RUNS_SEARCHED}]",
+    help=f"The most runs in all.  [default: {_RUNS} for each floor compared; with --indicator {SEARCH_RUNS}]",
 )
-@with_seed
-@with_execution_in("--study")
+@with_search("seed", out="--study")
 @with_force
 def command(
     model: str,
     file: str,
     indicator: str | None,
-    runs: int | None,
-    seed: int,
-    execution: ExecutionOptions,
+    search: Search,
     *,
     prefer: bool,
     force: bool,
@@ -75,24 +74,22 @@ def command(
             raise click.UsageError(
                 "--prefer is for floors without --indicator, which tries preferred directions anyhow"
             )
-        _search(model, file, indicator, runs or _RUNS_SEARCHED, seed, execution, force=force)
+        _search(model, file, indicator, search, force=force)
     elif prefer:
-        _prefer(model, file, runs, seed, force=force)
+        _prefer(model, file, search, force=force)
     else:
-        _by_distance(model, file, runs, seed, force=force)
+        _by_distance(model, file, search, force=force)
 
 
-def _search(
-    model: str, file: str, indicator: str, runs: int, seed: int, execution: ExecutionOptions, *, force: bool
-) -> None:
+def _search(model: str, file: str, indicator: str, search: Search, *, force: bool) -> None:
     from desim_warehouse.model.oriented import turned_files
     from desim_warehouse.report.text import direction_words
     from desim_warehouse.study.designs.directions import directions
 
     base = load_model(model, ())
     refuse_files([Path(file)], force=force)
-    with interruptible(None, execution.kept):
-        found = directions(base, indicator, runs=runs, seed=seed, timeout=execution.timeout, **execution.where())
+    with interruptible(None, search):
+        found = directions(base, indicator, search)
     click.echo("\n".join(direction_words.sentences(found)))
     if found.gain is None:
         sys.exit(NONE_MEETS)
@@ -100,21 +97,21 @@ def _search(
     _written(file)
 
 
-def _by_distance(model: str, file: str, runs: int | None, seed: int, *, force: bool) -> None:
+def _by_distance(model: str, file: str, search: Search, *, force: bool) -> None:
     from desim_warehouse.model.oriented import orientation, oriented_files
 
     base = load_model(model, ())
     found = orientation(base)
     write_files(oriented_files(Path(model), base, found, Path(file)), force=force)
     click.echo("\n".join(_said(found)))
-    if each := _of_each(runs, 2, seed):
+    if each := _of_each(search, 2):
         click.echo(_compared(base, load_model(file, ()), each))
     _written(file)
 
 
-def _of_each(runs: int | None, floors: int, seed: int) -> range:
+def _of_each(search: Search, floors: int) -> range:
     """The seeds with which each floor is simulated."""
-    return range(seed, seed + (_RUNS if runs is None else runs // floors))
+    return range(search.seed, search.seed + (_RUNS if search.runs is None else search.runs // floors))
 
 
 def _written(file: str) -> None:
@@ -132,7 +129,7 @@ def _said(found: Orientation) -> list[str]:
     return lines
 
 
-def _prefer(path: str, file: str, runs: int | None, seed: int, *, force: bool) -> None:
+def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
     """Write the best of the floors by paired runs, and say how each of them does."""
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
     from desim_warehouse.report.text import words
@@ -142,7 +139,7 @@ def _prefer(path: str, file: str, runs: int | None, seed: int, *, force: bool) -
     found = orientation(base)
     key = _judged_by(base)
     floors: dict[str, float | None] = {"one-way": None} | {f"preferred, {factor:g}": factor for factor in _AGAINST}
-    each = _of_each(runs, 1 + len(floors), seed)
+    each = _of_each(search, 1 + len(floors))
     if not each:
         raise click.UsageError(f"--prefer chooses by runs; expected --runs {1 + len(floors)} or more")
     kpis = {"two-way": _runs(base, key, each)}

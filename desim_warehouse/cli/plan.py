@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,27 +13,19 @@ import click
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.named_options import read_options
-from desim_warehouse.cli.options import load_model, with_json
-from desim_warehouse.cli.study_options import (
-    ExecutionOptions,
-    ModelOptions,
-    interruptible,
-    read_vary,
-    with_execution,
-    with_first_and_cap,
-    with_question,
-    with_vary,
-)
+from desim_warehouse.cli.options import load_model, with_json, with_overrides
+from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_vary, with_search, with_vary
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.study.limits import CAP, MOST_RUNS, MOST_YEARS, UNCERTAIN_RUNS
+from desim_warehouse.study.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from desim_warehouse.model import Model
+    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.fleet import FleetPlan, OptionsPlan
+    from desim_warehouse.study.search import Search
     from desim_warehouse.study.tipping import TippingPoints
+
 
 ALL_YEAR = 8760.0
 """Hours."""
@@ -73,7 +67,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 @click.option("--price-charger", type=click.FloatRange(0), help="A charger per year, instead of prices.charger.")
 @click.option("--zone", metavar="AMOUNT", help="Indifference zone.  [default: 1 % for shares, or of the target]")
 @click.option(
-    "--runs", type=click.IntRange(1, MOST_RUNS), default=5000, show_default=True, help="The most that may be done."
+    "--runs", type=click.IntRange(1, MOST_RUNS), default=PLAN_RUNS, show_default=True, help="The most that may be done."
 )
 @click.option(
     "--uncertain",
@@ -84,9 +78,8 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
     f"[in at most {UNCERTAIN_RUNS} runs more]",
 )
 @with_json()
-@with_first_and_cap(None, CAP)
-@with_question
-@with_execution
+@with_overrides
+@with_search("confidence", "seed", first=BY_TARGET, cap=CAP)
 def command(
     model: str,
     target: str,
@@ -100,13 +93,10 @@ def command(
     price_robot: float | None,
     price_charger: float | None,
     zone: str | None,
-    runs: int,
     uncertain: tuple[str, ...],
     as_json: bool,
-    first: int | None,
-    cap: int,
-    question: ModelOptions,
-    execution: ExecutionOptions,
+    assignments: tuple[str, ...],
+    search: Search,
 ) -> None:
     """Find how many robots, chargers and packers MODEL needs, today and later, with which strategy, and what limits it.
 
@@ -116,40 +106,50 @@ def command(
     shown to be enough, or --runs ended before an answer.
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
-    from desim_warehouse.report.text import fleet_words
-    from desim_warehouse.study.fleet import plan_fleet, plan_options
     from desim_warehouse.study.fleet.given import counts_of
 
-    loaded = _priced(load_model(model, question.assignments), robot=price_robot, charger=price_charger)
-    warnings = warn(loaded, model, question.assignments, as_json=as_json)
+    loaded = _priced(load_model(model, assignments), robot=price_robot, charger=price_charger)
+    warnings = warn(loaded, model, assignments, as_json=as_json)
     warn_of_target(target, loaded)
     ranges = _ranges(uncertain, loaded)
+    if options and (growth or ranges):
+        raise click.UsageError("--option: without --growth and --uncertain")
     how = {
         "robots": counts_of(robots, "--robots"),
         "chargers": counts_of(chargers, "--chargers"),
         "packers": packers,
         "zone": None if zone is None else _zone(zone, target, loaded),
-        "runs": runs,
-        "first": first,
-        "cap": cap,
         **({"strategies": read_vary(vary)} if vary else {}),
-        **question.search(execution),
     }
     found: FleetPlan | OptionsPlan
-    with interruptible(None, execution.kept):
+    with interruptible(None, search):
         if options:
-            if growth or ranges:
-                raise click.UsageError("--option: without --growth and --uncertain")
-            found = plan_options(read_options(options, loaded), target, **how)
-            said = found.answer
+            found, answer = _of_options(options, loaded, target, how, search)
         else:
-            found = plan_fleet(loaded, target, growth=growth, years=years, **how)
-            tipping = _tipping(found, loaded, target, ranges, question, execution) if ranges else None
-            said = fleet_words.answer(found, tipping)
-    give(said, execution.out, warnings, as_json=as_json)
+            found, answer = _planned(loaded, target, {**how, "growth": growth, "years": years}, ranges, search)
+    give(answer, search.out, warnings, as_json=as_json)
     if not found.feasible:
-        click.echo(f"Try --runs {4 * runs}." if found.ended else NOT_ENOUGH, err=True)
+        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if found.ended else NOT_ENOUGH, err=True)
         sys.exit(NONE_MEETS)
+
+
+def _of_options(
+    options: tuple[str, ...], loaded: Model, target: str, how: Mapping[str, Any], search: Search
+) -> tuple[OptionsPlan, Answer]:
+    from desim_warehouse.study.fleet import plan_options
+
+    found = plan_options(read_options(options, loaded), target, search=search, **how)
+    return found, found.answer
+
+
+def _planned(
+    loaded: Model, target: str, how: Mapping[str, Any], ranges: Mapping[str, tuple[float, float]], search: Search
+) -> tuple[FleetPlan, Answer]:
+    from desim_warehouse.report.text import fleet_words
+    from desim_warehouse.study.fleet import plan_fleet
+
+    found = plan_fleet(loaded, target, search=search, **how)
+    return found, fleet_words.answer(found, _tipping(found, loaded, target, ranges, search) if ranges else None)
 
 
 def _priced(model: Model, **prices: float | None) -> Model:
@@ -223,15 +223,9 @@ def _of_file(path: str) -> Mapping[str, Any]:
 
 
 def _tipping(
-    found: FleetPlan,
-    loaded: Model,
-    target: str,
-    ranges: Mapping[str, tuple[float, float]],
-    question: ModelOptions,
-    execution: ExecutionOptions,
+    found: FleetPlan, loaded: Model, target: str, ranges: Mapping[str, tuple[float, float]], search: Search
 ) -> TippingPoints | None:
     """Where the answer tips for the last demand, with the chargers of the answer; None where there is none."""
-    from desim_warehouse.study.study import under
     from desim_warehouse.study.tipping import tipping_points
 
     sized = found.grown or found.today
@@ -239,4 +233,4 @@ def _tipping(
         return None
     chosen = {key: value for key, value in sized.best.overrides.items() if key != "fleet.size"}
     model = loaded.replace({**sized.overrides, **chosen})
-    return tipping_points(model, target, ranges, **under(question.search(execution), "uncertain"))
+    return tipping_points(model, target, ranges, search=replace(search.under("uncertain"), runs=UNCERTAIN_RUNS))

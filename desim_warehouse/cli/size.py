@@ -3,30 +3,24 @@
 from __future__ import annotations
 
 import sys
+from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import click
 
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, keys_then
-from desim_warehouse.cli.options import load_model, with_json
-from desim_warehouse.cli.study_options import (
-    ExecutionOptions,
-    ModelOptions,
-    interruptible,
-    read_values,
-    with_execution,
-    with_first_and_cap,
-    with_question,
-)
+from desim_warehouse.cli.options import load_model, with_json, with_overrides
+from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_values, study_of, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.report.text import race_words, size_words, words
 from desim_warehouse.study.limits import CAP, FIRST
-
-if TYPE_CHECKING:
-    from desim_warehouse.study.study import Study
+from desim_warehouse.study.procedures import SizeFound
+from desim_warehouse.study.search import Search
+from desim_warehouse.study.study import Study
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
 """Keys of which the right value lies between too little and too much."""
@@ -56,25 +50,23 @@ ALIKE = 0.01
 )
 @click.option(
     "--search",
+    "order",
     type=click.Choice(["bisection", "scan"]),
     help="scan: every value from the first on, where more need not be better.  "
     "[default: bisection; for traffic.most_out scan]",
 )
 @with_json()
-@with_first_and_cap(None, CAP)
-@with_question
-@with_execution
+@with_overrides
+@with_search("confidence", "seed", first=BY_TARGET, cap=CAP)
 def command(
     model: str,
     key: str,
     values: str | None,
     target: str | None,
-    search: str | None,
+    order: str | None,
     as_json: bool,
-    first: int | None,
-    cap: int,
-    question: ModelOptions,
-    execution: ExecutionOptions,
+    assignments: tuple[str, ...],
+    search: Search,
 ) -> None:
     """Find the smallest value of a key with which MODEL meets a target. Exit status 3: no value was shown to meet it.
 
@@ -82,39 +74,23 @@ def command(
     fleet.size --range 1..60 --target "throughput_per_hour >= 220"; desim size MODEL --key traffic.most_out --range
     100..800..100
     """
-    from desim_warehouse.study.procedures import most, size
-
-    values = values or _estimated(model, key, question.assignments)
+    values = values or _estimated(model, key, assignments)
     varied = f"--range {values} --key"
     sought = {"indicators": ["throughput_per_hour"]} if target is None else {"target": target}
-    study = question.study(model, {key: _read_range(values)}, "size", execution, varied, **sought)
+    factors = {key: _read_range(values)}
+    study = study_of(model, assignments, factors, search, varied=varied, name="size", **sought)
     study.plan = study.plan.unreplicated()
-    searched = [point.labels[key] for point in study.points]
-    _see_upwards(values, searched)
-    if target is None and search is not None:
+    _see_upwards(values, [point.labels[key] for point in study.points])
+    if target is None and order is not None:
         raise click.UsageError("--search is for a --target: without one every value is looked at")
-    warnings = warn(study.plan.base, model, question.assignments, as_json=as_json)
+    warnings = warn(study.plan.base, model, assignments, as_json=as_json)
     warn_of_target(target, study.plan.base)
     if target is None:
-        with interruptible(study, execution.kept):
-            best = most(study, share=ALIKE, first=first or FIRST, cap=cap, **execution.where())
-        smallest = words.level(best.first.labels[key])
-        what = f"{words.factor_name(key)} {smallest}"
-        alike = f"{what} is the smallest that does as much, within {100 * ALIKE:g} % of the most."
-        falls = key == FLEET and best.selection.eliminated_at[len(searched) - 1] is not None
-        capped = _cap(study, best.indicator, first or FIRST, execution) if falls else ""
-        answer = race_words.answer(best, "size", tuple(filter(None, (alike, capped))))
-        give(answer, execution.out, warnings, as_json=as_json)
+        give(_doing_most(study, key, search), search.out, warnings, as_json=as_json)
         return
-    search = search or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
-    with interruptible(study, execution.kept):
-        found = size(study, target, first=first, cap=cap, search=search, **execution.where())
-    capped = (
-        ""
-        if found.smallest is not None or key != FLEET
-        else _cap(study, found.target.indicator, first or FIRST, execution)
-    )
-    give(size_words.answer(found, capped), execution.out, warnings, as_json=as_json)
+    found = _meeting(study, key, target, order, search)
+    capped = _cap(study, found.target.indicator, search) if found.smallest is None and key == FLEET else ""
+    give(size_words.answer(found, capped), search.out, warnings, as_json=as_json)
     if found.smallest is None:
         short = found.vetoed and study.plan.base.battery is not None
         cure = "more chargers, which desim plan looks for, too, or" if short else "widen it, or"
@@ -122,21 +98,41 @@ def command(
         sys.exit(NONE_MEETS)
 
 
-def _cap(study: Study, indicator: str, first: int, execution: ExecutionOptions) -> str:
+def _meeting(study: Study, key: str, target: str, order: str | None, search: Search) -> SizeFound:
+    """The smallest value that meets a target."""
+    from desim_warehouse.study.procedures import size
+
+    order = order or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
+    with interruptible(study, search):
+        return size(study, target, scan=order == "scan", search=search)
+
+
+def _doing_most(study: Study, key: str, search: Search) -> Answer:
+    """The smallest value with which most is done."""
+    from desim_warehouse.study.procedures import most
+
+    with interruptible(study, search):
+        best = most(study, share=ALIKE, search=replace(search, first=search.first or FIRST))
+    smallest = words.level(best.first.labels[key])
+    what = f"{words.factor_name(key)} {smallest}"
+    alike = f"{what} is the smallest that does as much, within {100 * ALIKE:g} % of the most."
+    falls = key == FLEET and best.selection.eliminated_at[-1] is not None
+    capped = _cap(study, best.indicator, search) if falls else ""
+    return race_words.answer(best, "size", tuple(filter(None, (alike, capped))))
+
+
+def _cap(study: Study, indicator: str, search: Search) -> str:
     """What a cap on the robots under way gives the largest fleet, if they wait much for each other."""
     from desim_warehouse.study.fleet.capped import tried_cap, waits_much
-    from desim_warehouse.study.study import under
 
     largest = study.points[-1]
     rows = study.results.by_point[largest.number]
     if not waits_much(row.indicators for row in rows):
         return ""
     model = study.plan.base.replace(largest.overrides)
-    where = under(execution.where(), "cap")
-    found, _ = tried_cap(model, indicator, seed=study.plan.seed, first=first, cap=2 * first, **where)
-    if found is None:
-        return ""
-    return f"{size_words.capped(found, model)}."
+    first = search.first or FIRST
+    found, _ = tried_cap(model, indicator, replace(search.under("cap"), first=first, cap=2 * first))
+    return "" if found is None else f"{size_words.capped(found, model)}."
 
 
 def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:

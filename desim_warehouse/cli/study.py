@@ -12,18 +12,19 @@ from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_json, with_overrides
 from desim_warehouse.cli.study_options import (
-    ExecutionOptions,
+    at_home,
     interruptible,
     refuse_page,
     study_plan,
-    with_execution,
     with_page,
+    with_search,
     write_page,
 )
 from desim_warehouse.cli.tables import show_failures, show_quantiles
 
 if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
+    from desim_warehouse.study.search import Search
 
 
 def _share(context: click.Context, option: click.Parameter, text: str | None) -> float | None:
@@ -52,13 +53,13 @@ def _share(context: click.Context, option: click.Parameter, text: str | None) ->
 )
 @with_page
 @with_json()
-@with_execution
+@with_search()
 def command(
     study: str,
     assignments: tuple[str, ...],
     share: float | None,
     page: str | None,
-    execution: ExecutionOptions,
+    search: Search,
     *,
     as_json: bool,
 ) -> None:
@@ -69,17 +70,17 @@ def command(
     """
     from desim_warehouse.study.study import Study
 
-    whole = Study.of(study_plan(study, assignments, timeout=execution.timeout))
+    whole = Study.of(study_plan(study, assignments, timeout=search.timeout))
     refuse_page(page, whole.plan)
-    results = None if execution.out else _as_saved(study)
+    results = None if search.out else _as_saved(study)
     if results is None:
-        execution = execution.at_home(study)
-        with interruptible(whole, execution.kept):
-            whole.run(**execution.where())
+        search = at_home(search, study)
+        with interruptible(whole, search):
+            whole.run_by(search)
         results = whole.results
     if share is None:
         show_failures(results)
-        out = execution.out if results.folder is None else None
+        out = search.out if results.folder is None else None
         give(results.answer, out, None, as_json=as_json)
     elif as_json:
         raise click.UsageError("--json is for means; --quantile prints a table")

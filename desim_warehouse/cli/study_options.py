@@ -6,16 +6,18 @@ import signal
 import sys
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields as dataclass_fields
+from dataclasses import replace
 from functools import wraps
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar, cast
 
 import click
+from click.core import ParameterSource
 
 from desim_warehouse.cli.answers import typed
 from desim_warehouse.cli.completion import keys_then
-from desim_warehouse.cli.options import TimeIn, with_overrides, with_study_confidence, with_study_seed
+from desim_warehouse.cli.options import TimeIn, with_confidence, with_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.study.limits import FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.messages import Keys
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.results import Results
+    from desim_warehouse.study.search import Search
     from desim_warehouse.study.study import Study
 
 F = TypeVar("F", bound=Callable[..., Any])
@@ -41,81 +44,43 @@ with_page = click.option(
 )
 
 
-@dataclass(frozen=True)
-class ExecutionOptions:
-    """How runs are executed, and where they are stored."""
+def study_of(
+    model: str,
+    assignments: tuple[str, ...],
+    factors: Mapping[str, Any],
+    search: Search,
+    *,
+    varied: str = "--vary",
+    **content: Any,
+) -> Study:
+    """The study of MODEL that options describe.
 
-    workers: str
-    cluster: str | None
-    timeout: float | None
-    out: str | None
-    no_cache: bool
-    quiet: bool
+    Args:
+        model: the file.
+        assignments: of `--set`.
+        factors: what is varied.
+        search: for confidence, seed, and the time that a run may take.
+        varied: the option that gives the factors, for messages.
+        content: further keys of a study file.
 
-    def where(self) -> dict[str, Any]:
-        """The arguments of `Study.run` and of the procedures."""
-        where = {"workers": self.workers, "cluster": self.cluster, "out": self.out, "progress": not self.quiet}
-        return {**where, "cache": not self.no_cache}
+    Raises:
+        ModelError: with every problem, each at its option.
+    """
+    from desim_warehouse.study.reading import plan_of
+    from desim_warehouse.study.study import Study
 
-    @property
-    def kept(self) -> str | None:
-        """Where finished runs are kept, in words; None: nowhere."""
-        return self.out or (None if self.no_cache else "the cache")
-
-    def at_home(self, study: str) -> ExecutionOptions:
-        """The same; a study that is a folder is resumed there."""
-        return replace(self, out=self.out or study) if Path(study).is_dir() else self
-
-
-@dataclass(frozen=True)
-class ModelOptions:
-    """The options of every question about a model."""
-
-    assignments: tuple[str, ...]
-    confidence: float | None
-    seed: int | None
-
-    def search(self, execution: ExecutionOptions) -> dict[str, Any]:
-        """The arguments of `plan_fleet` and `why` that the options give."""
-        stated = {"confidence": self.confidence or 0.95, "seed": self.seed or 0, "timeout": execution.timeout}
-        return {**stated, **execution.where()}
-
-    def study(
-        self,
-        model: str,
-        factors: Mapping[str, Any],
-        name: str,
-        execution: ExecutionOptions,
-        varied: str = "--vary",
-        **content: Any,
-    ) -> Study:
-        """The study of MODEL that the options describe.
-
-        Args:
-            model: the file.
-            factors: what is varied.
-            name: for tables and messages.
-            execution: for the time that a run may take.
-            varied: the option that gives the factors, for messages.
-            content: further keys of a study file.
-
-        Raises:
-            ModelError: with every problem, each at its option.
-        """
-        from desim_warehouse.study.reading import plan_of
-        from desim_warehouse.study.study import Study
-
-        changes = read_assignments(self.assignments)
-        options: dict[Keys, str] = {
-            **_OPTIONS,
-            **{("set", key): f"--set {key}" for key in changes},
-            **{("factors", key): f"{varied} {key}" for key in factors},
-        }
-        content |= {"set": changes, "factors": factors, "name": name}
-        content |= {"confidence": self.confidence, "seed": self.seed, "timeout": execution.timeout}
-        return Study.of(plan_of(model, content, options))
+    changes = read_assignments(assignments)
+    options: dict[Keys, str] = {
+        **_OPTIONS,
+        **{("set", key): f"--set {key}" for key in changes},
+        **{("factors", key): f"{varied} {key}" for key in factors},
+    }
+    stated = {name: getattr(search, name) for name in _STATED}
+    return Study.of(plan_of(model, {**content, "set": changes, "factors": factors, **stated}, options))
 
 
+_STATED = ("confidence", "seed", "timeout")
+"""What a study file may say of its search, too."""
 _OPTIONS: dict[Keys, str] = {
     ("replications",): "--replications",
     ("replications", "indicator"): "--until",
@@ -130,14 +95,62 @@ _OPTIONS: dict[Keys, str] = {
 """Key of a study: the option that gives it."""
 
 
-def _gathered(kind: type, name: str, options: list[Callable[[F], F]]) -> Callable[[F], F]:
-    """A decorator that adds options, and passes their values as one argument."""
+_SEARCH: dict[str, Callable[[F], F]] = {
+    "confidence": with_confidence,
+    "seed": with_seed,
+    "workers": click.option(
+        "--workers",
+        default="auto",
+        show_default=True,
+        metavar="N|auto",
+        help="Processes on this machine, at most 256; auto: one for each processor, where it is worth it.",
+    ),
+    "cluster": click.option(
+        "--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."
+    ),
+    "timeout": click.option(
+        "--timeout",
+        type=TimeIn("s"),
+        metavar="TIME",
+        help="Time that a run may take: seconds, or with a unit such as 5min.",
+    ),
+}
+"""A field of `Search`: the option that gives it."""
+
+
+def with_search(
+    *fields: str, first: int | str | None = None, cap: int | None = None, out: str = "--out"
+) -> Callable[[F], F]:
+    """Add the options that say how runs are done; the command is called with all as one `search`.
+
+    Other options that bear the name of a field of `Search`, such as `--runs`, become part of it, too.
+
+    Args:
+        fields: those of confidence and seed for which there are options.
+        first: the default of `--first`, in words where it depends on the target; None: there is none.
+        cap: the default of `--cap`.
+        out: the option for the folder where runs are kept.
+    """
+    looks = [] if first is None or cap is None else _looks(first, cap)
+    options = [
+        *looks,
+        *(_SEARCH[name] for name in (*fields, "workers", "cluster", "timeout")),
+        click.option(out, "out", metavar="DIR", help="Study folder; runs that are already there are reused."),
+        click.option(
+            "--no-cache",
+            is_flag=True,
+            help=f"Without {out}, neither keep runs in the cache (DESIM_CACHE names its folder) nor reuse them.",
+        ),
+        click.option("--quiet", is_flag=True, help="Do not show progress."),
+    ]
 
     def add(function: F) -> F:
         @wraps(function)
-        def call(**given: Any) -> Any:
-            made = kind(**{field.name: given.pop(field.name) for field in fields(kind)})
-            return function(**given, **{name: made})
+        def call(*, no_cache: bool, quiet: bool, **given: Any) -> Any:
+            from desim_warehouse.study.search import Search
+
+            said = {field.name: given.pop(field.name) for field in dataclass_fields(Search) if field.name in given}
+            return function(**given, search=Search(**said, cache=not no_cache, progress=not quiet))
 
         decorated = cast("F", call)
         for option in reversed(options):
@@ -147,81 +160,30 @@ def _gathered(kind: type, name: str, options: list[Callable[[F], F]]) -> Callabl
     return add
 
 
-with_question = _gathered(
-    ModelOptions,
-    "question",
-    [
-        with_overrides,
-        with_study_confidence,
-        with_study_seed,
-    ],
-)
+BY_TARGET = f"{FIRST} for shares, else {FIRST_OF_MEANS}"
+"""The first look at a design by default: see `desim_warehouse.study.target.first_look`."""
 
 
-def with_execution_in(folder: str) -> Callable[[F], F]:
-    """Add the options that say how runs are carried out; `folder` is the option for where they are kept."""
-    options: list[Callable[[F], F]] = [
-        click.option(
-            "--workers",
-            default="auto",
-            show_default=True,
-            metavar="N|auto",
-            help="Processes on this machine, at most 256; auto: one for each processor, where it is worth it.",
-        ),
-        click.option("--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."),
-        click.option(
-            "--timeout",
-            type=TimeIn("s"),
-            metavar="TIME",
-            help="Time that a run may take: seconds, or with a unit such as 5min.",
-        ),
-        click.option(folder, "out", metavar="DIR", help="Study folder; runs that are already there are reused."),
-        click.option(
-            "--no-cache",
-            is_flag=True,
-            help=f"Without {folder}, neither keep runs in the cache (DESIM_CACHE names its folder) nor reuse them.",
-        ),
-        click.option("--quiet", is_flag=True, help="Do not show progress."),
+def _looks(first: int | str, cap: int) -> list[Callable[[F], F]]:
+    """How many replications of a design a search begins with, and the most."""
+    count = click.IntRange(2, MOST_REPLICATIONS)
+    default, said = (first, "") if isinstance(first, int) else (None, f"  [default: {first}]")
+    text = f"Replications of a design before anything is decided about it.{said}"
+    return [
+        click.option("--first", type=count, default=default, show_default=not said, help=text),
+        click.option("--cap", type=count, default=cap, show_default=True, help="Most replications of a design."),
     ]
-    return _gathered(ExecutionOptions, "execution", options)
 
 
-with_execution = with_execution_in("--out")
+def at_home(search: Search, study: str) -> Search:
+    """The same; a study that is a folder is resumed there."""
+    return replace(search, out=search.out or study) if Path(study).is_dir() else search
 
 
-def with_first_and_cap(first: int | None, cap: int) -> Callable[[F], F]:
-    """Add `--first` and `--cap`: how many replications of a design a search begins with, and the most.
-
-    `first` None: by the target, see `desim_warehouse.study.target.first_look`.
-    """
-    said = "" if first is not None else f"  [default: {FIRST} for shares, else {FIRST_OF_MEANS}]"
-
-    def add(function: F) -> F:
-        few = click.option(
-            "--first",
-            type=click.IntRange(2, MOST_REPLICATIONS),
-            default=first,
-            show_default=first is not None,
-            is_eager=True,  # --cap looks at it
-            help=f"Replications of a design before anything is decided about it.{said}",
-        )
-        many = click.option(
-            "--cap",
-            type=click.IntRange(2, MOST_REPLICATIONS),
-            default=cap,
-            show_default=True,
-            callback=_not_below_first,
-            help="Most replications of a design.",
-        )
-        return few(many(function))
-
-    return add
-
-
-def _not_below_first(context: click.Context, option: click.Parameter, cap: int) -> int:
-    if cap < (context.params.get("first") or cap):
-        raise click.BadParameter(f"{cap} is less than --first {context.params['first']}.", context, option)
-    return cap
+def stated(search: Search) -> dict[str, Any]:
+    """What options say of a search that a study file says, too: only what was typed."""
+    source = click.get_current_context().get_parameter_source
+    return {name: getattr(search, name) for name in _STATED if source(name) not in {None, ParameterSource.DEFAULT}}
 
 
 def read_assignments(assignments: tuple[str, ...], option: str = "--set") -> dict[str, Any]:
@@ -275,13 +237,14 @@ def read_values(text: str, option: str, problems: list[str]) -> Any:
 
 
 @contextmanager
-def interruptible(study: Study | None, kept: str | None) -> Iterator[None]:
+def interruptible(study: Study | None, search: Search) -> Iterator[None]:
     """Ctrl-C ends with a message about what is kept, and exit status 130; SIGTERM likewise, with 143.
 
-    `study` None: there are several. `kept`: see `ExecutionOptions.kept`.
+    `study` None: there are several.
     """
     from desim_warehouse.study.execution.signals import interrupt
 
+    kept = search.out or ("the cache" if search.cache else None)
     before = signal.signal(signal.SIGTERM, interrupt)
     try:
         yield

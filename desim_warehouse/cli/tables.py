@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from textwrap import wrap
 from typing import TYPE_CHECKING
 
@@ -12,13 +13,12 @@ from desim_warehouse.errors import StudyError, number_of
 from desim_warehouse.report.text.numbers import NONE, Scale
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from rich.table import Table
 
     from desim_warehouse.plants import Remark
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import QuantileEstimate
+
 
 NONE_MEETS = 3
 """Exit status where nothing was shown to meet the target."""

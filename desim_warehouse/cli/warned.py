@@ -9,10 +9,11 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.findings import Finding
 
 if TYPE_CHECKING:
-    from desim_warehouse.findings import Finding
     from desim_warehouse.model import Model
+
 
 MOST_TIME = 2.0
 """Seconds that the check may take; it is left out where it takes longer."""

@@ -2,28 +2,29 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, indicators
-from desim_warehouse.cli.options import with_indicator, with_json
+from desim_warehouse.cli.options import with_indicator, with_json, with_overrides
 from desim_warehouse.cli.study_options import (
-    ExecutionOptions,
-    ModelOptions,
     interruptible,
     read_vary,
     refuse_page,
-    with_execution,
+    study_of,
     with_page,
-    with_question,
+    with_search,
     with_vary,
     write_page,
 )
 from desim_warehouse.cli.tables import show_failures
 from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.study.limits import MOST_REPLICATIONS
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.search import Search
 
 
 @click.command("what-if")
@@ -48,22 +49,21 @@ from desim_warehouse.study.limits import MOST_REPLICATIONS
 @with_indicator
 @with_page
 @with_json()
-@with_question
-@with_execution
+@with_overrides
+@with_search("confidence", "seed")
 def command(
     model: str,
     vary: tuple[str, ...],
     replications: str,
     until: str | None,
     half_width: str | None,
-    cap: int | None,
     design: str,
     warm_up: str | None,
     target: str | None,
     indicators: tuple[str, ...],
     page: str | None,
-    question: ModelOptions,
-    execution: ExecutionOptions,
+    assignments: tuple[str, ...],
+    search: Search,
     *,
     as_json: bool,
 ) -> None:
@@ -77,14 +77,15 @@ def command(
 
     often: Any = read_yaml(replications, "--replications").data
     if until is not None:
-        often = _until(until, often, half_width or "5 %", cap or 200, question.confidence)
-    elif half_width is not None or cap is not None:
+        often = _until(until, often, half_width or "5 %", search)
+    elif half_width is not None or search.cap is not None:
         raise click.UsageError("--half-width and --cap say when --until NAME ends: name an indicator with --until")
-    study = question.study(
+    study = study_of(
         model,
+        assignments,
         read_vary(vary),
-        "what-if",
-        execution,
+        search,
+        name="what-if",
         replications=often,
         indicators=[name for name in indicators if name != "all"] or None,
         design=read_yaml(design, "--design").data,
@@ -92,16 +93,16 @@ def command(
         target=target,
     )
     refuse_page(page, study.plan)
-    warnings = warn(study.plan.base, model, question.assignments, as_json=as_json)
+    warnings = warn(study.plan.base, model, assignments, as_json=as_json)
     warn_of_target(target, study.plan.base)
-    with interruptible(study, execution.kept):
-        study.run(**execution.where())
+    with interruptible(study, search):
+        study.run_by(search)
     show_failures(study.results)
-    give(study_words.answer(study.results, indicators), execution.out, warnings, as_json=as_json)
+    give(study_words.answer(study.results, indicators), search.out, warnings, as_json=as_json)
     write_page(page, study.results)
 
 
-def _until(indicator: str, often: Any, half_width: str, cap: int, confidence: float | None) -> dict[str, Any]:
+def _until(indicator: str, often: Any, half_width: str, search: Search) -> dict[str, Any]:
     """The rule of `--until`, which begins with the replications given, or the usual number."""
     from desim_warehouse.model.parse import read_yaml
 
@@ -109,7 +110,7 @@ def _until(indicator: str, often: Any, half_width: str, cap: int, confidence: fl
     return {
         "indicator": indicator,
         "half_width": read_yaml(half_width, "--half-width").data,
-        "confidence": confidence or 0.95,
-        "cap": cap,
+        "confidence": search.confidence,
+        "cap": search.cap or 200,
         **first,
     }

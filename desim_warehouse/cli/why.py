@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, indicators
-from desim_warehouse.cli.options import load_source, with_json
-from desim_warehouse.cli.study_options import (
-    ExecutionOptions,
-    ModelOptions,
-    interruptible,
-    with_execution,
-    with_first_and_cap,
-    with_question,
-)
+from desim_warehouse.cli.options import load_source, with_json, with_overrides
+from desim_warehouse.cli.study_options import interruptible, with_search
 from desim_warehouse.cli.warned import warn
-from desim_warehouse.study.limits import FIRST
+from desim_warehouse.study.limits import RELIEVED
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.search import Search
 
 
 @click.command("why")
@@ -30,18 +27,9 @@ from desim_warehouse.study.limits import FIRST
     help="What costs are counted in.  [default: throughput, cycle time or T]",
 )
 @with_json()
-@with_first_and_cap(FIRST, 160)
-@with_question
-@with_execution
-def command(
-    source: str,
-    indicator: str | None,
-    as_json: bool,
-    first: int,
-    cap: int,
-    question: ModelOptions,
-    execution: ExecutionOptions,
-) -> None:
+@with_overrides
+@with_search("confidence", "seed", first=RELIEVED[0], cap=RELIEVED[1])
+def command(source: str, indicator: str | None, as_json: bool, assignments: tuple[str, ...], search: Search) -> None:
     """Find what holds a warehouse up, and what that costs: suspects are relieved one by one and simulated.
 
     First of all it says what robots waited for in one run, each wait followed to its root.
@@ -52,10 +40,10 @@ def command(
     from desim_warehouse.run import Run as Done
     from desim_warehouse.study.why import why
 
-    start = load_source(source, question.assignments)
+    start = load_source(source, assignments)
     looked_at = start.model if isinstance(start, Done) else start
     model = None if Path(source).is_dir() else source
-    warnings = warn(looked_at, model, question.assignments, as_json=as_json)
-    with interruptible(None, execution.kept):
-        found = why(start, indicator=indicator, first=first, cap=cap, **question.search(execution))
-    give(why_words.answer(found), execution.out, warnings, as_json=as_json)
+    warnings = warn(looked_at, model, assignments, as_json=as_json)
+    with interruptible(None, search):
+        found = why(start, indicator=indicator, search=search)
+    give(why_words.answer(found), search.out, warnings, as_json=as_json)

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from desim_warehouse.fleet_log.table import FleetLog
 
 

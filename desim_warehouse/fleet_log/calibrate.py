@@ -20,6 +20,7 @@ import io
 import math
 import os
 from collections import Counter
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -39,11 +40,10 @@ from desim_warehouse.model.facts.charging import charge_alike
 from desim_warehouse.model.overrides import UNSET
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]
+
 
 _STATES = ("standing", "empty", "loaded", "handling")
 _WINDOW = 900.0

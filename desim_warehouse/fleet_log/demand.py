@@ -3,24 +3,21 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from desim_warehouse.fleet_log.estimates import CONFIDENCE, KeyEstimate, short, unknown
+from desim_warehouse.fleet_log.floor import Tracks
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import PICK, FleetLog
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.overrides import UNSET
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.values.calendars import clock_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from desim_warehouse.fleet_log.floor import Tracks
-    from desim_warehouse.model import Model
 
 HOUR = 3600.0
 DAY_HOURS = 24

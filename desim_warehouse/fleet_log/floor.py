@@ -7,6 +7,7 @@ little, and robots that stand may do so in a slot beside the lane.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -17,8 +18,6 @@ from desim_warehouse.errors import ReportError, got, nearest, spoken
 from desim_warehouse.fleet_log.table import GAP, FleetLog
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from desim_warehouse.layout.layout import Edge

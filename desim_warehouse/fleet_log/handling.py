@@ -14,14 +14,13 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.fleet_log.estimates import CONFIDENCE, FEWEST, KeyEstimate, short, t_quantile, unknown
+from desim_warehouse.fleet_log.floor import Tracks
 from desim_warehouse.fleet_log.table import DROP, PICK
 from desim_warehouse.study.fit import fit_between
 from desim_warehouse.values.distributions import Distribution, LognormalTime
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from desim_warehouse.fleet_log.floor import Tracks
 
     Floats = NDArray[np.float64]
 

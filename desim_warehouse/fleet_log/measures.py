@@ -10,11 +10,10 @@ import numpy as np
 from desim_warehouse.fleet_log.floor import Tracks, lay_over
 from desim_warehouse.fleet_log.handling import episodes
 from desim_warehouse.fleet_log.table import CHARGE, DROP, NOTHING, PICK, FleetLog
+from desim_warehouse.model import Model
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from desim_warehouse.model import Model
 
     Floats = NDArray[np.float64]
     Event = tuple[Any, float, int]

@@ -14,12 +14,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.fleet_log.estimates import FEWEST, KeyEstimate, densest, short, t_quantile, undisturbed, unknown
+from desim_warehouse.fleet_log.floor import Tracks
 from desim_warehouse.fleet_log.table import NOTHING
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from desim_warehouse.fleet_log.floor import Tracks
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]

@@ -4,14 +4,11 @@ from __future__ import annotations
 
 import csv
 import math
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from desim_warehouse.errors import ReportError, got, nearest, reason
 from desim_warehouse.fleet_log.table import DROP, PICK, Collector, FleetLog
 from desim_warehouse.fleet_log.vda5050 import seconds
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 COLUMNS = ("robot", "pick", "drop", "start", "end")
 

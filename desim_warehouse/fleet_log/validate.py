@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,15 +16,12 @@ from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, MeasuredDay, measured, parts_of
 from desim_warehouse.fleet_log.ranks import LEVEL, Ranked, ranked
 from desim_warehouse.fleet_log.runs import from_run
+from desim_warehouse.fleet_log.table import FleetLog
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.run import simulate
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
-
-    from desim_warehouse.fleet_log.table import FleetLog
 
     Floats = NDArray[np.float64]
 

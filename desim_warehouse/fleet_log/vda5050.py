@@ -9,19 +9,16 @@ from __future__ import annotations
 import datetime as dt
 import json
 import math
-from typing import TYPE_CHECKING, Any, TypeVar
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, TypeVar
 
 import numpy as np
 
 from desim_warehouse.errors import ReportError, got, reason
 from desim_warehouse.fleet_log.table import CHARGE, DROP, NOTHING, PICK, UNSAID, Collector, FleetLog
 from desim_warehouse.model.json_text import JsonError, value_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
-    from desim_warehouse.run import Run
+from desim_warehouse.run import Run
 
 V = TypeVar("V")
 _KINDS = {"pick": PICK, "drop": DROP, "startCharging": CHARGE}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
@@ -15,8 +16,6 @@ from desim_warehouse.layout.spec import NodeStorage
 from desim_warehouse.layout.zones import edges_of
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-
     import networkx as nx
 
     from desim_warehouse.layout.spec import BaySpec, LayoutSpec, PlacesSpec, Storage

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Container, Iterable, Iterator, Mapping, Sequence, Sized
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
@@ -19,14 +20,11 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import way_home, zones
+from desim_warehouse.layout.layout import Edge, Layout
+from desim_warehouse.layout.zones import ZoneSpec
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterable, Iterator, Mapping, Sequence, Sized
-
     import networkx as nx
-
-    from desim_warehouse.layout.layout import Edge, Layout
-    from desim_warehouse.layout.zones import ZoneSpec
 
 
 EPS = 1e-6

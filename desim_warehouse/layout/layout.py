@@ -4,17 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
+from desim_warehouse.values.disturbances import OutageSpec
+
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import networkx as nx
-
-    from desim_warehouse.values.disturbances import OutageSpec
 
 
 Edge = tuple[str, str]

@@ -11,14 +11,13 @@ from __future__ import annotations
 import math
 from array import array
 from collections import OrderedDict, deque
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.layout.turning import Turns, last_steps, sums_along
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
     import networkx as nx
 
 

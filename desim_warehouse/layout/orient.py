@@ -8,18 +8,17 @@ those of parallel aisles alternate here, and a local search takes over from ther
 from __future__ import annotations
 
 import itertools
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 import numpy as np
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
+from desim_warehouse.layout.layout import Edge
 
+if TYPE_CHECKING:
     import networkx as nx
     from scipy.sparse import csr_array
-
-    from desim_warehouse.layout.layout import Edge
 
 
 _TRIALS = 2000

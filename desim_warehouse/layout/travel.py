@@ -3,18 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.oracle import Cost, RouteOracle
 from desim_warehouse.layout.turning import heading, quarters, turn_times, turning
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
     import networkx as nx
-
-    from desim_warehouse.layout.layout import Edge, Layout
 
 
 MANY = 10_000

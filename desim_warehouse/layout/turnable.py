@@ -2,22 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
 from desim_warehouse.layout.blocks import highways
+from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.orient import Aisles
+from desim_warehouse.layout.spec import Blocks
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
     from random import Random
 
     import networkx as nx
-
-    from desim_warehouse.layout.layout import Edge, Layout
-    from desim_warehouse.layout.spec import Blocks
 
 
 Way: TypeAlias = Literal["along", "back", "both", "rather along", "rather back"]

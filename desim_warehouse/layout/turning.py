@@ -8,14 +8,13 @@ alone does not say where a robot faces there. `FreeTravel` adds them where they 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.layout.layout import Edge
+
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
     import networkx as nx
-
-    from desim_warehouse.layout.layout import Edge
 
 
 def turning(highways: nx.DiGraph, one: Edge, other: Edge) -> float:

@@ -6,6 +6,7 @@ What other systems call blocks (openTCS: single vehicle only, same direction onl
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Literal
@@ -18,8 +19,6 @@ from desim_warehouse.layout.spec import NodeName
 from desim_warehouse.values.fields import Forms, Name, Part, by_type, form, known, wrong
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
     from desim_warehouse.layout.layout import Edge, Layout
 
 

@@ -2,16 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Self
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Self
 
 from desim_warehouse.errors import PolicyError
 from desim_warehouse.model import Source, as_model
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from desim_warehouse.policies import RobotView, Situation, Task
-    from desim_warehouse.run import Run
+from desim_warehouse.policies import RobotView, Situation, Task
+from desim_warehouse.run import Run
 
 
 class Decision:

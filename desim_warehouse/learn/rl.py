@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -16,13 +16,11 @@ except ModuleNotFoundError as error:
     raise ImportError(f"learning needs {error.name}; pip install 'desim-warehouse[rl]'") from None
 
 
+from collections.abc import Mapping
+
 from desim_warehouse.learn.asktell import Decision
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.policies import RobotView, Task
+from desim_warehouse.model import Model
+from desim_warehouse.policies import RobotView, Task
 
 FEATURES = 5
 FAR = 1e6

@@ -11,6 +11,7 @@ import html
 import secrets
 import socket
 import threading
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
@@ -30,8 +31,6 @@ from desim_warehouse.study.statistics import Target, looks_by
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from desim_warehouse.live.offers import Offer
 
 

@@ -6,14 +6,17 @@ After runs: numbers, a verdict that stands, and the sentence of the page.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.errors import CheckError, number_of
 from desim_warehouse.feasibility import errors
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.live.messages import Measured, label
 from desim_warehouse.live.offers import ROBOTS
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import judged_by
 from desim_warehouse.outcome.indicators import within as bounds_of
 from desim_warehouse.outcome.verdicts import Verdict as Wrong
@@ -23,6 +26,7 @@ from desim_warehouse.report.text.judged import within
 from desim_warehouse.report.text.numbers import Scale, number, percent
 from desim_warehouse.report.text.standing import instead, lasts_not, standing
 from desim_warehouse.run.quick import estimate
+from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
@@ -31,12 +35,7 @@ from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target, lo
 from desim_warehouse.study.table import Row
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.live.messages import Verdict
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.work import Outcome
 
 
 class ByHand(NamedTuple):

@@ -11,9 +11,11 @@ import hashlib
 import json
 import math
 import threading
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from itertools import count
+from pathlib import Path
 from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import TYPE_CHECKING, Any
@@ -22,6 +24,7 @@ from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.live.answers import FEWEST, ByHand, Named, RunsSoFar, by_hand, results_of
 from desim_warehouse.live.messages import Calculated, Tried, Watched
 from desim_warehouse.live.offers import levels_of, spoken_design
+from desim_warehouse.model import Model
 from desim_warehouse.report.text.compare_words import difference
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.run.folder import STUDY
@@ -32,17 +35,13 @@ from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Handle, Outcome, Wanted
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.record import read_record, write_record
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.statistics import Target
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-    from pathlib import Path
-
     from desim_warehouse.live.frozen import FrozenPage
     from desim_warehouse.live.messages import About
     from desim_warehouse.live.offers import Offer
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.results import Results
-    from desim_warehouse.study.statistics import Target
 
 
 Band = tuple[float, float | None, float | None]

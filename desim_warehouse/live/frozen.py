@@ -4,27 +4,24 @@ from __future__ import annotations
 
 import html
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError
 from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched, label
+from desim_warehouse.report.answer import Option, SaidNumber
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.compare_words import difference
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.web import WebPage, joined, safe_json
 from desim_warehouse.study.factors import readable
 from desim_warehouse.study.fleet.utilisation import busy_shares
+from desim_warehouse.study.plan import StudyPlan
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.statistics import Target
 from desim_warehouse.study.table import is_numeric, plain
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from pathlib import Path
-
-    from desim_warehouse.report.answer import Option, SaidNumber
-    from desim_warehouse.study.plan import StudyPlan
-    from desim_warehouse.study.results import Results
-    from desim_warehouse.study.statistics import Target
 
 MOST = 120
 """Designs of a page: it holds the differences of every two of them."""

@@ -5,18 +5,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import StudyError, nearest, spoken
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.policies.catalogue import OURS
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.study.factors import label, level_of, readable
 from desim_warehouse.study.fleet.designs import Designs
 from desim_warehouse.study.study import Study
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
 
 ROBOTS, DEMAND, ALLOCATION = "fleet.size", "tasks.demand", "policies.allocation"
 _MOST = 60

@@ -6,19 +6,17 @@ A rate or a period too small by a slip would keep a run busy with nothing else f
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import got
 from desim_warehouse.values.calendars import Pattern
 from desim_warehouse.values.distributions import mean_of
+from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec
 from desim_warehouse.values.fields import LIMITS, TOP, wrong
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
     from pydantic_core import PydanticCustomError
-
-    from desim_warehouse.values.disturbances import BreakdownSpec, OutageSpec
 
 
 Cause = tuple[tuple[str, ...], str, float]

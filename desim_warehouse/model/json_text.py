@@ -5,14 +5,12 @@ from __future__ import annotations
 import json
 import math
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
 
 from desim_warehouse.errors import ModelError, reason
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
 
 
 class JsonError(ValueError):

@@ -6,15 +6,13 @@ A JSON file of 50,000 nodes is read within a second, a YAML file within minutes.
 from __future__ import annotations
 
 import json
-from typing import TYPE_CHECKING, Any
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
 
 from desim_warehouse.errors import ModelError, got, reason
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-    from pathlib import Path
 
 EXPECTED = "a JSON file with keys of the layout section, such as nodes and edges"
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 import difflib
 import itertools
 import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
@@ -16,8 +17,6 @@ from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.values.fields import TOP
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
     from pydantic import BaseModel, ValidationError
     from pydantic_core import ErrorDetails
 

@@ -5,24 +5,21 @@ from __future__ import annotations
 import copy
 import io
 from collections import ChainMap
-from typing import TYPE_CHECKING, Any
+from collections.abc import Container, Mapping, MutableMapping, MutableSequence, Sequence
+from pathlib import Path
+from typing import Any
 
 import networkx as nx
 
 from desim_warehouse.errors import ModelError
+from desim_warehouse.layout import Edge, Layout
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.orient import Orientation, orient_lanes
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.layout.turnable import AGAINST, Way, mirrored
 from desim_warehouse.model import layout_file
 from desim_warehouse.model.facts.places import destinations
-
-if TYPE_CHECKING:
-    from collections.abc import Container, Mapping, MutableMapping, MutableSequence, Sequence
-    from pathlib import Path
-
-    from desim_warehouse.layout import Edge, Layout
-    from desim_warehouse.model.schema import Model
+from desim_warehouse.model.schema import Model
 
 
 def orientation(model: Model) -> Orientation:

@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from enum import Enum
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.layout.spec import Blocks
 from desim_warehouse.model.messages import FilePositions, Keys, Outline, Problem, dotted
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.sections.policy import Policies
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
 
 
 class Unset(Enum):

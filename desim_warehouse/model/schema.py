@@ -6,7 +6,8 @@ import datetime as dt
 import hashlib
 import json
 import math
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
@@ -72,9 +73,6 @@ from desim_warehouse.values.fields import (
     wrong,
 )
 from desim_warehouse.values.units import METRES, SECONDS, UnitNames
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
 
 
 class Units(Part):

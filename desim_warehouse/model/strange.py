@@ -2,15 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Callable
+from typing import Any
 
 from ruamel.yaml.composer import Composer
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.messages import Keys, dotted, printable
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _LONGEST = 100  # characters of a key in the message
 _MOST_STRANGE = 1000

@@ -12,22 +12,21 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter, defaultdict
+from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
 from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 from weakref import WeakKeyDictionary
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.model.facts.charging import spare_batteries
+from desim_warehouse.model.schema import Prices
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.records import StateSpan, TaskHistory, Wait, Whereabouts
 from desim_warehouse.states import APART, SHOWN, WAITING, Phase, absent, names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-
     import pandas as pd
 
-    from desim_warehouse.model.schema import Prices
-    from desim_warehouse.outcome.history import History
-    from desim_warehouse.outcome.records import StateSpan, TaskHistory, Wait, Whereabouts
 
 By = Literal["task", "flow", "station", "robot", "edge", "node", "hour"]
 """What `account` may be asked for."""

@@ -10,20 +10,16 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Iterator
 from itertools import islice
 from operator import attrgetter
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
 from desim_warehouse.outcome.account import Piece, pieces
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.records import Wait
 from desim_warehouse.states import APART, SHOWN, Phase
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.outcome.history import History
-    from desim_warehouse.outcome.records import Wait
-
 
 TRAFFIC = ("behind_robot", "before_intersection")
 """Parts of the account in which a robot waits for another."""

@@ -10,11 +10,15 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator
 from functools import cached_property
 from itertools import islice, zip_longest
 from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.spec import StationSpec
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts import charging
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, start_levels
 from desim_warehouse.model.sections.fleet import BatterySpec, Start
@@ -35,11 +39,6 @@ from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, nam
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.spec import StationSpec
-    from desim_warehouse.model import Model
     from desim_warehouse.outcome.records import Deadline, Edge
 
     Curve = tuple[list[float], list[float]]

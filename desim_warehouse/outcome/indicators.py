@@ -8,17 +8,14 @@ and the reference in the documentation all read this list.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
 from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
 from desim_warehouse.outcome import account, measures
+from desim_warehouse.outcome.history import FlowHistory, History
 from desim_warehouse.states import APART, TIMES, State
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Collection
-
-    from desim_warehouse.outcome.history import FlowHistory, History
 
 Unit = Literal[
     "time",

@@ -8,6 +8,7 @@ meaning in `COLUMNS`, and to the methods of `Log` that write it. A kind of row h
 from __future__ import annotations
 
 from bisect import bisect_right
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import InitVar, dataclass, field
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
@@ -16,8 +17,6 @@ from desim_warehouse import states
 from desim_warehouse._version import __version__
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
     import pandas as pd
 
 

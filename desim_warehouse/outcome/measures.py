@@ -7,15 +7,14 @@ from __future__ import annotations
 
 import math
 import statistics
+from collections.abc import Callable, Iterable, Sequence
 from typing import TYPE_CHECKING
 
+from desim_warehouse.outcome.records import Deadline, TaskHistory, Trip
 from desim_warehouse.states import BROKEN, OPERATING, SERVER, names
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
     from desim_warehouse.outcome.history import FlowHistory, History
-    from desim_warehouse.outcome.records import Deadline, TaskHistory, Trip
 
 
 _QUEUEING = names(lambda state: state.queue == SERVER)

@@ -9,20 +9,18 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.outcome.account import pieces
+from desim_warehouse.outcome.history import History
 from desim_warehouse.states import SHOWN, TIMES, Place
 from desim_warehouse.values.calendars import ALWAYS, Hours
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.history import History
-
     Steps = tuple[list[float], list[int]]
 
 

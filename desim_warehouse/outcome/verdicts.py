@@ -24,22 +24,19 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import accumulate
 from statistics import fmean, stdev, variance
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, refills_overnight
 from desim_warehouse.model.facts.hours import longest_closed
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import is_of_due
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.history import History
 
 LEAST_WAITING = 0.2
 """Part of the fleet's time in traffic below which nothing is past a knee."""

@@ -5,20 +5,18 @@ A reader turns a file into a `Plant`; `imported` makes a model of it and says wh
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.model import Model
 from desim_warehouse.plants.formats import add_tasks, read_plant
 from desim_warehouse.plants.graph import from_networkx
 from desim_warehouse.plants.model import Imported, imported, read_robot
 from desim_warehouse.plants.plant import Plant, Remark
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     import networkx as nx
-
-    from desim_warehouse.model import Model
 
 
 __all__ = ["Imported", "Plant", "Remark", "import_layout", "imported", "read_layout", "read_plant"]

@@ -15,16 +15,14 @@ import logging
 import math
 import re
 from collections import Counter
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
 
 from desim_warehouse.errors import ModelError, got, nearest, reason, spoken
 from desim_warehouse.plants.lines import CURVE, Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-    from pathlib import Path
 
 EXPECTED = "a drawing (DXF)"
 _LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}

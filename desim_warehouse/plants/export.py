@@ -5,24 +5,21 @@ from __future__ import annotations
 import csv
 import io
 import itertools
+from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal, get_args
+from typing import Literal, get_args
 from xml.sax.saxutils import escape, quoteattr
 
 from desim_warehouse.errors import ReportError, got, nearest, reason
 from desim_warehouse.folders import make_folder
+from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.plants.checks import distance, length_of
 from desim_warehouse.plants.plant import Area, Link, Location, Plant, Remark, Vehicle, Waypoint, claim, unique
 from desim_warehouse.plants.tables import EDGES_FILE, NODES_FILE
 from desim_warehouse.plants.write import one_line
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator
-
-    from desim_warehouse.layout.layout import Edge, Layout
-    from desim_warehouse.values.fields import Part
+from desim_warehouse.values.fields import Part
 
 
 def plain_names(plant: Plant) -> None:

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 from io import BytesIO
-from typing import TYPE_CHECKING
+from pathlib import Path
 
 from desim_warehouse.errors import ModelError, reason
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 
 def content_of(path: Path, expected: str, most: int = LIMITS["bytes"][0]) -> bytes:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -28,8 +29,6 @@ from desim_warehouse.plants.file import content_of
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from desim_warehouse.plants.plant import Plant
 
 

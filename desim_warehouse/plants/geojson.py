@@ -13,7 +13,9 @@ Source: RFC 7946.
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any, NoReturn
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
@@ -22,10 +24,6 @@ from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping
-    from pathlib import Path
 
 EXPECTED = "lines (GeoJSON)"
 _WIDEST = 0.5  # degrees

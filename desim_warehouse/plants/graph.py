@@ -8,6 +8,8 @@ Source: GraphML Primer (graphml.graphdrafting.org); yEd's y:Geometry and y:NodeL
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
@@ -16,9 +18,6 @@ from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord, fill
 from desim_warehouse.plants.xml import Element, read_xml
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from pathlib import Path
-
     import networkx as nx
 
 

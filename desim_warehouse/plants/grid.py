@@ -10,16 +10,14 @@ cannot reach are named.
 from __future__ import annotations
 
 import re
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, NamedTuple, NoReturn
+from pathlib import Path
+from typing import NamedTuple, NoReturn
 
 from desim_warehouse.errors import ModelError, got, spoken
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-    from pathlib import Path
 
 _ANY = float("inf")
 

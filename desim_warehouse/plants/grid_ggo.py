@@ -9,6 +9,7 @@ Source: Y. Zhang et al., Guidance graph optimization for lifelong multi-agent pa
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import got
@@ -17,8 +18,6 @@ from desim_warehouse.plants.grid import AISLE, BLOCKED, Cell, CellKind, Grid, Li
 from desim_warehouse.plants.grid_kiva import ENDPOINT, HOME
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from desim_warehouse.plants.plant import Plant
 
 

@@ -10,14 +10,13 @@ Source: H. Ma et al., Lifelong multi-agent path finding for online pickup and de
 from __future__ import annotations
 
 import re
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.plants.grid import AISLE, BLOCKED, CellKind, Grid, Lines, instant_handling, plant_of
 from desim_warehouse.plants.plant import Transport, Vehicle
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from desim_warehouse.plants.plant import Plant
 
 

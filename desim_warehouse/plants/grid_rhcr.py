@@ -9,14 +9,12 @@ Source: J. Li et al., Lifelong multi-agent path finding in large-scale warehouse
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, NamedTuple
+from pathlib import Path
+from typing import NamedTuple
 
 from desim_warehouse.errors import got, spoken
 from desim_warehouse.plants.grid import Lines, fit, not_too_many
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
-
-if TYPE_CHECKING:
-    from pathlib import Path
 
 _OPERATIONS = {"Induct": ("load",), "Eject": ("unload",), "Travel": (), "Home": (), "Obstacle": ()}
 _TURNS = ((0, 1), (-1, 0), (0, -1), (1, 0))

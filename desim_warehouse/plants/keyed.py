@@ -7,6 +7,7 @@ position. To the letter, all of that is refused.
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
 
@@ -15,8 +16,6 @@ from desim_warehouse.model.messages import printable
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from desim_warehouse.plants.plant import Plant
 
 

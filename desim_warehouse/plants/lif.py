@@ -30,9 +30,11 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from itertools import pairwise
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from desim_warehouse.errors import got, nearest
 from desim_warehouse.model.json_text import read_json
@@ -41,10 +43,6 @@ from desim_warehouse.plants.checks import distance
 from desim_warehouse.plants.keyed import POSITION, Reader
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim, unique
 from desim_warehouse.plants.stops import NONE, sounds_like
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
 
 _STEEPEST = 30  # degree
 _NODES = 16  # of the quadrature

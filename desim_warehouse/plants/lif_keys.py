@@ -8,13 +8,12 @@ models do not hold.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.plants.keyed import POSITION, Each, Flag, Number, Text, section
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator, Sequence
-
     from desim_warehouse.plants.plant import Link, Plant
 
 

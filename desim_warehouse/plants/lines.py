@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, defaultdict
+from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -17,8 +18,6 @@ from desim_warehouse.plants.plant import Link, Location, Waypoint, claim, unique
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
     from desim_warehouse.plants.plant import Plant
 
 

@@ -16,6 +16,7 @@ What drawings do not say of the robots may come from a file with the keys `robot
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -35,8 +36,6 @@ from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside,
 from desim_warehouse.values.fields import Part
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from desim_warehouse.plants.plant import Area, Plant, Remark
 
 

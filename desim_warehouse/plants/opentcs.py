@@ -12,6 +12,8 @@ Source: the XML schemas of openTCS and its user's guide.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
@@ -19,9 +21,6 @@ from desim_warehouse.plants.plant import Area, Link, Location, Plant, Rule, Vehi
 from desim_warehouse.plants.xml import Element, read_xml
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
     from desim_warehouse.plants.plant import What
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
@@ -9,8 +10,6 @@ from desim_warehouse.plants.plant import Transport
 from desim_warehouse.plants.xml import read_xml
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from desim_warehouse.plants.plant import Plant
 
 

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Container, Iterable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Literal, TypeAlias
+from typing import Literal, TypeAlias
 
 from desim_warehouse.errors import first_of, number_of
-
-if TYPE_CHECKING:
-    from collections.abc import Container, Iterable
 
 Role: TypeAlias = Literal["load", "unload", "charge", "park"]
 """What robots do at a location."""

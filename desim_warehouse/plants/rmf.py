@@ -16,7 +16,9 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING, Any, NamedTuple, NoReturn
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, NamedTuple, NoReturn
 
 from desim_warehouse.errors import ModelError, got, nearest
 from desim_warehouse.model.messages import report
@@ -24,10 +26,6 @@ from desim_warehouse.model.parse import Document, read_yaml
 from desim_warehouse.plants import globe
 from desim_warehouse.plants.plant import Area, Link, Location, Plant, Vehicle, Waypoint, unique
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable
-    from pathlib import Path
 
 EXPECTED = "a map of Open-RMF (YAML with levels)"
 OPTIONS = ("layout", "graph")

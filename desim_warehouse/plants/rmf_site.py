@@ -6,6 +6,8 @@ disabled, and belongs to all graphs, to some, or to all but some; graphs are cou
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
@@ -15,9 +17,6 @@ from desim_warehouse.model.parse import Document
 from desim_warehouse.plants import rmf
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from desim_warehouse.plants.plant import Plant
 
 

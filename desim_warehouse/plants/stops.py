@@ -7,6 +7,7 @@ first. Points out of reach are named.
 from __future__ import annotations
 
 import re
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, NamedTuple, get_args
 
@@ -14,8 +15,6 @@ from desim_warehouse.errors import ModelError, got, nearest, spoken
 from desim_warehouse.plants.plant import Role
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Mapping
-
     from desim_warehouse.plants.plant import Plant, Transport
 
 

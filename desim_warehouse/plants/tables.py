@@ -23,8 +23,10 @@ import csv
 import io
 import math
 import re
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NoReturn
+from pathlib import Path
+from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got, nearest, spoken
 from desim_warehouse.plants.file import content_of
@@ -32,10 +34,6 @@ from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
 from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.values.headings import heading
 from desim_warehouse.values.units import TABLE, UnitNames, converted
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-    from pathlib import Path
 
 NODE = {
     "name": ("name", "node", "id", "point", "node_id"),

@@ -6,16 +6,13 @@ Source: the XML schema of openTCS 7.0. A two-way lane is one path with a reverse
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterable
 from xml.sax.saxutils import quoteattr
 
 from desim_warehouse.plants.checks import distance, length_of
 from desim_warehouse.plants.lanes import ALIKE
 from desim_warehouse.plants.opentcs import RULES
 from desim_warehouse.plants.plant import Link, Plant, Vehicle, claim
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 _MM = 1000
 _EXACT = 1e-6

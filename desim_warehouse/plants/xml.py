@@ -6,16 +6,14 @@ opened. Size, depth and the number of elements are limited.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NoReturn
+from pathlib import Path
+from typing import NoReturn
 from xml.parsers import expat
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
 
 _DEEPEST, _MOST = LIMITS["deep"][0], LIMITS["values"][0]
 

@@ -4,14 +4,12 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from desim_warehouse.policies.protocols import RobotView, Task
-    from desim_warehouse.policies.situation import Situation
+from desim_warehouse.policies.protocols import RobotView, Task
+from desim_warehouse.policies.situation import Situation
 
 CANDIDATES = 1000
 """Open tasks that a decision considers, from the front of the list; more if more robots are free."""

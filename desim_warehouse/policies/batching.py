@@ -7,14 +7,12 @@ task that has waited longest and go on to the nearest place each time (nearest n
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from desim_warehouse.policies.protocols import Task, TaskBatch, Travel, WaitingTasks
 from desim_warehouse.values.fields import Unit, Usual
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
 
 
 @dataclass(frozen=True)

@@ -6,13 +6,11 @@ drawn for a policy with the class attribute `random = True`, and else 0.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, ClassVar, NamedTuple, Protocol
+from typing import ClassVar, NamedTuple, Protocol
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.policies.protocols import Task, Travel
+from desim_warehouse.policies.protocols import Task, Travel
 
 
 class PodView(NamedTuple):

@@ -9,14 +9,12 @@ from __future__ import annotations
 import itertools
 import math
 from abc import ABC, abstractmethod
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, Literal
+from typing import Any, Literal
 
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from desim_warehouse.policies.protocols import RobotView, Task
-    from desim_warehouse.policies.situation import Situation
+from desim_warehouse.policies.protocols import RobotView, Task
+from desim_warehouse.policies.situation import Situation
 
 OBJECTIVES = ("makespan", "total")
 

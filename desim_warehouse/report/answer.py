@@ -12,6 +12,7 @@ runs.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Hashable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
@@ -22,8 +23,6 @@ from desim_warehouse.report.text.standing import Standing
 from desim_warehouse.run.folder import ANSWER, write_whole
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Hashable, Sequence
-
     T = TypeVar("T")
 
 

@@ -9,9 +9,10 @@ design as later ones do, so their pages show none.
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator, Mapping
 from datetime import UTC, datetime
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError, reason
 from desim_warehouse.model import load as load_model
@@ -25,15 +26,11 @@ from desim_warehouse.report.text.numbers import NONE, number
 from desim_warehouse.report.text.printed import how_sure, table
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
+from desim_warehouse.run import Run
 from desim_warehouse.run.folder import ANSWER
 from desim_warehouse.study.record import read_record
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.table import RESULTS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from desim_warehouse.run import Run
 
 PLAN, WHY = "plan.json", "why.json"
 

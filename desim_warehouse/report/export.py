@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -12,14 +13,11 @@ from desim_warehouse.fleet_log.vda5050 import messages
 from desim_warehouse.folders import make_folder
 from desim_warehouse.outcome.log import NONE
 from desim_warehouse.report.text import words
+from desim_warehouse.run import Run
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import pandas as pd
-
-    from desim_warehouse.run import Run
 
 
 Format = Literal["csv", "parquet", "trace", "vda5050"]

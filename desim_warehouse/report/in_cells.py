@@ -8,10 +8,10 @@ from desim_warehouse.report import html, run_parts
 from desim_warehouse.report.page import ReportPage
 from desim_warehouse.report.svg import account, floor
 from desim_warehouse.report.web import StillPage
+from desim_warehouse.run import Check, Run
 
 if TYPE_CHECKING:
     from desim_warehouse.report.page import Parts
-    from desim_warehouse.run import Check, Run
 
 
 def run_page(run: Run) -> StillPage:

@@ -10,23 +10,22 @@ from __future__ import annotations
 
 import heapq
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.outcome.log import LogRow
 from desim_warehouse.report.zones import Zone, zones
 from desim_warehouse.states import BROKEN, STATES
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     from desim_warehouse.model.sections.fleet import Start
     from desim_warehouse.outcome.history import History
-    from desim_warehouse.outcome.log import LogRow
 
     Floats = NDArray[np.float64]
     Ints = NDArray[np.int64]

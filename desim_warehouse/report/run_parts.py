@@ -6,38 +6,36 @@ The key figures of its model stand there, too.
 from __future__ import annotations
 
 import platform
+from collections.abc import Iterator
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.feasibility import errors
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, said
 from desim_warehouse.model.facts.disturbances import closures, disturbances
 from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.model.sections.fleet import RobotSpec
 from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.report import html, plot
 from desim_warehouse.report import page as pages
+from desim_warehouse.report.html import Html
+from desim_warehouse.report.page import ReportPage
 from desim_warehouse.report.svg import account, floor
 from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.text.root_words import root as root_in_words
+from desim_warehouse.run import Run
 from desim_warehouse.states import staff
 from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from matplotlib.axes import Axes
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import RobotSpec
-    from desim_warehouse.report.html import Html
-    from desim_warehouse.report.page import ReportPage
-    from desim_warehouse.run import Run
 
 
 def model_facts(model: Model) -> Html:

@@ -8,21 +8,18 @@ from __future__ import annotations
 from base64 import b64encode
 from bisect import bisect_right
 from collections import defaultdict
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, By, counted_tasks
 from desim_warehouse.report import html
 from desim_warehouse.report.answer import Bar, Rows
+from desim_warehouse.report.html import Html
 from desim_warehouse.report.palette import WAITED_STEPS
 from desim_warehouse.report.plot.floor import ends, step_of
 from desim_warehouse.report.plot.heat import edge_values, node_values, step_words
 from desim_warehouse.report.text import numbers
 from desim_warehouse.report.zones import Zone, zones
-
-if TYPE_CHECKING:
-    from desim_warehouse.report.html import Html
-    from desim_warehouse.run import Run
+from desim_warehouse.run import Run
 
 _MARGIN = 0.03
 """Room around the floor, as a part of its width."""

@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from desim_warehouse.fleet_log.measures import MEASURES
+from desim_warehouse.fleet_log.validate import Validation
 from desim_warehouse.report import html, plot
 from desim_warehouse.report import page as pages
 from desim_warehouse.report.plot.days import farthest
 from desim_warehouse.report.text import words
 from desim_warehouse.report.text.sentences import capital
-
-if TYPE_CHECKING:
-    from desim_warehouse.fleet_log.validate import Validation
 
 _METHOD = (
     "Each real day is simulated many times, and measured from the same messages by the same code.",

@@ -4,16 +4,13 @@ from __future__ import annotations
 
 import json
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder, shipped
 from desim_warehouse.report import run_parts
 from desim_warehouse.report.answer_page import PLAN, WHY
+from desim_warehouse.run import Run
 from desim_warehouse.run.folder import ANSWER, RUN, STUDY, write_whole
-
-if TYPE_CHECKING:
-    from desim_warehouse.run import Run
 
 KINDS = {"answer": (ANSWER, PLAN, WHY, STUDY), "run": (RUN,)}
 """Kind of report: the files by which its kind of folder is known."""

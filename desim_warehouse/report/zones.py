@@ -6,13 +6,12 @@ On a grid of cells they are inside the cell of their node, as beside it are othe
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import BayPlaces
     from desim_warehouse.model import Model

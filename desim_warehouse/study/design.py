@@ -4,20 +4,18 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.factors import readable
+from desim_warehouse.model.messages import Keys
+from desim_warehouse.study.factors import Factor, Label, Level, readable
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
     import numpy as np
     from numpy.typing import NDArray
 
-    from desim_warehouse.model.messages import Keys
-    from desim_warehouse.study.factors import Factor, Label, Level
 
 SAMPLED = ("latin-hypercube", "sobol", "saltelli")
 

@@ -7,19 +7,17 @@ import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Annotated, Any, TypeAlias
+from typing import Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
 
 from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.model import Model
+from desim_warehouse.model.messages import Keys
 from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.limits import MOST_LEVELS
 from desim_warehouse.study.statistics import Between
 from desim_warehouse.values.fields import Forms, Part, all_wrong, form, wrong
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.messages import Keys
 
 Label: TypeAlias = str | int | float | bool | None
 

@@ -20,5 +20,11 @@ FIRST, CAP = 5, 40
 """Replications at the first look at a design, and the most of them, by default."""
 FIRST_OF_MEANS = 10
 """Replications at the first look at what has no upper end, such as a time: fewer do not show how skewed it is."""
+RACED = 10, 1000
+"""The first look and the cap of a race of designs, of which all but the best drop out."""
+RELIEVED = 5, 160
+"""Those of the suspects of a bottleneck."""
+PLAN_RUNS, SEARCH_RUNS = 5000, 500
+"""The most runs of a plan, and of a search of designs, by default."""
 MOST_YEARS = 20
 """Years that a plan looks ahead."""

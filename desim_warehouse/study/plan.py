@@ -2,21 +2,17 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
-from typing import TYPE_CHECKING, Literal
+from typing import Literal
 
 from desim_warehouse.errors import ModelError
+from desim_warehouse.model import Model
+from desim_warehouse.model.messages import FilePositions
 from desim_warehouse.study.design import GRID, Point, Rule, points
-from desim_warehouse.study.factors import hint
+from desim_warehouse.study.factors import Factor, Label, hint
 from desim_warehouse.study.file import Until
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.messages import FilePositions
-    from desim_warehouse.study.factors import Factor, Label
 
 
 @dataclass(frozen=True)

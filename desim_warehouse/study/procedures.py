@@ -2,26 +2,23 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import StudyError, shown
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.outcome.verdicts import judge_design
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import statistics
-from desim_warehouse.study.limits import CAP, LEAST_DELTA
-from desim_warehouse.study.runner import ran_flat
+from desim_warehouse.study.design import Point
+from desim_warehouse.study.limits import CAP, LEAST_DELTA, RACED
+from desim_warehouse.study.runner import StudyRunner, ran_flat
+from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.procedure import request
-from desim_warehouse.study.study import Study, under, with_answer
+from desim_warehouse.study.study import Study, with_answer
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.design import Point
-    from desim_warehouse.study.runner import StudyRunner
 
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
 ZONE = 0.01
@@ -80,9 +77,7 @@ def best(
     delta: float | None = None,
     *,
     maximise: bool | None = None,
-    first: int = 10,
-    cap: int = 1000,
-    **where: Any,
+    search: Search = USUAL,
 ) -> Best:
     """Choose the best design of a study by the mean of an indicator.
 
@@ -96,9 +91,7 @@ def best(
         delta: indifference zone in the indicator's unit: smaller differences do not matter. Default: 1 % of the
             largest mean of the first replications.
         maximise: whether more is better (default: as usual for the indicator).
-        first: replications of every design before any drops out.
-        cap: most replications of a design.
-        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+        search: how runs are done; confidence, seed and time limit are the study's.
 
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
@@ -112,7 +105,7 @@ def best(
         check_zone(indicator, delta)
     more = more_is_better(indicator) if maximise is None else maximise
     zone = {"share": ZONE} if delta is None else {"delta": delta}
-    return _race(study, indicator, more, first, cap, where, **zone)
+    return _race(study, indicator, more, search, **zone)
 
 
 def most(
@@ -120,9 +113,7 @@ def most(
     indicator: str = "throughput_per_hour",
     *,
     share: float = ZONE,
-    first: int = 10,
-    cap: int = 1000,
-    **where: Any,
+    search: Search = USUAL,
 ) -> Best:
     """Find the value of a study's factor with which most is done, where more of it need not do more.
 
@@ -132,23 +123,19 @@ def most(
         study: with one factor, its values upwards.
         indicator: what is done.
         share: a smaller difference, as a part of the largest mean, does not matter.
-        first: replications of every design before any drops out.
-        cap: most replications of a design.
-        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+        search: as of `best`.
 
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
     """
-    return _race(study, indicator, more_is_better(indicator), first, cap, where, share=share)
+    return _race(study, indicator, more_is_better(indicator), search, share=share)
 
 
 def _race(
     study: Study,
     indicator: str,
     more: bool,
-    first: int,
-    cap: int,
-    where: Mapping[str, Any],
+    search: Search,
     *,
     delta: float = 0.0,
     share: float = 0.0,
@@ -157,6 +144,8 @@ def _race(
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
+    _refuse_other(study, search)
+    first, cap = search.looks(*RACED)
 
     def steps(exact: bool) -> statistics.Procedure[statistics.Selection]:
         begin, end = (2, 2) if exact else (first, cap)  # designs without chance are compared by two runs each
@@ -171,9 +160,9 @@ def _race(
             )
         )
 
-    selection = study.follow(steps, indicator, **where)
+    selection = study.follow(steps, indicator, search=search)
     tied = tuple(study.points[number] for number in selection.within)
-    return with_answer(Best(study.points[selection.best], tied, indicator, more, selection, study), where)
+    return with_answer(Best(study.points[selection.best], tied, indicator, more, selection, study), search)
 
 
 def size(
@@ -181,10 +170,8 @@ def size(
     target: str,
     *,
     zone: float | str | None = None,
-    first: int | None = None,
-    cap: int = CAP,
-    search: str = "bisection",
-    **where: Any,
+    scan: bool = False,
+    search: Search = USUAL,
 ) -> SizeFound:
     """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
 
@@ -192,10 +179,8 @@ def size(
         study: with one factor, its values upwards.
         target: such as "throughput_per_hour >= 220"; of shares such as "on_time >= 95 %" or "on_time >= 0.95".
         zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
-        first: replications at the first look at a value (default: 5 of a share, else 10).
-        cap: most replications of a value.
-        search: bisection, or scan through all values from the first.
-        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+        scan: look at all values from the first on, as where more need not be better, instead of by bisection.
+        search: how runs are done; confidence, seed and time limit are the study's.
 
     Raises:
         StudyError: not one factor, a bad target, or a run that failed but for a robot that ran flat, which fails.
@@ -204,24 +189,34 @@ def size(
     """
     if not isinstance(study, Study):
         raise StudyError(f"size: {shown(study):.60}, expected a Study of one factor")
+    if not isinstance(search, Search):
+        raise StudyError(f"size, search: {shown(search):.60}, expected a Search; scan=True looks at all values")
+    _refuse_other(study, search)
     units = study.plan.base.units.names
     goal = read_target(target, units)
     if len(study.plan.factors) != 1:
         raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
     (key,) = (factor.key for factor in study.plan.factors)
     values = [point.labels[key] for point in study.points]
-    scan = search == "scan"
-    zone, first = indifference(goal, zone, units), first or first_look(goal, cap)
+    zone = indifference(goal, zone, units)
     designs, each = statistics.line(len(values)), statistics.Budget(len(values))
-    doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, under(where, "scout"))
-    with study.session(**where) as runner:
+    doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, search.under("scout"))
+    with study.session(search) as runner:
 
         def steps(exact: bool) -> statistics.Procedure[statistics.Sizing[Any]]:
-            judge = judge_of(study, runner, goal, exact=exact, zone=zone, first=first, cap=cap)
+            judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
             return statistics.smallest_meeting_steps(values, judge, doubted or (), scan=scan)
 
         found = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
-    return with_answer(SizeFound(**vars(found), study=study), where)
+    return with_answer(SizeFound(**vars(found), study=study), search)
+
+
+def _refuse_other(study: Study, search: Search) -> None:
+    """Refuse a search that says otherwise what the study says itself; raises StudyError."""
+    for name in ("confidence", "seed", "timeout"):
+        said, own = getattr(search, name), getattr(study.plan, name)
+        if said not in (own, getattr(USUAL, name)):
+            raise StudyError(f"search, {name} {said}: the study has {own}; expected it in the study alone")
 
 
 def scouted(
@@ -230,7 +225,7 @@ def scouted(
     designs: Sequence[tuple[int, ...]],
     cost: Callable[[tuple[int, ...]], tuple[float, ...]],
     budget: statistics.Budget,
-    where: Mapping[str, Any],
+    search: Search,
     told: str = "",
     known: statistics.Earlier = statistics.NOTHING,
 ) -> set[int] | None:
@@ -240,7 +235,7 @@ def scouted(
     """
     scout = Study.of(replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated())
 
-    with scout.session(**where) as runner:
+    with scout.session(search) as runner:
 
         def hopeless(number: int) -> bool:
             return cannot_last(scout, runner, number) is not None
@@ -259,6 +254,7 @@ def judge_of(
     study: Study,
     runner: StudyRunner,
     goal: statistics.Target,
+    search: Search,
     *,
     exact: bool,
     before: str = "",
@@ -273,15 +269,19 @@ def judge_of(
         study: its designs are judged, with its confidence.
         runner: of the session; it has the runs.
         goal: the target.
+        search: for the first look and the cap (default: 5 for a share, else 10, to 40).
         exact: the models use no random numbers.
         before: what was known before this session.
         name: what a design is called there (default: as in the study's table).
-        how: zone, first, cap and budget, as of `statistics.Judge`.
+        how: zone and budget, as of `statistics.Judge`.
     """
     named = name or (lambda number: str(study.points[number]))
+    cap = search.cap or CAP
     return statistics.Judge(
         goal,
         study.plan.confidence,
+        first=search.first or first_look(goal, cap),
+        cap=cap,
         deterministic=exact,
         within=within(goal.indicator),
         veto=lambda number: cannot_last(study, runner, number),

@@ -3,13 +3,10 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.values.distributions import mean_of
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
 
 RARE = 1 / 3
 """Expected in a run: what is rarer may be missing in all of ten runs."""

@@ -4,21 +4,18 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import UNSET, Model, load
-from desim_warehouse.model.messages import FilePositions, Problem, from_pydantic, report
+from desim_warehouse.model.messages import FilePositions, Keys, Problem, from_pydantic, report
 from desim_warehouse.model.parse import Document, from_file, plain
 from desim_warehouse.policies.catalogue import resolved_in
 from desim_warehouse.study.file import OUTLINE, StudyFile, labels
 from desim_warehouse.study.plan import StudyPlan, models
 from desim_warehouse.study.warm_up import steady_length
-
-if TYPE_CHECKING:
-    from desim_warehouse.model.messages import Keys
 
 
 def read_study(path: str | Path, overrides: Mapping[str, Any] | None = None, *, named: str = "override") -> StudyPlan:

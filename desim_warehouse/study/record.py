@@ -3,24 +3,20 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 from desim_warehouse.errors import ModelError, StudyError, reason
 from desim_warehouse.model import load
 from desim_warehouse.run.folder import RUN, STUDY, write_whole
-from desim_warehouse.study.design import Rule
+from desim_warehouse.study.design import Point, Rule
 from desim_warehouse.study.execution.cache import versions
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import StudyPlan, models, run_seed
 from desim_warehouse.study.statistics import Between
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-    from pathlib import Path
-
-    from desim_warehouse.study.design import Point
 
 FORMAT = 1
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,31 +13,26 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError, reason
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
-from desim_warehouse.outcome.verdicts import judge_design
+from desim_warehouse.outcome.verdicts import Verdict, judge_design
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import rare, statistics
-from desim_warehouse.study.design import baseline_point, saltelli
+from desim_warehouse.study.design import Point, baseline_point, saltelli
 from desim_warehouse.study.execution.work import Outcome
-from desim_warehouse.study.factors import RESERVED
+from desim_warehouse.study.factors import RESERVED, Label
 from desim_warehouse.study.file import labels
-from desim_warehouse.study.plan import models
+from desim_warehouse.study.plan import StudyPlan, models
 from desim_warehouse.study.table import RESULTS, Row, arrow, as_text, columns, is_numeric, plain, read_results
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
     import pandas as pd
     from numpy.typing import NDArray
 
     from desim_warehouse.live.frozen import FrozenPage
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.verdicts import Verdict
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.design import Point
-    from desim_warehouse.study.factors import Label
-    from desim_warehouse.study.plan import StudyPlan
+
 
 _MOST_MAIN = 6
 

@@ -2,26 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from time import monotonic
-from typing import TYPE_CHECKING, TypeVar, cast
+from typing import TypeVar, cast
 
 from desim_warehouse.errors import BatteryError, SimulationError, StudyError
+from desim_warehouse.study.design import Point
+from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
-from desim_warehouse.study.execution.work import Wanted
+from desim_warehouse.study.execution.store import Store
+from desim_warehouse.study.execution.work import Handle, Wanted
 from desim_warehouse.study.file import Until
-from desim_warehouse.study.plan import models, run_seed
+from desim_warehouse.study.plan import StudyPlan, models, run_seed
+from desim_warehouse.study.statistics import Procedure
 from desim_warehouse.study.table import Row
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
-
-    from desim_warehouse.study.design import Point
-    from desim_warehouse.study.execution import Executor
-    from desim_warehouse.study.execution.store import Store
-    from desim_warehouse.study.execution.work import Handle
-    from desim_warehouse.study.plan import StudyPlan
-    from desim_warehouse.study.statistics import Procedure
 
 T = TypeVar("T")
 _WRITE_EVERY = 10.0  # seconds between writes of the table

@@ -2,38 +2,39 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.model import Model
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.run.folder import ANSWER
+from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.factors import Level
+from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.runner import StudyRunner
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import (
+    Comparison,
+    FirstOrder,
+    MainEffects,
+    Procedure,
+    SobolIndices,
+)
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-
     import pandas as pd
 
     from desim_warehouse.live.frozen import FrozenPage
-    from desim_warehouse.model import Model
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.execution import Executor
-    from desim_warehouse.study.plan import StudyPlan
-    from desim_warehouse.study.statistics import (
-        Comparison,
-        FirstOrder,
-        MainEffects,
-        Procedure,
-        SobolIndices,
-    )
+
 
 T = TypeVar("T")
 
@@ -157,11 +158,11 @@ class Study:
         """Do the missing runs, with the same results for any number of workers.
 
         Args:
-            workers: processes on this machine, at most 256, or `auto`: one for each processor.
-            cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
-            out: the study folder. Runs there are reused, whichever study did them.
-            cache: without `out`, keep runs in the user's cache (DESIM_CACHE names its folder), and reuse those there.
-            progress: show progress on standard error.
+            workers: see `Search`, as for all of these.
+            cluster: a Dask scheduler.
+            out: the study folder.
+            cache: whether runs are kept without one.
+            progress: whether progress is shown.
 
         Returns:
             The study itself.
@@ -170,7 +171,11 @@ class Study:
             StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
             KeyboardInterrupt: on Ctrl-C, after finished runs are stored.
         """
-        with self.session(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress) as runner:
+        return self.run_by(Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress))
+
+    def run_by(self, search: Search) -> Study:
+        """Do the missing runs as a search says."""
+        with self.session(search) as runner:
             runner.recall()
             for _ in runner.replicate():
                 pass
@@ -190,7 +195,7 @@ class Study:
         Raises:
             StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
         """
-        with self.session(**{"cache": False, **where}) as runner:
+        with self.session(Search(**{"cache": False, **where})) as runner:
             yield from runner.replicate()
 
     def follow(
@@ -199,17 +204,17 @@ class Study:
         indicator: str,
         *,
         failed: float | None = None,
-        **where: Any,
+        search: Search = USUAL,
     ) -> T:
         """Carry out a sequential procedure (`statistics`), which asks for the runs it needs.
 
-        The runs become part of the study: `table` and `summary` have them. `make`, `indicator` and
-        `failed` are as of `StudyRunner.follow`, `where` is as in `run`, with `cache` unless it says otherwise.
+        The runs become part of the study: `table` and `summary` have them. `make`, `indicator` and `failed` are as of
+        `StudyRunner.follow`.
 
         Raises:
             StudyError: a run that was asked for failed.
         """
-        with self.session(**where) as runner:
+        with self.session(search) as runner:
             return self.carry_out(runner, make, indicator, failed=failed)
 
     def carry_out(self, runner: StudyRunner, make: Callable[[bool], Procedure[T]], indicator: str, **how: Any) -> T:
@@ -235,16 +240,8 @@ class Study:
         return point.number
 
     @contextmanager
-    def session(
-        self,
-        *,
-        workers: int | str = 1,
-        cluster: str | None = None,
-        out: str | Path | None = None,
-        cache: bool = True,
-        progress: bool = False,
-    ) -> Iterator[StudyRunner]:
-        """The runner of this study, for procedures that choose runs, with arguments as in `run`.
+    def session(self, search: Search = USUAL) -> Iterator[StudyRunner]:
+        """The runner of this study, for procedures that choose runs.
 
         However the block ends, finished runs are in the folder, or in the user's cache, and in `results`.
         """
@@ -253,15 +250,19 @@ class Study:
         from desim_warehouse.study.execution.signals import Interrupts
         from desim_warehouse.study.record import write_record
 
-        self.folder = None if out is None else Path(out)
+        self.folder = None if search.out is None else Path(search.out)
         with (
             Interrupts() as interrupts,
-            Progress(self.plan.name, shown=progress) as shown,
+            Progress(self.plan.name, shown=search.progress) as shown,
             Store(
-                self.folder, self._say(shown), cache=Cache(self._say(shown)) if cache and out is None else None
+                self.folder,
+                self._say(shown),
+                cache=Cache(self._say(shown)) if search.cache and self.folder is None else None,
             ) as store,
             closing(
-                make_executor(self.plan.base, workers, cluster, self.plan.timeout, self._say(shown), interrupts)
+                make_executor(
+                    self.plan.base, search.workers, search.cluster, self.plan.timeout, self._say(shown), interrupts
+                )
             ) as executor,
         ):
             if self.plan.warm_up == "auto":
@@ -389,15 +390,17 @@ class _Answered(Protocol):
 A = TypeVar("A", bound=_Answered)
 
 
-def with_answer(found: A, where: Mapping[str, Any]) -> A:
+def with_answer(found: A, search: Search) -> A:
     """What a procedure found; with `out`, its answer is kept in that folder, from which `desim report` has its page."""
-    out = where.get("out")
-    if out is not None and Path(out).is_dir():
-        found.answer.save(out)
+    if search.out is not None and Path(search.out).is_dir():
+        found.answer.save(search.out)
     return found
 
 
-def under(where: Mapping[str, Any], name: str) -> dict[str, Any]:
-    """Arguments of `Study.run` for one of several studies of a question: with `out`, a folder of its own in that."""
-    out = where.get("out")
-    return {**where, "out": None if out is None else Path(out) / name}
+def searched(base: Model, factors: Mapping[str, Any], search: Search, **content: Any) -> Study:
+    """A study whose runs a search chooses one by one; `content`: further keys of a study file."""
+    made = Study(
+        base, factors, confidence=search.confidence, timeout=search.timeout, **{"seed": search.seed, **content}
+    )
+    made.plan = made.plan.unreplicated()
+    return made

@@ -5,22 +5,22 @@ from __future__ import annotations
 import json
 import math
 import os
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ReportError, StudyError, reason
 from desim_warehouse.outcome.indicators import INDICATORS, counted_in, within
+from desim_warehouse.study.execution.work import Outcome
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-    from pathlib import Path
-
     import pandas as pd
     import pyarrow as pa
 
     from desim_warehouse.study.design import Point
-    from desim_warehouse.study.execution.work import Outcome
     from desim_warehouse.study.statistics import Estimate
+
 
 RESULTS = "results.parquet"
 

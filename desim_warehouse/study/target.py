@@ -5,16 +5,13 @@ from __future__ import annotations
 import math
 import re
 from dataclasses import replace
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError, shown
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import INDICATORS, find, look_up, within
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
 from desim_warehouse.values.units import SECONDS, UnitNames, quantity
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
 
 _WITH_UNIT = re.compile(r"(?P<bound>.*[<>=≥≤]\s*)(?P<number>[+-]?[\d.]+)\s*(?!e[+-]?\d)(?P<unit>[A-Za-z%/].*?)\s*")
 _KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}

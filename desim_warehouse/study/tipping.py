@@ -9,28 +9,24 @@ how many robots the middle needs is found on other days.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Generator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.fleet.designs import Designs, refused
 from desim_warehouse.study.limits import UNCERTAIN_RUNS
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Procedure, RunNumber, Target
 from desim_warehouse.study.statistics.procedure import request
 from desim_warehouse.study.statistics.thresholds import Crossing, LinearNeed, Worth, crossing, linear_need, worth
-from desim_warehouse.study.study import Study, with_answer
+from desim_warehouse.study.study import searched, with_answer
 from desim_warehouse.study.target import read_target
-from desim_warehouse.values.streams import whole_seed
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
-
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.statistics import Procedure, RunNumber, Target
 
 Inputs: TypeAlias = tuple[float, ...]
 """A value of each input."""
@@ -140,11 +136,7 @@ def tipping_points(
     target: str,
     uncertain: Mapping[str, tuple[float, float]],
     *,
-    runs: int = UNCERTAIN_RUNS,
-    confidence: float = 0.95,
-    seed: int = 0,
-    timeout: float | None = None,
-    **where: Any,
+    search: Search = USUAL,
 ) -> TippingPoints:
     """Find where inputs that are not known exactly tip the number of robots that meets a target.
 
@@ -152,41 +144,25 @@ def tipping_points(
         model: the warehouse, with the chargers that it is to have, and about as many robots: they are looked at first.
         target: such as "on_time >= 95 %".
         uncertain: key of the model -> the lowest and the highest value that it may have.
-        runs: the most that may be done.
-        confidence: that the fleet said to be safe is enough; intervals have 95 %.
-        seed: of all runs.
-        timeout: seconds that a run may take.
-        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+        search: how runs are done, at most 250 by default. Its confidence is that the fleet said to be safe is enough;
+            intervals have 95 %.
 
     Raises:
         StudyError: no range, a bad target, too few runs, or an end of a range with which nothing can be simulated.
 
     Source: Sobol points, least squares, `statistics.thresholds`.
     """
-    model, seed = as_model(model), whole_seed(seed)
+    model = as_model(model)
     goal = read_target(target, model.units.names)
+    runs = search.runs or UNCERTAIN_RUNS
     if runs < FEWEST_RUNS:
         raise StudyError(f"{runs} runs: too few to find where the answer tips, expected at least {FEWEST_RUNS}")
     ranges = {key: _range(key, ends) for key, ends in uncertain.items()}
-    if not ranges:
-        raise StudyError("uncertain: nothing, expected keys with their lowest and highest value")
-    most = 2 * max(Designs(model).counts(1.0)[0])
-    fleets = [size for size in range(1, most + 1) if refused(model, {"fleet.size": size}) is None]
-    for key, ends in ranges.items():
-        for end in ends:
-            if (why := refused(model, {key: end, "fleet.size": fleets[-1]})) is not None:
-                raise StudyError(f"uncertain {key}: {end:g} cannot be simulated: {why}")
+    fleets = _fleets(model, ranges)
     middle = tuple((low + high) / 2 for low, high in ranges.values())
-    study = Study(
-        model,
-        {"design": {"cases": {"the middle": _changes(ranges, middle, fleets[0])}}},
-        name="uncertain",
-        seed=seed,
-        target=goal.text,
-        timeout=timeout,
-    )
-    study.plan = study.plan.unreplicated()
-    with study.session(**where) as runner:
+    cases = {"the middle": _changes(ranges, middle, fleets[0])}
+    study = searched(model, {"design": {"cases": cases}}, search, name="uncertain", target=goal.text)
+    with study.session(search) as runner:
         numbers = {(middle, fleets[0]): 0}
 
         def number(values: Inputs, size: int) -> int:
@@ -198,11 +174,24 @@ def tipping_points(
 
         def steps(exact: bool) -> Procedure[TippingSearch]:
             begin = min(int(np.searchsorted(fleets, model.fleet.size)), len(fleets) - 1)
-            search = TippingSearch(tuple(ranges.values()), fleets, goal, number, runs, seed, begin, exact=exact)
-            return search.steps()
+            ends = tuple(ranges.values())
+            return TippingSearch(ends, fleets, goal, number, runs, search.seed, begin, exact=exact).steps()
 
         found = study.carry_out(runner, steps, goal.indicator, failed=goal.missed)
-    return with_answer(found.answer(tuple(ranges), model, confidence), where)
+    return with_answer(found.answer(tuple(ranges), model, search.confidence), search)
+
+
+def _fleets(model: Model, ranges: Mapping[str, tuple[float, float]]) -> list[int]:
+    """The fleets that may be needed; raises StudyError for no range, or one whose end cannot be simulated."""
+    if not ranges:
+        raise StudyError("uncertain: nothing, expected keys with their lowest and highest value")
+    most = 2 * max(Designs(model).counts(1.0)[0])
+    fleets = [size for size in range(1, most + 1) if refused(model, {"fleet.size": size}) is None]
+    for key, ends in ranges.items():
+        for end in ends:
+            if (why := refused(model, {key: end, "fleet.size": fleets[-1]})) is not None:
+                raise StudyError(f"uncertain {key}: {end:g} cannot be simulated: {why}")
+    return fleets
 
 
 def _range(key: str, ends: tuple[float, float]) -> tuple[float, float]:

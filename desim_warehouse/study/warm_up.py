@@ -9,29 +9,25 @@ named; an error would stop every study that asks how much demand is too much.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, get_args
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.outcome.history import in_spans
+from desim_warehouse.model import Model
+from desim_warehouse.outcome.history import Spans, in_spans
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics
-from desim_warehouse.study.execution.work import Wanted
-from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.design import Point
+from desim_warehouse.study.execution import Executor
+from desim_warehouse.study.execution.work import Outcome, Wanted
+from desim_warehouse.study.plan import StudyPlan, run_seed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
     import numpy as np
     from matplotlib.figure import Figure
     from numpy.typing import NDArray
 
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.history import Spans
-    from desim_warehouse.study.design import Point
-    from desim_warehouse.study.execution import Executor
-    from desim_warehouse.study.execution.work import Outcome
-    from desim_warehouse.study.plan import StudyPlan
 
 PILOT = 5  # runs of each design
 SPANS = 1000  # that a pilot run is divided into: with 200 MSER-5 often takes chance for not settled

@@ -8,33 +8,28 @@ days, and gains are compared for equal doses (`suspects.Suspect.scale`). Where a
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import SimulationError, StudyError
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.account import BATCHED, UNTAKEN, share_of_tasks
-from desim_warehouse.outcome.chains import lost_to
+from desim_warehouse.outcome.chains import Root, lost_to
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.outcome.verdicts import Verdict
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study import statistics
-from desim_warehouse.study.limits import FIRST
+from desim_warehouse.study.limits import RELIEVED
 from desim_warehouse.study.reliefs.suspect import MOST_UNTAKEN, Suspect
 from desim_warehouse.study.reliefs.suspects import left_out, suspects
 from desim_warehouse.study.runner import could_not_go_on
-from desim_warehouse.study.statistics import Gains
-from desim_warehouse.study.study import Study, with_answer
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.outcome.chains import Root
-    from desim_warehouse.outcome.verdicts import Verdict
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.statistics import Estimate, Gain
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Estimate, Gain, Gains
+from desim_warehouse.study.study import Study, searched, with_answer
 
 LEAST = 0.01
 """Part of the indicator's mean that matters."""
@@ -139,24 +134,14 @@ def why(
     source: Run | Source,
     *,
     indicator: str | None = None,
-    confidence: float = 0.95,
-    seed: int = 0,
-    first: int = FIRST,
-    cap: int = 160,
-    timeout: float | None = None,
-    **where: Any,
+    search: Search = USUAL,
 ) -> Why:
     """What holds a warehouse up, and what it costs: each suspect is relieved and simulated, the same days for all.
 
     Args:
         source: a run with `log: all`, or a model or its file, of which one is made.
         indicator: what costs are counted in (default: `usual_indicator`).
-        confidence: that all intervals hold.
-        seed: of the runs.
-        first: replications before anything is decided.
-        cap: most replications.
-        timeout: seconds that a run may take.
-        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+        search: how runs are done.
 
     Raises:
         StudyError: an indicator of which neither less nor more is better, or a run that failed but could have gone on.
@@ -165,16 +150,21 @@ def why(
     (sensitivity of throughput to each resource); see docs/how-to/find-the-bottleneck.md.
     """
     try:
-        run = source if isinstance(source, Run) else simulate(as_model(source, {"log": "all"}), seed)
+        run = source if isinstance(source, Run) else simulate(as_model(source, {"log": "all"}), search.seed)
     except SimulationError as error:
-        nothing = Gains((), math.nan, math.nan, confidence, 1, failed=1)
+        nothing = Gains((), math.nan, math.nan, search.confidence, 1, failed=1)
         model = source.model if isinstance(source, Run) else as_model(source)
-        return Why(
-            model, indicator or "", (), nothing, seed, failures={0: Failure(1, 1, f"{type(error).__name__}: {error}")}
-        )
+        failure = Failure(1, 1, f"{type(error).__name__}: {error}")
+        return Why(model, indicator or "", (), nothing, search.seed, failures={0: failure})
     name = indicator or usual_indicator(run)
+    return with_answer(_relieved(run, name, search), search)
+
+
+def _relieved(run: Run, name: str, search: Search) -> Why:
+    """What relieving each suspect of a run gains in an indicator."""
     looked_at = suspects(run)
-    gains, study = _contest(run, name, looked_at, confidence, seed, first, timeout, where)
+    gains, study = _contest(run, name, looked_at, search)
+    first, cap = search.looks(*RELIEVED)
     lasts = run.model.tasks.arrive and not any(said.is_lasting for said in run.verdicts)
     untaken = share_of_tasks(run.history, *UNTAKEN)
     well = lasts and not _state([run.kpis], untaken).is_held_up
@@ -186,12 +176,12 @@ def why(
     failures = _failures(study)
     if found.failed and 0 not in failures:
         raise StudyError(f"indicator {name!r}: {found.failed} runs of the model as it is have no value of it")
-    what = Why(
+    return Why(
         run.model,
         name,
         tuple((looked_at[gain.change - 1], gain) for gain in found.gains),
         found,
-        seed,
+        search.seed,
         study.results.estimate(study.results.by_point[0], name),
         tuple(left_out(run)),
         state,
@@ -200,28 +190,21 @@ def why(
         {root: time / (run.history.counted * run.model.fleet.size) for root, (time, _) in lost_to(run.history).items()},
         share_of_tasks(run.history, BATCHED),
     )
-    return with_answer(what, where)
 
 
 def _contest(
     run: Run,
     name: str,
     looked_at: list[Suspect],
-    confidence: float,
-    seed: int,
-    first: int,
-    timeout: float | None,
-    where: dict[str, Any],
+    search: Search,
 ) -> tuple[Callable[[int], Gains], Study]:
     """The study in which each suspect is relieved, and what finds the gains with at most that many replications."""
     better = find(name).better
     if better is None:
         raise StudyError(f"indicator {name!r}: neither less nor more of it is better, so nothing can cost anything")
     cases: dict[str, Any] = {"as it is": {}, **{suspect.relief: dict(suspect.overrides) for suspect in looked_at}}
-    study = Study(
-        run.model, {"relief": {"cases": cases}}, seed=seed, confidence=confidence, timeout=timeout, name="why"
-    )
-    study.plan = study.plan.unreplicated()
+    study = searched(run.model, {"relief": {"cases": cases}}, search, name="why")
+    first, _ = search.looks(*RELIEVED)
     base = abs(run.kpis[name]) or 1.0
     scales = [None if suspect.beside else suspect.scale for suspect in looked_at]
 
@@ -230,14 +213,14 @@ def _contest(
             return statistics.gains_steps(
                 scales,
                 LEAST * base,
-                confidence,
+                search.confidence,
                 maximise=better == "more",
                 first=first,
                 cap=most,
                 deterministic=exact,
             )
 
-        return study.follow(steps, name, failed=math.nan, **where)
+        return study.follow(steps, name, failed=math.nan, search=search)
 
     return gains, study
 

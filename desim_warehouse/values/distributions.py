@@ -29,11 +29,10 @@ from desim_warehouse.values.fields import (
     form,
     wrong,
 )
+from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
     from numpy.random import Generator
-
-    from desim_warehouse.values.streams import Streams
 
 
 class Distribution(Part, ABC):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import Counter, OrderedDict, defaultdict
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from simpy import Event
@@ -12,11 +13,19 @@ from simpy.events import URGENT, Timeout
 
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
+<<<<<<< HEAD
 from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
 from desim_warehouse.model.facts.ahead import free_travel, handling_of
+=======
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
+from desim_warehouse.model import Model
+>>>>>>> main
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, spare_batteries, start_levels, swapped_at
 from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.flows import StorageEnd
+from desim_warehouse.model.sections.policy import PolicySpec
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Task, create
 from desim_warehouse.states import AT_START, OPENING, STATES, absent
@@ -59,11 +68,6 @@ from desim_warehouse.world.traffic.routes import Routes
 from desim_warehouse.world.traffic.traffic import Traffic
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Mapping, Sequence
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.policy import PolicySpec
     from desim_warehouse.world.orders.demand import Orders
     from desim_warehouse.world.robots.settled import Fleet
     from desim_warehouse.world.robots.tallies import Rows

@@ -45,7 +45,7 @@ def an_answer_of_plan(folder):
 
 
 def an_answer_of_why(folder):
-    why(example(), first=5, cap=5).answer.save(folder)
+    why(example(), search=dw.Search(first=5, cap=5)).answer.save(folder)
     return report(folder, folder / "page.html")
 
 
@@ -56,7 +56,9 @@ def an_answer_of_a_study(folder):
 
 
 def an_answer_of_a_race(folder):
-    found = dw.best(dw.Study(example(), {"fleet.size": [1, 3]}), "throughput_per_hour", first=3, cap=3)
+    found = dw.best(
+        dw.Study(example(), {"fleet.size": [1, 3]}), "throughput_per_hour", search=dw.Search(first=3, cap=3)
+    )
     found.answer.save(folder)
     return report(folder, folder / "page.html")
 
@@ -69,12 +71,16 @@ def of(answer, folder):
 def an_answer_of_size(folder):
     study = dw.Study(example(), {"fleet.size": [1, 2, 3]}, target="on_time >= 70 %")
     study.plan = study.plan.unreplicated()
-    return of(size(study, "on_time >= 70 %", first=3, cap=6).answer, folder)
+    return of(size(study, "on_time >= 70 %", search=dw.Search(first=3, cap=6)).answer, folder)
 
 
 def an_answer_of_a_search(folder):
     searched = dw.best(
-        example(), "throughput_per_hour", vary={"fleet.size": [1, 2, 3]}, target="on_time >= 60 %", runs=60
+        example(),
+        "throughput_per_hour",
+        vary={"fleet.size": [1, 2, 3]},
+        target="on_time >= 60 %",
+        search=dw.Search(runs=60),
     )
     return of(searched.answer, folder)
 

@@ -46,6 +46,7 @@ def test_the_sdist_makes_the_same_wheel(built, tmp_path):
     assert {"desim_warehouse/py.typed", "desim_warehouse/gallery/hospital.yaml"} <= files
 
 
+@pytest.mark.long
 def test_a_first_model_is_run_reported_and_replayed_and_what_an_extra_does_says_how_to_install_it(installed, tmp_path):
     def desim(*words):
         return subprocess.run([installed / "desim", *words], cwd=tmp_path, check=False, capture_output=True, text=True)

@@ -63,7 +63,7 @@ HEAVY = {
     "fleet.robot.speed_loaded": 1,
 }
 VARIANTS = {"poisson": {}, "hours": HOURS, "heavy": HEAVY}
-SIZES = [(30, 20), (40, 60), (60, 40), (80, 50), (120, 80)]
+SIZES = [(30, 20), (60, 40), *(pytest.param(size, marks=pytest.mark.long) for size in ((40, 60), (80, 50), (120, 80)))]
 
 
 @pytest.mark.parametrize("load", [0.8, *(pytest.param(load, marks=pytest.mark.long) for load in (0.3, 0.55))])

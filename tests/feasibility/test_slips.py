@@ -62,7 +62,9 @@ def test_hardly_any_of_sixty_fresh_slips_is_silent():
     for target in fresh_slips.TARGETS:
         told["target", target] = refused(lambda target=target: read_target(target, UnitNames()))
     for target, zone in fresh_slips.ZONES:
-        told["zone", (target, zone)] = refused(lambda t=target, z=zone: plan_fleet(base("goods"), t, zone=z, runs=10))
+        told["zone", (target, zone)] = refused(
+            lambda t=target, z=zone: plan_fleet(base("goods"), t, zone=z, search=dw.Search(runs=10))
+        )
     assert min(Counter(kind for kind, _ in told).values()) >= 4
     assert len(told) >= 60
     silent = [slip for slip, said in told.items() if not said]
@@ -121,7 +123,7 @@ def test_a_target_the_wrong_way_round_is_refused(target):
 @pytest.mark.parametrize(("target", "zone"), slips.ZONES)
 def test_a_zone_of_more_than_a_fifth_is_refused(target, zone):
     with pytest.raises(StudyError, match="expected at most") as error:
-        plan_fleet(base("goods"), target, zone=zone, runs=10)
+        plan_fleet(base("goods"), target, zone=zone, search=dw.Search(runs=10))
     assert slips.ZONES[target, zone] in str(error.value)
 
 

@@ -76,7 +76,9 @@ def test_batteries_of_an_imported_plant_start_settled_so_that_plan_names_a_fleet
     model = import_layout(DRAWN["opentcs"](tmp_path)).model.replace({"fleet.kinds": {}, "fleet.size": 4})
     full = dw.simulate(model.replace({"fleet.start_energy": 1}))
     assert "NOT_SETTLED" in {verdict.code for verdict in full.verdicts}
-    found = dw.plan(model, target="throughput_per_hour >= 100", robots=[4], chargers=[1], first=2, cap=3)
+    found = dw.plan(
+        model, target="throughput_per_hour >= 100", robots=[4], chargers=[1], search=dw.Search(first=2, cap=3)
+    )
     assert (found.today.best.robots, found.today.best.chargers) == (4, 1)
 
 

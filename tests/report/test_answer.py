@@ -194,7 +194,9 @@ def test_every_open_fleet_is_named_or_counted():
 
 
 def test_a_plan_has_the_page_of_its_fleet(tmp_path):
-    found = plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5), out=tmp_path)
+    found = plan_fleet(
+        example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5), search=dw.Search(out=tmp_path)
+    )
     found.answer.save(tmp_path)
     source = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8")).text
     for line in found.answer.answer:
@@ -221,7 +223,7 @@ def test_size_leads_with_its_count(tmp_path):
     cases = {"fleet.size": [1, 2, 3, 4]}
     study = dw.Study(example(), cases, name="size", target="on_time >= 75 %")
     study.plan = study.plan.unreplicated()
-    found = size(study, "on_time >= 75 %", first=5, cap=40, out=tmp_path)
+    found = size(study, "on_time >= 75 %", search=dw.Search(first=5, cap=40, out=tmp_path))
     answer = found.answer
     assert is_everywhere(answer)
     assert answer.tiles[0].value == str(found.smallest)
@@ -234,7 +236,7 @@ def test_size_leads_with_its_count(tmp_path):
 
 def test_why_is_about_the_warehouse_as_it_is_and_its_page_shows_no_other(tmp_path):
     model = example().replace({"run.length": 3600})
-    found = why(model, cap=5, first=5, out=tmp_path)
+    found = why(model, search=dw.Search(cap=5, first=5, out=tmp_path))
     answer = found.answer
     answer.save(tmp_path)
     assert answers.load(tmp_path) == answer

@@ -70,7 +70,11 @@ def test_more_runs_leave_no_answer_of_fewer(tmp_path):
 
 
 def test_what_python_finds_is_kept_in_its_folder(tmp_path):
-    found = dw.best(dw.Study(example(), {"fleet.size": [1, 3]}), "throughput_per_hour", first=2, cap=2, out=tmp_path)
+    found = dw.best(
+        dw.Study(example(), {"fleet.size": [1, 3]}),
+        "throughput_per_hour",
+        search=dw.Search(first=2, cap=2, out=tmp_path),
+    )
     assert json.loads((tmp_path / "answer.json").read_text("utf-8"))["answer"] == list(found.answer.answer)
 
 

@@ -198,7 +198,11 @@ def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
         dw.simulate(example()).save(folder)
     else:
         dw.best(
-            example(), "throughput_per_hour", vary={"fleet.size": [1, 2]}, target="on_time >= 50 %", runs=50, out=folder
+            example(),
+            "throughput_per_hour",
+            vary={"fleet.size": [1, 2]},
+            target="on_time >= 50 %",
+            search=dw.Search(runs=50, out=folder),
         )
     report(folder, notebook=tmp_path / "it.ipynb")
     made = nbformat.read(tmp_path / "it.ipynb", as_version=4)

@@ -27,7 +27,10 @@ def test_a_model_its_file_and_its_content_are_the_same(model, source):
 
 
 def test_searches_take_files_too(tmp_path):
-    assert dw.why(TUTORIAL, first=2, cap=2).indicator == dw.why(dw.load(TUTORIAL), first=2, cap=2).indicator
+    assert (
+        dw.why(TUTORIAL, search=dw.Search(first=2, cap=2)).indicator
+        == dw.why(dw.load(TUTORIAL), search=dw.Search(first=2, cap=2)).indicator
+    )
     assert dw.write_layout(TUTORIAL, tmp_path / "floor.lif", "lif") is not None
 
 
@@ -39,7 +42,9 @@ def test_what_is_no_model_is_refused_in_a_line(call, source):
 
 
 @pytest.mark.parametrize("seed", [None, "1", 1.5, -1, True, [1]])
-@pytest.mark.parametrize("call", [dw.simulate, dw.steps, lambda model, seed: dw.why(model, seed=seed)])
+@pytest.mark.parametrize(
+    "call", [dw.simulate, dw.steps, lambda model, seed: dw.why(model, search=dw.Search(seed=seed))]
+)
 def test_a_seed_that_no_run_could_be_repeated_with_is_refused(model, call, seed):
     with pytest.raises(dw.ModelError, match=r"^seed .*: expected a whole number from 0 on"):
         call(model, seed)

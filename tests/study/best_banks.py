@@ -12,7 +12,7 @@ import sys
 from functools import cache
 
 from desim_warehouse.study.designs.best_of_many import first_meeting_steps
-from desim_warehouse.study.designs.search import Goal, LocalSearch
+from desim_warehouse.study.designs.local_search import Goal, LocalSearch
 from desim_warehouse.study.statistics import Budget, Judge, follow
 from desim_warehouse.study.target import read_target
 

@@ -137,7 +137,7 @@ class Blame:
 def blame(number):
     """Ask why, carry out the advice on other days, and see what it gains."""
     model, name = planted(number)
-    found = why(model, seed=number)
+    found = why(model, search=dw.Search(seed=number))
     suspect, gain = found.found[0]
     study = dw.Study(
         model, {"relief": {"cases": {"no": {}, "yes": dict(suspect.overrides)}}}, replications=DAYS, seed=OTHER_SEED

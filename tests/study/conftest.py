@@ -1,5 +1,6 @@
 """A small study model, and policies that misbehave, for the tests of studies."""
 
+import os
 import time
 from pathlib import Path
 
@@ -99,6 +100,12 @@ def wait_for(what):
 def ample(usual):
     """A time-out, in seconds, ten times as long as the slowest of these runs took: it is cut off by no busy machine."""
     return max(1.0, round(10 * usual["run_time"].max(), 1))
+
+
+@pytest.fixture
+def two_processors(monkeypatch):
+    """`auto` is two workers, whatever machine this is."""
+    monkeypatch.setattr(os, "sched_getaffinity", lambda _: {0, 1}, raising=False)
 
 
 @pytest.fixture

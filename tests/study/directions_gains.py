@@ -69,7 +69,7 @@ def main(first, last):
     shown, passed, searched = 0, 0, 0
     for number in range(first, last):
         drawn = model(number)
-        found = directions(drawn, runs=RUNS, seed=number, workers=1, cache=False)
+        found = directions(drawn, search=dw.Search(runs=RUNS, seed=number, workers=1, cache=False))
         lanes = len({frozenset(lane) for lane in drawn.floor.edges})
         passes = errors(found.model) <= errors(drawn)
         gain = found.gain

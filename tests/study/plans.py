@@ -105,7 +105,7 @@ def on_other_days(described, changes, *, drifting=False):
 def answer(number):
     """Plan a model, and look at the answer."""
     described, target = model(number)
-    found = plan_fleet(described, f"on_time >= {target}", strategies={}, seed=number)
+    found = plan_fleet(described, f"on_time >= {target}", strategies={}, search=dw.Search(seed=number))
     said = Answer(number, target, found.zone, found.runs)
     if found.today.best is not None:
         best = found.today.best

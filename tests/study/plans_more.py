@@ -9,6 +9,7 @@ import sys
 
 import desim_warehouse as dw
 from desim_warehouse.study.fleet import plan_fleet, plan_options
+from desim_warehouse.study.search import Search
 from desim_warehouse.study.statistics.cheapest import within_counts
 from tests.study import plans
 from tests.study.told import told
@@ -63,7 +64,7 @@ def packers(number):
     """
     model, target = packed(number)
     ranges = {"robots": list(ROBOTS), "chargers": list(CHARGERS), "packers": f"packing={PACKERS[0]}..{PACKERS[-1]}"}
-    plan = plan_fleet(model, f"on_time >= {target}", strategies={}, seed=number, **ranges)
+    plan = plan_fleet(model, f"on_time >= {target}", strategies={}, search=Search(seed=number), **ranges)
     best = plan.today.best
     if best is None:
         return {"number": number, "named": None, "runs": plan.runs}
@@ -89,7 +90,7 @@ def packers(number):
 def years(number):
     """Whether the years of a plan are those of separate plans, and the runs of both."""
     model, target = plans.model(number)
-    how = {"strategies": {}, "seed": number}
+    how = {"strategies": {}, "search": Search(seed=number)}
     plan = plan_fleet(model, f"on_time >= {target}", growth="20%/year", years=YEARS, **how)
     alone = [
         plan_fleet(model.replace({"tasks.demand": round(GROWTH**year, 9)}), f"on_time >= {target}", **how)
@@ -112,7 +113,7 @@ def vendors(number):
     options = {"A": model.replace({"prices": prices, "fleet.robot.speed": 1}), "B": model.replace({"prices": prices})}
     options["B"] = options["B"].replace(faster)
     ranges = {"robots": list(ROBOTS), "chargers": list(CHARGERS)}
-    found = plan_options(options, f"on_time >= {target}", seed=number, **ranges)
+    found = plan_options(options, f"on_time >= {target}", search=Search(seed=number), **ranges)
     if not found.feasible:
         return {"number": number, "covers": None}
     costs = {}

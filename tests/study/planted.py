@@ -209,7 +209,7 @@ class Named:
 def named(case, *, days=0):
     """Ask why; with `days` carry out the advice on so many other days."""
     model = case.model()
-    found = why(model, seed=SEED, cap=CAP, workers=1)
+    found = why(model, search=dw.Search(seed=SEED, cap=CAP, workers=1))
     said = found.answer.answer[0]
     if not found.found:
         return Named(case, FLAT if FLAT in said else "", clear=True, said=said, runs=1)

@@ -119,14 +119,13 @@ def test_designs_drawn_can_be_simulated(model):
         dw.simulate(model.replace(space.changes(space.sample(draw))), 0)
 
 
-def asked(**more):
+def asked(runs=60, **where):
     return {
         "target": "on_time >= 80 %",
         "vary": {"fleet.size": "1..5", "policies.allocation": ["nearest", "in-order"]},
         "place_chargers": 1,
         "directions": True,
-        "runs": 60,
-        **more,
+        "search": dw.Search(runs=runs, **where),
     }
 
 
@@ -179,7 +178,7 @@ def test_the_command_says_the_value_on_fresh_days_and_writes_a_page(file, tmp_pa
 
 
 def test_without_a_target_the_next_best_is_compared_on_the_same_days(model):
-    found = best_of(model, "throughput_per_hour", directions=True, runs=60)
+    found = best_of(model, "throughput_per_hour", directions=True, search=dw.Search(runs=60))
     assert found.shown is None
     assert found.apart.n == found.best.value.n == 6
     said = best_words.sentences(found)
@@ -193,7 +192,8 @@ def test_few_designs_without_a_target_race_as_before(model):
     study = dw.Study(model, {"fleet.size": [2, 3]}, indicators=["annual_cost"])
     assert found.point.labels == dw.best(study, "annual_cost", 500).point.labels
     assert isinstance(
-        dw.best(model, "annual_cost", vary={"fleet.size": [2, 3, 4, 5]}, runs=60, place_chargers=1), BestOfMany
+        dw.best(model, "annual_cost", vary={"fleet.size": [2, 3, 4, 5]}, place_chargers=1, search=dw.Search(runs=60)),
+        BestOfMany,
     )
 
 
@@ -206,7 +206,7 @@ def test_the_zone_is_by_default_one_per_cent_of_the_first_mean(model):
 @pytest.mark.parametrize(
     ("how", "said"),
     [
-        ({"directions": True, "runs": 20}, "too few to search designs, expected at least 50"),
+        ({"directions": True, "search": dw.Search(runs=20)}, "too few to search designs, expected at least 50"),
         ({"place_chargers": 99}, "--place-chargers 99: no such number of nodes, expected 1 to 7"),
         (
             {"place_chargers": 1, "vary": {"layout.bays.charging.total_chargers": [1, 2]}},

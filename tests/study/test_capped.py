@@ -31,7 +31,9 @@ def test_a_cap_is_tried_where_robots_wait_a_fifth_of_their_time():
 
 @pytest.mark.long
 def test_half_of_sixty_robots_do_more_than_all():
-    found, runs = tried_cap(dw.load(crowded(60, run=SHORT)), "throughput_per_hour", first=3, cap=6, cache=False)
+    found, runs = tried_cap(
+        dw.load(crowded(60, run=SHORT)), "throughput_per_hour", dw.Search(first=3, cap=6, cache=False)
+    )
     assert found is not None
     assert (found.robots, found.cap, found.overrides) == (60, 30, {"traffic.most_out": 30})
     without = [dw.simulate(dw.load(crowded(60, run=SHORT)), seed).kpis["throughput_per_hour"] for seed in range(2)]
@@ -42,7 +44,9 @@ def test_half_of_sixty_robots_do_more_than_all():
 
 
 def test_no_cap_gains_where_the_floor_is_not_full():
-    found, runs = tried_cap(dw.load(crowded(10, run=SHORT)), "throughput_per_hour", first=2, cap=2, cache=False)
+    found, runs = tried_cap(
+        dw.load(crowded(10, run=SHORT)), "throughput_per_hour", dw.Search(first=2, cap=2, cache=False)
+    )
     assert (found, runs) == (None, 8)
 
 

@@ -69,7 +69,7 @@ def test_runs_show_that_no_chance_was_used_where_a_model_cannot_say():
     """People who come when all is done: which aisle they choose is drawn, but never for this work."""
     late = {"tasks.goods": [0, 3], "people.p": {"times": [10_000], "stay": 5}}
     assert not dw.load(TUTORIAL, late).is_deterministic
-    found = procedures.size(study(late), "T <= 1000", first=4)
+    found = procedures.size(study(late), "T <= 1000", search=dw.Search(first=4))
     assert all(decision.deterministic for decision in found.decisions)
     assert procedures.best(study(late), "T", 1).selection.deterministic
 
@@ -77,6 +77,6 @@ def test_runs_show_that_no_chance_was_used_where_a_model_cannot_say():
 def test_runs_that_draw_are_not_exact_whatever_models_say(monkeypatch):
     """A model that forgot to say so: the first run that drew a number corrects it."""
     monkeypatch.setattr(Model, "is_deterministic", True)
-    found = procedures.best(study({"tasks.goods": {"random": 5}}), "T", 1000, first=3)
+    found = procedures.best(study({"tasks.goods": {"random": 5}}), "T", 1000, search=dw.Search(first=3))
     assert not found.selection.deterministic
     assert found.selection.samples == (3, 3)

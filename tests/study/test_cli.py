@@ -171,7 +171,6 @@ def test_mistakes_of_the_command_line_are_told_at_their_option(arguments, messag
     [
         (["what-if", MULTIBOTS, "--cap", "20"], "name an indicator with --until"),
         (["what-if", MULTIBOTS, "--confidence", "95"], "95.0 is not in the range 0<x<1"),
-        (["best", MULTIBOTS, "--indicator", "T", "--delta", "5", "--cap", "4"], "4 is less than --first 10"),
         (
             ["best", MULTIBOTS, "--indicator", "T", "--delta", "5", "--first", "30000000"],
             "not in the range 2<=x<=100000",

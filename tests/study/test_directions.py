@@ -60,7 +60,7 @@ def truth(model):
 
 def test_the_directions_found_are_the_best_that_there_are(file):
     model = dw.load(file)
-    found = directions(model, runs=80)
+    found = directions(model, search=dw.Search(runs=80))
     every = truth(model)
     best = max(every.values())
     chosen = next(mean for design, mean in every.items() if dict(found.ways) == dict(_lanes(model, design)))
@@ -80,9 +80,9 @@ def _lanes(model, design):
 
 def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(file, tmp_path):
     model = dw.load(file)
-    one = directions(model, runs=60, out=tmp_path / "runs")
+    one = directions(model, search=dw.Search(runs=60, out=tmp_path / "runs"))
     before = (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns
-    again = directions(model, runs=60, workers=2, out=tmp_path / "runs")
+    again = directions(model, search=dw.Search(runs=60, workers=2, out=tmp_path / "runs"))
     assert direction_words.sentences(one) == direction_words.sentences(again)
     assert (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns == before
     assert (
@@ -102,7 +102,7 @@ def test_the_command_writes_the_model_and_says_what_it_gains(file):
     assert "in 20 pairs of runs on fresh days." not in done.output  # 80 runs leave 16 for them
     assert "Turning costs " in done.output
     assert "# a comment that stays" in out.read_text(encoding="utf-8")
-    assert dw.load(out) == directions(dw.load(file), runs=80).model
+    assert dw.load(out) == directions(dw.load(file), search=dw.Search(runs=80)).model
 
 
 def test_a_floor_that_is_best_as_drawn_is_not_written(file):
@@ -117,7 +117,7 @@ def test_a_floor_that_is_best_as_drawn_is_not_written(file):
 
 def test_what_cannot_be_searched_is_refused(file):
     with pytest.raises(StudyError, match="too few to search directions, expected at least 50"):
-        directions(dw.load(file), runs=20)
+        directions(dw.load(file), search=dw.Search(runs=20))
     with pytest.raises(StudyError, match="neither less nor more of it is better"):
         directions(dw.load(file), "share_loaded")
     with pytest.raises(StudyError, match="throughput_per_hou"):

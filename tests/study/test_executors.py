@@ -23,6 +23,7 @@ SHORT = {"tasks.goods": {"random": 4}}
 HEEDED = 2
 """Seconds within which a run stops: on a quiet machine it takes some hundredths of a second."""
 WORKERS = [1, 2, "auto"]
+pytestmark = pytest.mark.usefixtures("two_processors")
 
 
 def executor(workers, said=None):

@@ -99,22 +99,22 @@ def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, wo
 
 def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen(command(tmp_path, 200, 3), **options)
-    for target in (30, 200):
+    process = subprocess.Popen(command(tmp_path, 100, 3), **options)
+    for target in (30, 120):
         wait_for(lambda least=target: lines(tmp_path) > least)
         wait_for(lambda: len(children(process.pid)) >= 2)
         os.kill(children(process.pid)[0], signal.SIGKILL)
     _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert "a worker process died; its runs are retried" in said
-    assert lines(tmp_path) == 600
+    assert lines(tmp_path) == 300
     table = pd.read_parquet(tmp_path / "results.parquet")
-    assert finished(table).equals(finished(study(200).run().table))
+    assert finished(table).equals(finished(study(100).run().table))
 
 
 def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     process = subprocess.Popen(
-        command(tmp_path, 100_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command(tmp_path, 20_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
@@ -152,7 +152,7 @@ def test_ctrl_c_waits_while_locks_of_other_modules_are_held_and_is_heeded_then()
 @pytest.mark.long
 def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True, "start_new_session": True}
-    process = subprocess.Popen([*command(tmp_path, 100_000, 2), "--quiet"], **options)
+    process = subprocess.Popen([*command(tmp_path, 20_000, 2), "--quiet"], **options)
     wait_for(lambda: children(process.pid))
     worker = children(process.pid)[0]
     os.kill(worker, signal.SIGSTOP)  # it never says hello; the other does
@@ -167,7 +167,7 @@ def test_ctrl_c_does_not_wait_for_a_worker_that_has_not_begun(tmp_path):
 @pytest.mark.long
 def test_sigterm_ends_a_study_as_ctrl_c_does(tmp_path):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen([*command(tmp_path, 100_000, 2), "--quiet"], **options)
+    process = subprocess.Popen([*command(tmp_path, 20_000, 2), "--quiet"], **options)
     wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
     workers = children(process.pid)
     process.terminate()
@@ -211,7 +211,7 @@ def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, p
     before = signal.signal(signal.SIGTERM, lambda *_: pytest.fail("nobody listens"))
     monkeypatch.setattr(place, struck)
     try:
-        done = CliRunner().invoke(desim, command(tmp_path / "out", 100_000, workers)[len(DESIM) :])
+        done = CliRunner().invoke(desim, command(tmp_path / "out", 20_000, workers)[len(DESIM) :])
     finally:
         signal.signal(signal.SIGTERM, before)
     assert done.exit_code == 143
@@ -225,7 +225,7 @@ def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers):
     chance = random.Random(workers)
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
     for number in range(4):
-        process = subprocess.Popen(command(tmp_path / str(number), 100_000, workers), **options)
+        process = subprocess.Popen(command(tmp_path / str(number), 20_000, workers), **options)
         time.sleep(chance.uniform(0, 1.5))
         process.terminate()
         _, said = process.communicate(timeout=PATIENCE)
@@ -428,7 +428,7 @@ def test_studies_in_threads_of_one_process_are_apart(tmp_path):
 
 @pytest.mark.long
 def test_two_studies_in_one_folder_are_refused_and_a_killed_one_leaves_no_lock(tmp_path):
-    process = subprocess.Popen(command(tmp_path, 100_000, 1), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    process = subprocess.Popen(command(tmp_path, 20_000, 1), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     wait_for(lambda: lines(tmp_path) > 0)
     second = subprocess.run(command(tmp_path, 1, 1), capture_output=True, text=True, check=False)
     assert second.returncode == 2

@@ -20,8 +20,8 @@ def drafted(over, **needs):
     return model.replace({"run.length": "2 h", "run.warm_up": "20 min", "fleet.start_energy": 1, **over})
 
 
-def answer(model, **question):
-    found = why(model, **question)
+def answer(model, indicator=None):
+    found = why(model, indicator=indicator)
     return found, found.answer.answer[0]
 
 

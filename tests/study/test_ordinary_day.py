@@ -49,7 +49,7 @@ def test_a_day_with_a_night_and_a_closed_aisle_runs_from_the_draft_on():
 @pytest.mark.long
 def test_its_plan_holds_on_fresh_days():
     model = day(Draft(size=(20, 16), orders=60, due=5))
-    plan = dw.plan(model, f"on_time >= {TARGET}", robots="1..6", chargers="1..3", runs=150)
+    plan = dw.plan(model, f"on_time >= {TARGET}", robots="1..6", chargers="1..3", search=dw.Search(runs=150))
     named = plan.today.best
     assert named is not None
     days = [dw.simulate(model.replace(named.overrides), seed).kpis["on_time"] for seed in range(900, 920)]

@@ -33,7 +33,7 @@ def warehouse(seed):
 def falls_short(seed):
     """Whether the fleet that a plan names misses its target later; None where it names none."""
     model = warehouse(seed)
-    plan = plan_fleet(model, f"on_time >= {TARGET}", strategies={}, runs=600, seed=seed)
+    plan = plan_fleet(model, f"on_time >= {TARGET}", strategies={}, search=dw.Search(runs=600, seed=seed))
     if plan.today.best is None or not plan.feasible:
         return None
     chosen = model.replace(plan.today.best.overrides)

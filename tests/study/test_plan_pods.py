@@ -70,7 +70,13 @@ def test_a_fleet_that_fails_does_worst():
 
 @pytest.mark.slow
 def test_a_plan_says_where_more_do_worse():
-    plan = dw.plan(HALL.replace(SHORT), "throughput_per_hour >= 600", robots=[2, 4, 16, 20], strategies={}, cap=10)
+    plan = dw.plan(
+        HALL.replace(SHORT),
+        "throughput_per_hour >= 600",
+        robots=[2, 4, 16, 20],
+        strategies={},
+        search=dw.Search(cap=10),
+    )
     assert plan.today.best.robots == plan.today.most.robots == plan.today.most.up_to == 4
     assert plan.today.most.largest == 20
     assert "More is not always better here: 4 robots do most, " in plan.answer.answer[0]

@@ -17,7 +17,8 @@ from desim_warehouse.study.statistics import Cheapest, DesignVerdict
 from tests.docs import pages
 from tests.study import plans
 
-HOUR = {"run.length": 3600, "run.warm_up": 600}
+HOUR = {"run.length": 3600, "run.warm_up": 600, "fleet.start_energy": 1, "battery.consumption": 1e-4}
+"""An hour, in which batteries last: settled ones are found in a long run of each fleet."""
 SLOW_PACKING = {**HOUR, "tasks.unload_time": 80, "tasks.goods.due_within": 900}
 """60 orders an hour of 80 s each: 1.3 packers are busy."""
 PRICES = {"hours": 4000, "robot": 6000, "charger": 800}
@@ -92,7 +93,7 @@ def test_the_worst_hour_of_a_day_is_said_and_is_the_peak():
 
 
 def test_years_are_a_table_and_equal_separate_plans(small):
-    how = {"strategies": {}, "robots": "1..8", "chargers": "1..2"}
+    how = {"strategies": {}, "robots": "1..5", "chargers": "1", "first": 4, "cap": 8}
     found = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=2, **how)
     alone = [plan_fleet(small.replace({"tasks.demand": 1.6**n}), "on_time >= 80 %", **how) for n in range(3)]
     assert [one.best.counts for one in found.demands] == [one.today.best.counts for one in alone]
@@ -134,7 +135,7 @@ def test_the_cheaper_of_two_options_is_told_with_what_more_robots_may_cost(small
 
 def test_options_without_prices_are_compared_in_the_target(small):
     found = plan_options(
-        {"slow": small.replace({"fleet.robot.speed": 0.4}), "fast": small},
+        {"slow": small.replace({"fleet.robot.speed": 0.25}), "fast": small},
         "on_time >= 80 %",
         robots="1..5",
         chargers="1",
@@ -149,8 +150,8 @@ def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
     (tmp_path / "other.yaml").write_text((tmp_path / "w.yaml").read_text())
     (tmp_path / "options.yaml").write_text("B: other.yaml\nC: {fleet.robot.speed: 1}\n")
     plan = (
-        "desim plan w.yaml --target 'on_time >= 80 %' --quiet --robots 2..3 --chargers 1 --json --set run.length=3600 "
-        "--set run.warm_up=600 "
+        "desim plan w.yaml --target 'on_time >= 80 %' --quiet --robots 2..3 --chargers 1 --first 2 --cap 4 --json "
+        "--set run.length=3600 --set run.warm_up=600 --set fleet.start_energy=1 --set battery.consumption=0.0001"
     )
     status, out, err = pages.run_desim(
         f"{plan} --option 'A: fleet.robot.speed=1.2; tasks.load_time=9' --option options.yaml"
@@ -165,7 +166,9 @@ def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
 def test_a_fleet_that_runs_flat_is_told_with_the_cause():
     """Robots that break down on the way wait for a repair for longer than their batteries last."""
     model, target = plans.model(plans.HARD)
-    found = plan_fleet(model, f"on_time >= {target}", strategies={}, robots=[15], chargers=[9], cache=False)
+    found = plan_fleet(
+        model, f"on_time >= {target}", strategies={}, robots=[15], chargers=[9], search=dw.Search(cache=False)
+    )
     said = found.answer.answer[0]
     assert "no fleet is enough. 15 robots and 9 chargers: a robot runs flat. Robot " in said
     assert "it waited longer than its battery lasts, in traffic, for a repair or for a charger" in said

@@ -22,7 +22,7 @@ def study(factors, changes=None, **more):
 
 def test_the_best_design_is_found_with_fewer_runs_for_the_worse(tmp_path):
     made = study({"fleet.size": [1, 4, 5]})
-    found = procedures.best(made, "T", 20, out=tmp_path)
+    found = procedures.best(made, "T", 20, search=dw.Search(out=tmp_path))
     assert str(found.point) in {"fleet.size=4", "fleet.size=5"}
     assert not found.maximise
     assert found.selection.guaranteed
@@ -34,7 +34,7 @@ def test_the_best_design_is_found_with_fewer_runs_for_the_worse(tmp_path):
 
 def test_the_choice_is_the_same_for_any_number_of_workers():
     one = procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50)
-    two = procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, workers=2, cache=False)
+    two = procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, search=dw.Search(workers=2, cache=False))
     assert one == two
 
 
@@ -54,7 +54,7 @@ def test_deterministic_designs_need_two_runs_each():
 
 def test_the_smallest_fleet_for_a_throughput(tmp_path):
     made = study({"fleet.size": "1..6"}, LIFELONG)
-    found = procedures.size(made, "throughput_per_hour >= 250", out=tmp_path)
+    found = procedures.size(made, "throughput_per_hour >= 250", search=dw.Search(out=tmp_path))
     assert found.smallest == 3
     assert found.below.verdict == "fails"
     means = made.summary(["throughput_per_hour"]).set_index("fleet.size")["mean"]
@@ -70,10 +70,10 @@ def test_a_value_with_which_a_robot_runs_flat_is_too_small():
 
 
 def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
-    procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, out=tmp_path)
+    procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, search=dw.Search(out=tmp_path))
     before = len((tmp_path / "runs.jsonl").read_bytes().splitlines())
     again = dw.Study.open(tmp_path)
-    procedures.best(again, "T", 50, out=tmp_path)
+    procedures.best(again, "T", 50, search=dw.Search(out=tmp_path))
     assert len((tmp_path / "runs.jsonl").read_bytes().splitlines()) == before
 
 
@@ -93,6 +93,16 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
         (lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 5 %"), "T is no share, expected a number"),
         (lambda: procedures.size(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
         (lambda: procedures.size(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
+        (lambda: dw.Search(first=10, cap=4), "first 10, cap 4: expected 2 <= first <= cap"),
+        (lambda: dw.Search(confidence=95), "confidence 95: expected a number between 0 and 1, did you mean 0.95"),
+        (
+            lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", 1, search=dw.Search(seed=3)),
+            "search, seed 3: the study has 0; expected it in the study alone",
+        ),
+        (
+            lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 3", search="scan"),
+            "size, search: 'scan', expected a Search; scan=True looks at all values",
+        ),
     ],
 )
 def test_what_cannot_be_asked_is_told(call, message):

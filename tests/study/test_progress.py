@@ -49,9 +49,7 @@ def planned(stream, monkeypatch, **more):
         robots="1..4",
         strategies={},
         growth="5%",
-        progress=True,
-        cache=False,
-        **more,
+        search=dw.Search(progress=True, cache=False, **more),
     )
 
 

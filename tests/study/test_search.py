@@ -5,7 +5,7 @@ import random
 
 import pytest
 
-from desim_warehouse.study.designs.search import LocalSearch
+from desim_warehouse.study.designs.local_search import LocalSearch
 from desim_warehouse.study.statistics import follow
 
 BITS = 9

@@ -17,6 +17,7 @@ def known(rows):
     return sorted((row.point.number, row.replication, row.value("T")) for row in rows)
 
 
+@pytest.mark.usefixtures("two_processors")
 @pytest.mark.parametrize("workers", [1, 2, "auto"])
 def test_every_row_comes_once_and_is_that_of_the_study(workers):
     made = study(replications=5)

@@ -46,7 +46,7 @@ def file(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def found(file):
-    return tipping_points(dw.load(file), TARGET_HERE, RANGES, out=file.parent / "found")
+    return tipping_points(dw.load(file), TARGET_HERE, RANGES, search=dw.Search(out=file.parent / "found"))
 
 
 def test_a_line_through_needs_is_found_again():

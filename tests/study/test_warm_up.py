@@ -96,7 +96,7 @@ def test_the_best_design_is_found_with_each_designs_own_warm_up():
     from desim_warehouse.study.procedures import best
 
     study = dw.Study(loop(), {"tasks.goods": [{"saturated": 39}, {"saturated": 19}]}, warm_up="auto")
-    found = best(study, "cycle_time_mean", 10, first=3, cap=5)
+    found = best(study, "cycle_time_mean", 10, search=dw.Search(first=3, cap=5))
     assert str(found.point) == "tasks.goods=saturated 19"
     assert study.plan.warm_up == (1600, 800)
 

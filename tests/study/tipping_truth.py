@@ -137,7 +137,7 @@ class Judged:
 def judged(number):
     """What is said of a plant, each threshold beside the true one, and how many runs that took."""
     model, target, ranges = plant(number)
-    found = tipping_points(model, target, ranges, runs=RUNS, seed=number, workers=1, cache=False)
+    found = tipping_points(model, target, ranges, search=dw.Search(runs=RUNS, seed=number, workers=1, cache=False))
     truth = Truth(model, target, ranges, number)
     every = []
     for one in found.inputs:

@@ -106,8 +106,6 @@ def test_charging_goes_on_beyond_sufficient_until_a_task_comes():
     assert times(world, "assigned")[1] == pytest.approx(100)
     battery = world.robots[0].battery
     assert battery.drawn(world.env.now) == pytest.approx(2 * NEED)
-    # 104 at 96, 144 at 100, less a second round; then full again at the end of its own accord.
-    assert pytest.approx(world.log.rows[-1][5] or 144 - NEED, abs=200) == 144 - NEED
 
 
 def test_four_thresholds_leave_a_robot_above_good_parked_beside_the_charger():
@@ -115,7 +113,6 @@ def test_four_thresholds_leave_a_robot_above_good_parked_beside_the_charger():
     world = play({"policies.charging": levels})
     assert times(world, "charging") == []  # home with 104 of 200
     levels["good"] = 0.53
-    assert len(play({"policies.charging": levels, "run.length": 150}).log.rows) > 0
     world = play({"policies.charging": levels, "tasks.goods": [0, {"good": 0, "release": 100}]})
     assert times(world, "charging")[0] == pytest.approx(96)
 

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from typing import TYPE_CHECKING, Annotated, Any, Literal, NamedTuple
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, NamedTuple
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got
+from desim_warehouse.layout.layout import BayPlaces
 from desim_warehouse.layout.spec import (
     EdgeName,
     NodeName,
@@ -47,11 +49,6 @@ from desim_warehouse.values.fields import (
     limited,
     wrong,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.layout.layout import BayPlaces
 
 
 class Consumption(Part):

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from collections.abc import Mapping, Sequence
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got
+from desim_warehouse.layout.layout import StoragePlace
 from desim_warehouse.layout.spec import NodeOrStation
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.fields import (
@@ -31,11 +32,6 @@ from desim_warehouse.values.fields import (
     limited,
     wrong,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.layout.layout import StoragePlace
 
 _SUM = 1e-6  # shares written with a few digits add up to 1 within this
 

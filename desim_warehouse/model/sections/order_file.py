@@ -23,6 +23,7 @@ import csv
 import io
 import re
 import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import chain, islice
 from pathlib import Path
@@ -33,11 +34,10 @@ from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
     import pandas as pd
 
     from desim_warehouse.model.sections.flows import OrdersFile
+
 
 CHUNK = 50_000
 """Rows read at a time."""

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import got
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
 
 MOST_PROBLEMS = 20
 """Kinds of problems of one file that are listed."""

@@ -10,6 +10,7 @@ import datetime as dt
 import hashlib
 import math
 from collections import Counter
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from itertools import groupby, pairwise, starmap
@@ -18,6 +19,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ModelError, nearest
+from desim_warehouse.layout import Layout
 from desim_warehouse.model.sections.dates import SLASHES, ZONE, read_dates
 from desim_warehouse.model.sections.flows import STORAGE, OrdersArrivals
 from desim_warehouse.model.sections.order_file import BEYOND, check_there, chunks, table_of
@@ -25,15 +27,13 @@ from desim_warehouse.model.sections.order_problems import Problems
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Iterator, Mapping
-
     import pandas as pd
     from numpy.random import Generator
 
-    from desim_warehouse.layout import Layout
     from desim_warehouse.model.sections.flows import FlowSpec, OrdersFile
     from desim_warehouse.model.sections.order_file import Table
     from desim_warehouse.model.sections.pods import PodsSpec
+
 
 NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 """Columns of whole numbers, and the least of each."""

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got, number_of
+from desim_warehouse.layout.spec import StationSpec
 from desim_warehouse.model.sections.flows import SaturatedArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import AbcClass, Popularity, shares
 from desim_warehouse.values.fields import (
@@ -28,9 +30,6 @@ from desim_warehouse.values.fields import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
-    from desim_warehouse.layout.spec import StationSpec
     from desim_warehouse.model.sections.flows import FlowSpec
 
 

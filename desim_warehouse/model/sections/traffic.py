@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo, field_validator, model_validator
 
@@ -28,9 +29,6 @@ from desim_warehouse.values.fields import (
     limited,
     wrong,
 )
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping
 
 
 def _line(nodes: tuple[str, ...], info: ValidationInfo) -> tuple[str, ...]:

@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.report import palette
@@ -19,9 +21,6 @@ from desim_warehouse.report.zones import cell_size
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 
 _FEWEST = 400

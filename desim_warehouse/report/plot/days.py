@@ -8,17 +8,17 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.fleet_log.validate import Validation
+from desim_warehouse.layout import Layout
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import floor as plan
 from desim_warehouse.report.plot import style as look
+from desim_warehouse.study.fit import Fitted
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
     from desim_warehouse.fleet_log.ranks import Flags, Ranked
-    from desim_warehouse.fleet_log.validate import Validation
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.study.fit import Fitted
 
 
 By = Literal["passed", "stood"]

@@ -3,9 +3,11 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.model import Model
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.text import words
@@ -13,12 +15,8 @@ from desim_warehouse.study.table import Cell, averaged_over, cells, is_numeric, 
 from desim_warehouse.study.table import levels as levels_of
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import pandas as pd
     from matplotlib.axes import Axes
-
-    from desim_warehouse.model import Model
 
 
 Kind = Literal["auto", "line", "bars", "points"]

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError
+from desim_warehouse.model import Model
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.text import words
@@ -12,12 +14,8 @@ from desim_warehouse.run import Run
 from desim_warehouse.study.table import averaged_over, cells
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     import pandas as pd
     from matplotlib.axes import Axes
-
-    from desim_warehouse.model import Model
 
 
 _LABELLED = 24

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Sequence
 from pathlib import Path
 from statistics import median
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason, spoken
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.report import palette
@@ -18,12 +21,7 @@ from desim_warehouse.report.zones import Zone, robot_radii, zones
 from desim_warehouse.run import Run
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
 
 
 NAMED = 60

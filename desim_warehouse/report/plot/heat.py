@@ -11,13 +11,12 @@ from desim_warehouse.report import palette
 from desim_warehouse.report.plot import floor as plan
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.plot.cells import ARROWS
+from desim_warehouse.run import Run
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.colors import Colormap, Normalize
     from networkx import DiGraph
-
-    from desim_warehouse.run import Run
 
 
 By = Literal["blocked", "waits"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
@@ -12,15 +13,12 @@ from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.text.numbers import times
 from desim_warehouse.run import Run
+from desim_warehouse.study.statistics import WarmUp
+from desim_warehouse.study.warm_up import Settling
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from matplotlib.axes import Axes
     from numpy.typing import NDArray
-
-    from desim_warehouse.study.statistics import WarmUp
-    from desim_warehouse.study.warm_up import Settling
 
 
 _WINDOWS = (0.02, 0.05, 0.15)

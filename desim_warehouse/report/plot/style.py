@@ -2,23 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import contextmanager
 from functools import cache
+from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
+from desim_warehouse.model import Model
 from desim_warehouse.report.palette import COLOURS, FAINT, INK
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
-    from pathlib import Path
-
     from matplotlib.axes import Axes
     from matplotlib.axis import Axis
     from matplotlib.figure import Figure
-
-    from desim_warehouse.model import Model
 
 
 Style = Literal["light", "print"]

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError
@@ -10,8 +11,6 @@ from desim_warehouse.report.palette import PALETTES
 from desim_warehouse.report.web import WebPage
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from desim_warehouse.outcome.history import History
 
 

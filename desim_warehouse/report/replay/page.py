@@ -5,19 +5,17 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.errors import number_of
 from desim_warehouse.model.facts.keys import about
+from desim_warehouse.outcome.history import History
 from desim_warehouse.report.palette import GROUND, HEAT, PAGE, PALETTES, WAITED_STEPS
 from desim_warehouse.report.replay.columns import pack
 from desim_warehouse.report.replay.payload import payload
 from desim_warehouse.report.replay.stops import better
 from desim_warehouse.report.web import joined, safe_json
-
-if TYPE_CHECKING:
-    from desim_warehouse.outcome.history import History
 
 _SAID = {"name", "description"}
 """Keys that people are told in another way, or that are no difference."""

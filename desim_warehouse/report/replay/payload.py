@@ -18,8 +18,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.outcome import chains
+from desim_warehouse.outcome.chains import Lost, Root
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.resources import Resource, resources
 from desim_warehouse.report.positions import Legs, Positions
 from desim_warehouse.report.replay.columns import LARGEST
@@ -36,10 +39,6 @@ from desim_warehouse.world.orders.pods import Shelves
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.chains import Lost, Root
-    from desim_warehouse.outcome.history import History
 
 
 _ROOTS = 60

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome import chains
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import kpis
 from desim_warehouse.outcome.resources import steps
 from desim_warehouse.outcome.verdicts import is_no_answer, judge
@@ -15,9 +17,6 @@ from desim_warehouse.report.text import numbers
 from desim_warehouse.report.text.root_words import root as in_words
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.resources import Resource, Steps
     from desim_warehouse.report.replay.scale import MapScale
 

@@ -7,20 +7,17 @@ are left out.
 from __future__ import annotations
 
 from bisect import insort
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from desim_warehouse.model.sections.goods import SaturatedGoods
+from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import INDICATORS, kpis
 from desim_warehouse.outcome.measures import quantile
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from desim_warehouse.outcome.history import History
-    from desim_warehouse.report.replay.scale import MapScale
+from desim_warehouse.report.replay.scale import MapScale
 
 SHARE = 1_000_000
 """Steps in a share of 1."""

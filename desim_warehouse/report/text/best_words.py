@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.account import is_fixed
@@ -12,13 +12,9 @@ from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import number
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import BY_VERDICT, Standing
+from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
-    from desim_warehouse.study.statistics import Estimate
+from desim_warehouse.study.statistics import Estimate
 
 _LUCK = "Means of the search, few runs each, which flatter the best options slightly."
 _SHORT = 24

@@ -2,20 +2,16 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Mapping
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.report.answer import Answer, Option, SaidNumber
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import Scale
 from desim_warehouse.report.text.sentences import apart_from, capital, name_of
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from desim_warehouse.report.text.standing import Standing
-    from desim_warehouse.study.results import Results
-    from desim_warehouse.study.statistics import Comparison, Difference
+from desim_warehouse.report.text.standing import Standing
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.statistics import Comparison, Difference
 
 _STANDING: dict[bool | None, Standing] = {True: "differs", False: "alike", None: "open"}
 

@@ -8,9 +8,9 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.report.answer import Answer, Option, SaidNumber
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.numbers import Scale
+from desim_warehouse.report.text.standing import Standing
 
 if TYPE_CHECKING:
-    from desim_warehouse.report.text.standing import Standing
     from desim_warehouse.study.designs.directions import BetterDirections, DirectionGain
 
 

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
@@ -13,17 +14,13 @@ from desim_warehouse.report.text import judged, numbers, size_words, tipping_wor
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.study import rare
+from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
+from desim_warehouse.study.fleet.hours import Hour
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.fleet.utilisation import TRIP
+from desim_warehouse.study.statistics import Estimate
 from desim_warehouse.study.statistics.cheapest import Counts, within_counts
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
-    from desim_warehouse.study.fleet.hours import Hour
-    from desim_warehouse.study.statistics import Estimate
-    from desim_warehouse.study.tipping import TippingPoints
+from desim_warehouse.study.tipping import TippingPoints
 
 _LISTED = 4
 """Fleets that are named one by one."""

@@ -5,11 +5,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got, number_of
+from desim_warehouse.model import Model
 from desim_warehouse.report.answer import Answer, Folded
 from desim_warehouse.report.text.sentences import sentence
 
 if TYPE_CHECKING:
-    from desim_warehouse.model import Model
     from desim_warehouse.study.fit import Fitted
     from desim_warehouse.study.warm_up import Settling
 

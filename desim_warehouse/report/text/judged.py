@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Iterable
+from typing import Any
 
+from desim_warehouse.model import Model
 from desim_warehouse.report.answer import Bar, BigNumber, Rows, SaidNumber, Subject
 from desim_warehouse.report.text import words
+from desim_warehouse.report.text.numbers import Scale
 from desim_warehouse.study.plan import run_seed
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.report.text.numbers import Scale
-    from desim_warehouse.study.statistics import DesignVerdict, Target
+from desim_warehouse.study.statistics import DesignVerdict, Target
 
 
 def number(one: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:

@@ -7,14 +7,12 @@ numbers tables grew, and with more digits everywhere nobody reads them.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Protocol
+from typing import Protocol
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.values.units import SECONDS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable
 
 NONE = "–"
 """Where there is no value."""

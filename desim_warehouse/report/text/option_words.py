@@ -2,14 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from desim_warehouse.errors import spoken
+from desim_warehouse.report.answer import Answer, Option
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.study.fleet.options import COST, Against, OptionsPlan
-
-if TYPE_CHECKING:
-    from desim_warehouse.report.answer import Answer, Option
 
 
 def answer(found: OptionsPlan) -> Answer:

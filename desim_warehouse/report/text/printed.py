@@ -2,18 +2,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Mapping, Sequence
 from io import StringIO
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.report.answer import Answer, Option
 from desim_warehouse.report.text.numbers import number, p_value
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import WORDS
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping, Sequence
-
-    from desim_warehouse.report.answer import Answer, Option
 
 WIDTH = 100
 """Columns where the output is no terminal."""

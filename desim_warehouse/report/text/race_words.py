@@ -2,17 +2,13 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 from desim_warehouse.errors import spoken
 from desim_warehouse.report.answer import Answer, Option, Rows
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.sentences import capital, sentence, wrong
-
-if TYPE_CHECKING:
-    from desim_warehouse.report.text.standing import Standing
-    from desim_warehouse.study.procedures import Best
-    from desim_warehouse.study.statistics import Selection
+from desim_warehouse.report.text.standing import Standing
+from desim_warehouse.study.procedures import Best
+from desim_warehouse.study.statistics import Selection
 
 
 def answer(found: Best, kind: str = "best", besides: tuple[str, ...] = ()) -> Answer:

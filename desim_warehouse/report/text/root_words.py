@@ -2,14 +2,9 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.chains import CROSSING, LANE, RING, TWO_WAY, Root
 from desim_warehouse.states import APART, OPENING, PACKING, SERVER, SHOWN, Phase, staff
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-
 
 _PLACES = {
     CROSSING: "at the crossing {}",

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.chains import lost_to
@@ -12,11 +11,9 @@ from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.report.text import numbers, words
 from desim_warehouse.report.text.root_words import root as in_words
 from desim_warehouse.report.text.sentences import capital, sentence
+from desim_warehouse.run import Run
 from desim_warehouse.states import staff
 from desim_warehouse.values.units import SECONDS
-
-if TYPE_CHECKING:
-    from desim_warehouse.run import Run
 
 _USED = {
     "robots": "the robots were the busiest, at work",

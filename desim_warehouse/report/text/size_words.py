@@ -3,20 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model import Model
 from desim_warehouse.report.answer import Answer, BigNumber, Option, Rows, merged
 from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.sentences import capital
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
+from desim_warehouse.study.design import Point
 from desim_warehouse.study.fleet.capped import KEY, Capped
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.design import Point
-    from desim_warehouse.study.procedures import SizeFound
-    from desim_warehouse.study.statistics import DesignVerdict
+from desim_warehouse.study.procedures import SizeFound
+from desim_warehouse.study.statistics import DesignVerdict
 
 
 def answer(found: SizeFound, besides: str = "") -> Answer:

@@ -4,16 +4,15 @@ from __future__ import annotations
 
 import math
 import re
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, Literal
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.outcome.verdicts import PILES_UP, Verdict
 from desim_warehouse.report.text import numbers
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from desim_warehouse.model import Model
     from desim_warehouse.study.statistics import DesignVerdict
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from typing import TYPE_CHECKING
+from collections.abc import Iterator, Sequence
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.errors import number_of, spoken
@@ -12,6 +12,7 @@ from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.outcome.verdicts import is_no_answer
 from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber, Subject
 from desim_warehouse.report.text import judged, numbers, words
+from desim_warehouse.report.text.numbers import Scale
 from desim_warehouse.report.text.sentences import (
     UNSETTLED,
     apart_from,
@@ -23,13 +24,8 @@ from desim_warehouse.report.text.sentences import (
     wrong,
 )
 from desim_warehouse.report.text.standing import WORDS, Standing, instead, lasts_not, standing
+from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import MOST_TO_TELL, first_order, main_effects
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Sequence
-
-    from desim_warehouse.report.text.numbers import Scale
-    from desim_warehouse.study.results import Results
 
 _LISTED = 6
 """Options that are named one by one; of more, how many there are."""

@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.keys import about
+from desim_warehouse.model.schema import Units
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, plural, times
 from desim_warehouse.states import TIMES
@@ -14,10 +17,6 @@ from desim_warehouse.study.table import plain
 from desim_warehouse.values.units import SECONDS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Units
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.statistics import Estimate, Target

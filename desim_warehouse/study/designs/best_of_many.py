@@ -3,33 +3,36 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from random import Random
-from typing import TYPE_CHECKING, Any, overload
+from typing import Any, overload
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import statistics
-from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
-from desim_warehouse.study.designs.search import Goal, LocalSearch
+from desim_warehouse.study.designs.design_space import (
+    AisleWays,
+    ChargerNodes,
+    Combined,
+    DesignPart,
+    DesignSpace,
+    FactorLevels,
+)
+from desim_warehouse.study.designs.local_search import Goal, LocalSearch
+from desim_warehouse.study.factors import Factor, Label
+from desim_warehouse.study.limits import SEARCH_RUNS
 from desim_warehouse.study.procedures import ZONE, Best, judge_of, more_is_better, not_lasting
 from desim_warehouse.study.procedures import best as race
-from desim_warehouse.study.runner import could_not_go_on
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.runner import StudyRunner, could_not_go_on
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Estimate, Judge, Procedure, Target
 from desim_warehouse.study.statistics.procedure import request
-from desim_warehouse.study.study import Study, under, with_answer
+from desim_warehouse.study.study import Study, searched, with_answer
 from desim_warehouse.study.target import check_zone, read_target
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.designs.design_space import Combined, DesignPart
-    from desim_warehouse.study.factors import Factor, Label
-    from desim_warehouse.study.results import Results
-    from desim_warehouse.study.runner import StudyRunner
-    from desim_warehouse.study.statistics import Estimate, Judge, Procedure, Target
 
 FEWEST_RUNS = 50
 """With fewer runs a search looks at little more than the design to begin with."""
@@ -131,11 +134,7 @@ def best_of(
     place_chargers: int | None = None,
     directions: bool = False,
     maximise: bool | None = None,
-    runs: int = 500,
-    seed: int = 0,
-    confidence: float = 0.95,
-    timeout: float | None = None,
-    **where: Any,
+    search: Search = USUAL,
 ) -> Best | BestOfMany:
     """The best design by the mean of an indicator, of those that meet a target where there is one.
 
@@ -152,39 +151,39 @@ def best_of(
         place_chargers: how many nodes have a charger; which is searched. None: chargers stay.
         directions: whether aisles may be turned.
         maximise: whether more is better (default: as usual for the indicator).
-        runs: the most that may be done in a search.
-        seed: of all runs.
-        confidence: that a design said to meet the target does, and of intervals.
-        timeout: seconds that a run may take.
-        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+        search: how runs are done, at most 500 by default; first look and cap are those of a race.
 
     Raises:
         ModelError: a value that makes no model.
         StudyError: nothing to choose from, too few runs, a bad target, or an indicator of which neither is better.
 
-    Source: `study.search`; verdicts as of `statistics.Judge`.
+    Source: `designs.local_search`; verdicts as of `statistics.Judge`.
     """
     find(indicator)
     more = more_is_better(indicator) if maximise is None else maximise
-    plan: dict[str, Any] = {"confidence": confidence, "timeout": timeout}
-    factors = [_factor(model, key, values, seed) for key, values in (vary or {}).items()]
+    runs = search.runs or SEARCH_RUNS
+    factors = [_factor(model, key, values, search.seed) for key, values in (vary or {}).items()]
     if target is None and place_chargers is None and not directions and are_few(factors, runs):
-        few = Study(model, vary, seed=seed, name="best", indicators=[indicator], **plan)
-        few.plan = few.plan.unreplicated()
-        return race(few, indicator, delta, maximise=more, **where)
+        few = searched(model, vary or {}, search, name="best", indicators=[indicator])
+        return race(few, indicator, delta, maximise=more, search=search)
     if runs < FEWEST_RUNS:
         raise StudyError(f"{runs} runs: too few to search designs, expected at least {FEWEST_RUNS}")
+    space = _space(model, factors, place_chargers, directions=directions)
+    if delta is not None:
+        check_zone(indicator, delta)
+    goal = None if target is None else read_target(target, model.units.names)
+    return with_answer(_DesignSearch(space, indicator, more, goal, search).answer(delta), search)
+
+
+def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, *, directions: bool) -> DesignSpace:
+    """The designs that are searched."""
     parts: list[DesignPart] = [FactorLevels(model, factor) for factor in factors]
     parts += [] if place_chargers is None else [ChargerNodes(model, place_chargers)]
     parts += [AisleWays(model)] if directions else []
     space = DesignSpace(model, parts)
     if space.many < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
-    if delta is not None:
-        check_zone(indicator, delta)
-    goal = None if target is None else read_target(target, model.units.names)
-    search = _Search(space, indicator, more, goal, runs, seed, plan)
-    return with_answer(search.answer(delta, where), where)
+    return space
 
 
 def are_few(factors: Sequence[Factor], runs: int) -> bool:
@@ -198,30 +197,22 @@ def _factor(model: Model, key: str, values: Any, seed: int) -> Factor:
     return found
 
 
-class _Search:
+class _DesignSearch:
     """One search, and its last word."""
 
-    def __init__(
-        self,
-        space: DesignSpace,
-        indicator: str,
-        maximise: bool,
-        goal: Target | None,
-        runs: int,
-        seed: int,
-        plan: Mapping[str, Any],
-    ) -> None:
-        self.space, self.indicator, self.maximise, self.goal = space, indicator, maximise, goal
+    def __init__(self, space: DesignSpace, indicator: str, maximise: bool, goal: Target | None, search: Search) -> None:
+        self.space, self.indicator, self.maximise, self.goal, self.search = space, indicator, maximise, goal, search
+        runs = search.runs or SEARCH_RUNS
         self.judged = runs // _JUDGED
-        self.runs, self.seed, self.plan = runs - self.judged, seed, plan
+        self.runs = runs - self.judged
         self.numbers: dict[Combined, int] = {}
 
-    def answer(self, delta: float | None, where: Mapping[str, Any]) -> BestOfMany:
+    def answer(self, delta: float | None) -> BestOfMany:
         """Search, judge, and say what came out."""
-        scout = self._study("search", [self.space.now], self.seed + 1)
-        candidates = self._searched(scout, under(where, "search"))[:_CANDIDATES]
-        fresh = self._study("judged", candidates, self.seed)
-        chosen, judge = self._judge(fresh, under(where, "judged"))
+        scout = self._study("search", [self.space.now], self.search.seed + 1)
+        candidates = self._searched(scout)[:_CANDIDATES]
+        fresh = self._study("judged", candidates, self.search.seed)
+        chosen, judge = self._judge(fresh)
         tried = tuple(self._tried(scout.results))
         if delta is None:
             first = next((abs(one.mean) for one in tried if math.isfinite(one.mean)), math.nan)
@@ -247,8 +238,8 @@ class _Search:
             tried,
             self.space.many,
             len(scout.rows) + len(fresh.rows),
-            float(self.plan["confidence"]),
-            self.seed,
+            self.search.confidence,
+            self.search.seed,
         )
 
     def _is_better(self, apart: Estimate | None) -> bool:
@@ -262,16 +253,14 @@ class _Search:
         cases = {self._label(design): self.space.changes(design) for design in designs}
         base = self.space.model
         target = None if self.goal is None else self.goal.text
-        made = Study(base, {"design": {"cases": cases}}, name=name, seed=seed, target=target, **self.plan)
-        made.plan = made.plan.unreplicated()
-        return made
+        return searched(base, {"design": {"cases": cases}}, self.search, name=name, seed=seed, target=target)
 
     def _label(self, design: Combined) -> str:
         return ", ".join(f"{key}: {label}" for key, label in self.space.labels(design).items())
 
-    def _searched(self, scout: Study, where: Mapping[str, Any]) -> list[Combined]:
+    def _searched(self, scout: Study) -> list[Combined]:
         """The designs that the search ends with, the best first; those that it simulates become designs of `scout`."""
-        with scout.session(**where) as runner:
+        with scout.session(self.search.under("search")) as runner:
             self.numbers = {self.space.now: 0}
 
             def number(design: Combined) -> int:
@@ -282,16 +271,17 @@ class _Search:
 
             def steps(exact: bool) -> Procedure[list[Combined]]:
                 goal = None if self.goal is None else Goal(self.goal, _reached(scout, runner, self.goal))
-                random = Random(self.seed)  # noqa: S311 - a search, no secret
-                search = LocalSearch(
+                random = Random(self.search.seed)  # noqa: S311 - a search, no secret
+                return LocalSearch(
                     self.space, number, self.runs, random, maximise=self.maximise, exact=exact, goal=goal
-                )
-                return search.steps()
+                ).steps()
 
             return scout.carry_out(runner, steps, self.indicator, failed=math.nan)
 
-    def _judge(self, fresh: Study, where: Mapping[str, Any]) -> tuple[int | None, Judge | None]:
+    def _judge(self, fresh: Study) -> tuple[int | None, Judge | None]:
         """The number of the candidate shown to meet the target, and who judged; without a target the first."""
+        first, cap = min(_FIRST, self.judged // 2), max(_FIRST, 2 * self.judged // _JUDGED)
+        search = replace(self.search.under("judged"), first=first, cap=cap)
         if self.goal is None:
             each = self.judged // len(fresh.points)
 
@@ -299,15 +289,14 @@ class _Search:
                 runs = [(point.number, r) for point in fresh.points[:2] for r in range(1 if exact else 2 * each)]
                 yield from request(runs, failing=True)
 
-            fresh.follow(replicated, self.indicator, failed=math.nan, **where)
+            fresh.follow(replicated, self.indicator, failed=math.nan, search=search)
             return 0, None
         target, judges = self.goal, list[statistics.Judge]()
-        with fresh.session(**where) as runner:
+        with fresh.session(search) as runner:
 
             def judged(exact: bool) -> Procedure[int | None]:
-                first, cap = min(_FIRST, self.judged // 2), max(_FIRST, 2 * self.judged // _JUDGED)
                 budget = statistics.Budget(self.judged)
-                judges.append(judge_of(fresh, runner, target, exact=exact, first=first, cap=cap, budget=budget))
+                judges.append(judge_of(fresh, runner, target, search, exact=exact, budget=budget))
                 return first_meeting_steps(len(fresh.points), judges[-1])
 
             chosen = fresh.carry_out(runner, judged, target.indicator, failed=target.missed)

@@ -3,20 +3,17 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from random import Random
-from typing import TYPE_CHECKING, Any, Protocol, TypeAlias
+from typing import Any, Protocol, TypeAlias
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.layout.turnable import Way
+from desim_warehouse.model import Model
 from desim_warehouse.study.designs.directions import Floor
-from desim_warehouse.study.designs.search import Space
+from desim_warehouse.study.designs.local_search import Space
+from desim_warehouse.study.factors import Factor, Label
 from desim_warehouse.study.fleet.designs import Designs, refused
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
-    from desim_warehouse.layout.turnable import Way
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.factors import Factor, Label
 
 Combined: TypeAlias = "tuple[Any, ...]"
 """A choice of each part of a design."""

@@ -3,30 +3,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from random import Random
-from typing import TYPE_CHECKING, Any, TypeAlias, overload
+from typing import Any, TypeAlias, overload
 
 from desim_warehouse.errors import LayoutError, ModelError, StudyError
-from desim_warehouse.layout.turnable import turnable, turnable_blocks
-from desim_warehouse.model import as_model
+from desim_warehouse.layout import Edge
+from desim_warehouse.layout.turnable import Turnable, Way, turnable, turnable_blocks
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.oriented import changes, orientation, oriented
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.study.designs.search import LocalSearch
+from desim_warehouse.report.answer import Answer
+from desim_warehouse.study.designs.local_search import LocalSearch
+from desim_warehouse.study.limits import SEARCH_RUNS
 from desim_warehouse.study.procedures import more_is_better
-from desim_warehouse.study.statistics import paired
-from desim_warehouse.study.study import Study, under, with_answer
-from desim_warehouse.values.streams import whole_seed
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
-
-    from desim_warehouse.layout import Edge
-    from desim_warehouse.layout.turnable import Turnable, Way
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.report.answer import Answer
-    from desim_warehouse.study.statistics import Procedure
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Procedure, paired
+from desim_warehouse.study.study import Study, searched, with_answer
 
 Design: TypeAlias = "tuple[Way, ...]"
 
@@ -170,14 +165,14 @@ class Floor:
 @overload
 def orient(model: Source, indicator: None = None) -> Model: ...
 @overload
-def orient(model: Source, indicator: str, **search: Any) -> BetterDirections: ...
+def orient(model: Source, indicator: str, *, search: Search = USUAL) -> BetterDirections: ...
 
 
-def orient(model: Source, indicator: str | None = None, **search: Any) -> Model | BetterDirections:
+def orient(model: Source, indicator: str | None = None, *, search: Search = USUAL) -> Model | BetterDirections:
     """A copy of a model with its two-way lanes made one-way, or the directions with which an indicator is best.
 
     Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
-    searched by simulation: see `directions`, whose arguments `search` may have.
+    searched by simulation: see `directions`.
 
     Raises:
         ModelError: no two-way lane, or goods and stations that cannot reach each other.
@@ -186,18 +181,13 @@ def orient(model: Source, indicator: str | None = None, **search: Any) -> Model 
     model = as_model(model)
     if indicator is None:
         return oriented(model, orientation(model))
-    return directions(model, indicator, **search)
+    return directions(model, indicator, search)
 
 
 def directions(
     model: Model,
     indicator: str = "throughput_per_hour",
-    *,
-    runs: int = 500,
-    seed: int = 0,
-    confidence: float = 0.95,
-    timeout: float | None = None,
-    **where: Any,
+    search: Search = USUAL,
 ) -> BetterDirections:
     """Find directions of the aisles with which an indicator is best, in at most so many runs.
 
@@ -208,38 +198,31 @@ def directions(
     Args:
         model: the warehouse.
         indicator: what should be best.
-        runs: the most that may be done in all.
-        seed: of all runs.
-        confidence: of the intervals of gains.
-        timeout: seconds that a run may take.
-        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+        search: how runs are done, at most 500 by default.
 
     Raises:
         StudyError: nothing can be turned, too few runs, or an indicator of which neither more nor less is better.
 
-    Source: `study.search`.
+    Source: `designs.local_search`.
     """
     find(indicator)
     maximise = more_is_better(indicator)
+    runs = search.runs or SEARCH_RUNS
     if runs < FEWEST_RUNS:
         raise StudyError(f"{runs} runs: too few to search directions, expected at least {FEWEST_RUNS}")
     floor = Floor(model)
     judged = runs // _JUDGED
-    plan = {"confidence": confidence, "timeout": timeout}
-    seed = whole_seed(seed)
-    scout = _study(model, {_DRAWN: {}}, "search", seed + 1, plan)
-    ranked = _searched(floor, scout, indicator, runs - judged, seed, maximise=maximise, **under(where, "search"))
+    scout = _study(model, {_DRAWN: {}}, "search", search.seed + 1, search)
+    ranked = _searched(floor, scout, indicator, replace(search.under("search"), runs=runs - judged), maximise=maximise)
     best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
     turned, units = tuple(floor.turnable.turned(best)), len(floor.turnable.units)
     if not turned:
-        none = BetterDirections(model, {}, (), units, indicator, None, (), len(scout.rows), confidence)
-        return with_answer(none, where)
+        none = BetterDirections(model, {}, (), units, indicator, None, (), len(scout.rows), search.confidence)
+        return with_answer(none, search)
     changed = floor.changes(best)
-    fresh = _fresh(model, changed, judged, seed, plan)
-    fresh.run(**under({"cache": True, **where}, "judged"))
-    gain, *elsewhere = (
-        _gain(fresh, number, indicator, confidence, maximise=maximise) for number in range(0, len(fresh.points), 2)
-    )
+    fresh = _fresh(model, changed, judged, search)
+    fresh.run_by(search.under("judged"))
+    gain, *elsewhere = (_gain(fresh, number, indicator, maximise=maximise) for number in range(0, len(fresh.points), 2))
     found = BetterDirections(
         model.replace(changed),
         floor.turnable.lanes(best),
@@ -249,16 +232,14 @@ def directions(
         gain,
         tuple(one for one in elsewhere if one is not None),
         len(scout.rows) + len(fresh.rows),
-        confidence,
+        search.confidence,
     )
-    return with_answer(found, where)
+    return with_answer(found, search)
 
 
-def _searched(
-    floor: Floor, scout: Study, indicator: str, runs: int, seed: int, *, maximise: bool, **where: Any
-) -> list[Design]:
+def _searched(floor: Floor, scout: Study, indicator: str, search: Search, *, maximise: bool) -> list[Design]:
     """The designs that a search ends with, the best first; those that it simulates become designs of `scout`."""
-    with scout.session(**where) as runner:
+    with scout.session(search) as runner:
         numbers = {floor.drawn: 0}
 
         def number(design: Design) -> int:
@@ -268,19 +249,17 @@ def _searched(
             return numbers[design]
 
         def steps(exact: bool) -> Procedure[list[Design]]:
-            random = Random(seed)  # noqa: S311 - a search, no secret
-            return LocalSearch(floor, number, runs, random, maximise=maximise, exact=exact).steps()
+            random = Random(search.seed)  # noqa: S311 - a search, no secret
+            return LocalSearch(floor, number, search.runs or 0, random, maximise=maximise, exact=exact).steps()
 
         return scout.carry_out(runner, steps, indicator, failed=math.nan)
 
 
-def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, plan: Mapping[str, Any]) -> Study:
-    made = Study(model, {"directions": {"cases": dict(cases)}}, name=name, seed=seed, **plan)
-    made.plan = made.plan.unreplicated()
-    return made
+def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, search: Search) -> Study:
+    return searched(model, {"directions": {"cases": dict(cases)}}, search, name=name, seed=seed)
 
 
-def _fresh(model: Model, turned: Mapping[str, Any], runs: int, seed: int, plan: Mapping[str, Any]) -> Study:
+def _fresh(model: Model, turned: Mapping[str, Any], runs: int, search: Search) -> Study:
     """Both floors as they are, then with other fleets and demands, each in as many runs as there may be."""
     others = list(_elsewhere(model, turned))[: max(0, runs // (2 * _PAIRS_ELSEWHERE) - 2)]
     cases: dict[str, Mapping[str, Any]] = {_DRAWN: {}, "turned": turned}
@@ -288,7 +267,7 @@ def _fresh(model: Model, turned: Mapping[str, Any], runs: int, seed: int, plan: 
         cases |= {f"{_DRAWN}, {name}": more, name: {**turned, **more}}
     pairs = min(_PAIRS, runs // 2 - _PAIRS_ELSEWHERE * len(others))
     counts = [pairs, pairs, *[_PAIRS_ELSEWHERE] * (2 * len(others))]
-    study = _study(model, cases, "judged", seed, plan)
+    study = _study(model, cases, "judged", search.seed, search)
     study.plan = replace(study.plan, replications=tuple(counts))
     return study
 
@@ -308,7 +287,7 @@ def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, d
         yield name, more
 
 
-def _gain(study: Study, number: int, indicator: str, confidence: float, *, maximise: bool) -> DirectionGain | None:
+def _gain(study: Study, number: int, indicator: str, *, maximise: bool) -> DirectionGain | None:
     """The gain of the design after `number` over that design, in the pairs in which both have a value."""
     rows = {(row.point.number, row.replication): row for row in study.rows if row.outcome.error is None}
     both = [
@@ -321,7 +300,7 @@ def _gain(study: Study, number: int, indicator: str, confidence: float, *, maxim
         return None
     turned, drawn = zip(*both, strict=True)
     exact = all(row.outcome.deterministic for row in rows.values())
-    found = paired(turned, drawn, confidence, deterministic=exact)
+    found = paired(turned, drawn, study.plan.confidence, deterministic=exact)
     whole = abs(sum(drawn)) / len(drawn) or math.nan
     low, high = found.interval or (found.mean, found.mean)
     is_better = None if low <= 0 <= high else (low > 0) == maximise

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import os
 import sys
+from collections.abc import Callable, Generator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from desim_warehouse.errors import StudyError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Sequence
-
     from desim_warehouse.model import Model
     from desim_warehouse.study.execution.signals import Interrupts
     from desim_warehouse.study.execution.work import Handle, Wanted

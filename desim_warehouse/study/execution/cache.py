@@ -18,17 +18,14 @@ import os
 import platform
 import stat
 import sys
+from collections.abc import Callable
 from functools import cache
 from importlib import metadata
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from desim_warehouse import _version
 from desim_warehouse.errors import reason
 from desim_warehouse.folders import make_folder
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 _PACKAGES = ("simpy", "networkx", "numpy", "scipy", "pydantic")
 

@@ -5,20 +5,17 @@ from __future__ import annotations
 import importlib
 import pickle
 import queue
+from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.model import Model
 from desim_warehouse.study.execution.process import safe_path
 from desim_warehouse.study.execution.shared import SharedExecutor
+from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import Handle, Outcome, Simulator, Wanted
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.signals import Interrupts
 
 _AHEAD = 3  # batches for each thread of the cluster
 _POLL = 1.0  # seconds

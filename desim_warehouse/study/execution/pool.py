@@ -15,25 +15,22 @@ import os
 import signal
 import sys
 import threading
+from collections.abc import Callable, Generator, Iterator, Sequence
 from contextlib import contextmanager, suppress
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait
 from queue import Empty
 from time import monotonic
 from types import ModuleType
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.model import Model
 from desim_warehouse.study.execution import worker as child
 from desim_warehouse.study.execution.process import safe_path
 from desim_warehouse.study.execution.shared import SharedExecutor
+from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import ENOUGH, Handle, Outcome, Serial, Wanted
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.signals import Interrupts
 
 _CONTEXT = multiprocessing.get_context("spawn")  # a process of many threads, such as a notebook, must not be forked
 _POLL = 0.1  # seconds between looks at time-outs and dead processes

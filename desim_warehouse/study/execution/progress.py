@@ -3,15 +3,13 @@
 from __future__ import annotations
 
 import sys
+from collections.abc import Sequence
 from html import escape
 from time import monotonic
-from typing import TYPE_CHECKING, Any, Self, TextIO
+from types import TracebackType
+from typing import Any, Self, TextIO
 
 from desim_warehouse.errors import number_of
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-    from types import TracebackType
 
 
 def in_notebook() -> bool:

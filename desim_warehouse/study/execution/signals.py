@@ -5,12 +5,10 @@ from __future__ import annotations
 import signal
 import sys
 import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, NoReturn, Self
-
-if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-    from types import FrameType, TracebackType
+from types import FrameType, TracebackType
+from typing import NoReturn, Self
 
 
 def interrupt(number: int, _frame: FrameType | None) -> NoReturn:

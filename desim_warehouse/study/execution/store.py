@@ -23,9 +23,12 @@ import os
 import platform
 import sys
 import zlib
+from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from time import monotonic
-from typing import TYPE_CHECKING, Annotated, NoReturn, Self
+from types import TracebackType
+from typing import Annotated, NoReturn, Self
 
 from pydantic import BaseModel, Field
 
@@ -33,14 +36,8 @@ from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.run.folder import RUN
+from desim_warehouse.study.execution.cache import Cache
 from desim_warehouse.study.execution.work import Outcome
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
-    from pathlib import Path
-    from types import TracebackType
-
-    from desim_warehouse.study.execution.cache import Cache
 
 
 class FolderLock:

@@ -5,12 +5,10 @@ from __future__ import annotations
 import ctypes
 import threading
 from contextlib import suppress
-from typing import TYPE_CHECKING, Self
+from types import TracebackType
+from typing import Self
 
 from desim_warehouse.errors import Interruption
-
-if TYPE_CHECKING:
-    from types import TracebackType
 
 _AGAIN = 1.0  # seconds until a run that swallowed its interruption is interrupted again
 

@@ -3,23 +3,22 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import nullcontext
 from itertools import zip_longest
 from time import monotonic, perf_counter
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import CheckError, SimulationError
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.history import Spans, in_spans
 from desim_warehouse.run import simulate
 from desim_warehouse.run.stop import StoppedError, StopSignal
+from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Mapping, Sequence
     from queue import SimpleQueue
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.signals import Interrupts
 
 
 ENOUGH = 1.0  # seconds after which a batch is returned as far as it has got

@@ -2,21 +2,21 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping
+from desim_warehouse.model import Model
+from desim_warehouse.outcome.verdicts import Verdict
+from desim_warehouse.report.answer import Answer
+from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
+from desim_warehouse.study.statistics.cheapest import Counts
 
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.verdicts import Verdict
-    from desim_warehouse.report.answer import Answer
+if TYPE_CHECKING:
     from desim_warehouse.study.fleet.capped import Capped
     from desim_warehouse.study.fleet.designs import Designs
     from desim_warehouse.study.fleet.hours import Hour
     from desim_warehouse.study.fleet.most import Most
-    from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
-    from desim_warehouse.study.statistics.cheapest import Counts
 
 
 @dataclass(frozen=True)

@@ -7,26 +7,26 @@ few caps are held against no cap on the same days. The best cap of all is `desim
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.verdicts import LEAST_WAITING
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import FIRST
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Gain, Gains
 from desim_warehouse.study.statistics.procedure import request
-from desim_warehouse.study.study import Study
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.statistics import Gain, Gains
+from desim_warehouse.study.study import searched
 
 KEY = "traffic.most_out"
 PARTS = (0.75, 0.5, 0.33)
 """Caps that are tried, as parts of the fleet."""
+MOST_RUNS = 20
+"""Most replications of each cap, by default."""
 LEAST = 0.01
 """Part of the indicator's mean that matters."""
 
@@ -64,32 +64,21 @@ def waits_much(runs: Iterable[Mapping[str, float]]) -> bool:
 def tried_cap(
     model: Model,
     indicator: str,
-    *,
-    confidence: float = 0.95,
-    seed: int = 0,
-    first: int = FIRST,
-    cap: int = 20,
-    timeout: float | None = None,
-    **where: Any,
+    search: Search = USUAL,
 ) -> tuple[Capped | None, int]:
     """The cap that gains most, if one is shown to gain, or None; and how many runs that took.
 
     Args:
         model: the fleet as it is, without a cap.
         indicator: what is to be more, or less, as it is better.
-        confidence: that all intervals hold.
-        seed: of the runs.
-        first: replications of each cap, and of the fleet without.
-        cap: most replications.
-        timeout: seconds that a run may take.
-        where: workers, cluster, out, cache, progress, as of `Study.run`.
+        search: how runs are done (default of the first look at each cap, and of the most runs of it: 5 and 20).
     """
     tried, better = caps(model), find(indicator).better
     if not tried or better is None:
         return None, 0
-    cases = {"no cap": {}, **{f"at most {most} under way": {KEY: most} for most in tried}}
-    study = Study(model, {"cap": {"cases": cases}}, seed=seed, confidence=confidence, timeout=timeout, name="cap")
-    study.plan = study.plan.unreplicated()
+    cases = {"no cap": {}, **{f"at most {cap} under way": {KEY: cap} for cap in tried}}
+    study = searched(model, {"cap": {"cases": cases}}, search, name="cap")
+    first, most = search.looks(FIRST, MOST_RUNS)
 
     def steps(exact: bool) -> statistics.Procedure[Gains]:
         base = yield from request([(0, 0)], failing=True)
@@ -98,15 +87,15 @@ def tried_cap(
             yield from statistics.gains_steps(
                 [1.0] * len(tried),
                 least,
-                confidence,
+                search.confidence,
                 maximise=better == "more",
                 first=first,
-                cap=cap,
+                cap=most,
                 deterministic=exact,
             )
         )
 
-    found = study.follow(steps, indicator, failed=math.nan, **where)
+    found = study.follow(steps, indicator, failed=math.nan, search=search)
     gain = next((one for one in found.gains if one.low > 0 and not one.failed), None)
     if gain is None:
         return None, found.runs

@@ -3,22 +3,19 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors
+from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
 from desim_warehouse.model.facts.places import open_share
 from desim_warehouse.outcome.account import equipment
 from desim_warehouse.run.quick import estimate
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.statistics.cheapest import Counts
+from desim_warehouse.study.statistics.cheapest import Counts
 
 ROOM = 2.5
 """How far robots are searched by default, as a multiple of what the quick estimate needs."""

@@ -3,16 +3,14 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from desim_warehouse.errors import StudyError, got
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.factors import listed
 from desim_warehouse.study.limits import MOST_YEARS
 from desim_warehouse.values.units import UnitNames, quantity
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
 
 MOST_TIMES = 10.0
 """Times today's demand; a larger number without % was probably meant in per cent."""

@@ -5,19 +5,16 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.sections.flows import ProfileArrivals
 from desim_warehouse.run import simulate
 from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.statistics import Estimate
 from desim_warehouse.study.statistics.intervals import TaskShare
 from desim_warehouse.values.calendars import DAY, clock_of
 from desim_warehouse.working_day import clock
-
-if TYPE_CHECKING:
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.statistics import Estimate
 
 DAYS = 10
 """Days that are looked at by the hour."""

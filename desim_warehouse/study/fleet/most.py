@@ -7,17 +7,12 @@ not do worse, as everywhere, and a plan searches there. The runs are not those t
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
-from typing import TYPE_CHECKING
 
-from desim_warehouse.study.statistics import RunsEndedError
+from desim_warehouse.study.statistics import Budget, Procedure, RunsEndedError, Target
 from desim_warehouse.study.statistics.procedure import request
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.study.statistics import Budget, Procedure, Target
 
 RUNS = 3
 APART = 12

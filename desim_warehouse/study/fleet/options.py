@@ -6,23 +6,24 @@ known is whether fewer would do: how far the cost could fall to that of a fleet 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Source, as_model
 from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet.plan import plan_fleet
+from desim_warehouse.study.limits import PLAN_RUNS
+from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.cheapest import within_counts
-from desim_warehouse.study.study import Study, under, with_answer
+from desim_warehouse.study.study import Study, with_answer
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.model import Source
-    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized
+
 
 DAYS = 10
 """Days on which options are compared."""
@@ -81,19 +82,14 @@ class OptionsPlan:
         return any(plan.ended for plan in self.plans.values())
 
 
-def plan_options(
-    options: Mapping[str, Source], target: str, *, confidence: float = 0.95, seed: int = 0, runs: int = 5000, **how: Any
-) -> OptionsPlan:
+def plan_options(options: Mapping[str, Source], target: str, *, search: Search = USUAL, **how: Any) -> OptionsPlan:
     """Plan each of some options, and compare the cheapest designs that are enough on the same days.
 
     Args:
         options: by name the warehouse with each of them, or its file.
         target: as of `plan_fleet`, of all of them.
-        confidence: that all that is said holds at once: an equal part of the error for each plan, and for the days.
-        seed: of all runs.
-        runs: the most that may be done.
-        how: zone, robots, chargers, packers, strategies (default: none), first, cap, timeout, workers and so on, as of
-            `plan_fleet`.
+        search: as of `plan_fleet`, for all plans together: each has an equal part of the error, and so have the days.
+        how: zone, robots, chargers, packers, strategies (default: none), as of `plan_fleet`.
 
     Raises:
         StudyError: fewer than two options, some with prices and some without, or as `plan_fleet`.
@@ -104,45 +100,40 @@ def plan_options(
     models = {name: as_model(model) for name, model in options.items()}
     if len(models) < 2:  # noqa: PLR2004
         raise StudyError(f"options {list(models)}: expected at least two to compare")
-    how = {"strategies": {}, **how}
-    part = 1 - (1 - confidence) / (len(models) + 1)
+    each = replace(search, confidence=1 - (1 - search.confidence) / (len(models) + 1))
     plans: dict[str, FleetPlan] = {}
-    spent = 0
+    left = search.runs or PLAN_RUNS
     for name, model in models.items():
-        plans[name] = plan_fleet(
-            model, target, confidence=part, seed=seed, runs=max(runs - spent, 1), **under(how, name.replace(" ", "-"))
-        )
-        spent += plans[name].runs
+        part = replace(each.under(name), runs=max(left, 1))
+        plans[name] = plan_fleet(model, target, search=part, **{"strategies": {}, **how})
+        left -= plans[name].runs
     enough = {name: plan.today.best for name, plan in plans.items() if plan.feasible and plan.today.best is not None}
-    priced = [best.cost is not None for best in enough.values()]
-    if any(priced) and not all(priced):
-        unpriced = [name for name, best in enough.items() if best.cost is None]
-        raise StudyError(f"options {', '.join(unpriced)}: no prices of robots or chargers, which the others have")
-    indicator = COST if any(priced) else next(iter(plans.values())).target.indicator
-    values = {name: _on_days(plans[name], best, indicator, seed, how) for name, best in enough.items()}
-    spent += DAYS * len(values) if len(values) > 1 else 0
+    indicator = COST if _are_priced(enough) else next(iter(plans.values())).target.indicator
+    values = {name: _on_days(plans[name], best, indicator, search) for name, best in enough.items()}
     first = min(values, key=lambda name: sum(values[name]) if indicator == COST else enough[name].counts, default=None)
-    sure = 1 - (1 - part) / max(len(values) - 1, 1)
-    found = OptionsPlan(
-        plans,
-        first,
-        tuple(_against(name, first, values, plans, sure) for name in values if first is not None and name != first),
-        indicator,
-        confidence,
-        spent,
-    )
-    return with_answer(found, how)
+    others = [name for name in values if name != first]
+    sure = 1 - (1 - each.confidence) / max(len(others), 1)
+    against = tuple(_against(name, first, values, plans, sure) for name in others if first is not None)
+    spent = sum(plan.runs for plan in plans.values()) + (DAYS * len(values) if others else 0)
+    return with_answer(OptionsPlan(plans, first, against, indicator, search.confidence, spent), search)
 
 
-def _on_days(plan: FleetPlan, best: Shown, indicator: str, seed: int, how: Mapping[str, Any]) -> Sequence[float]:
+def _are_priced(enough: Mapping[str, Shown]) -> bool:
+    """Whether options have prices; raises StudyError where only some have."""
+    unpriced = [name for name, best in enough.items() if best.cost is None]
+    if unpriced and len(unpriced) < len(enough):
+        raise StudyError(f"options {', '.join(unpriced)}: no prices of robots or chargers, which the others have")
+    return bool(enough) and not unpriced
+
+
+def _on_days(plan: FleetPlan, best: Shown, indicator: str, search: Search) -> Sequence[float]:
     """An indicator of a design on some days, which are the same for each option."""
     changes = {**plan.today.overrides, **best.overrides}
-    study = Study(
-        plan.model, changes=changes, replications=DAYS, seed=seed + 2, name="days", timeout=how.get("timeout")
+    days = Study(
+        plan.model, changes=changes, replications=DAYS, seed=search.seed + 2, name="days", timeout=search.timeout
     )
-    where = {key: how[key] for key in ("workers", "cluster", "out", "cache", "progress") if key in how}
-    study.run(**under(where, f"days-{'-'.join(map(str, best.counts))}-{plan.model.digest()[:8]}"))
-    return [row.measured(indicator) for row in study.rows]
+    days.run_by(search.under(f"days-{'-'.join(map(str, best.counts))}-{plan.model.digest()[:8]}"))
+    return [row.measured(indicator) for row in days.rows]
 
 
 def _against(

@@ -9,14 +9,16 @@ from __future__ import annotations
 
 import itertools
 import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.model import as_model
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.outcome.indicators import within
 from desim_warehouse.study import statistics
+from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
@@ -25,25 +27,20 @@ from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour, parts_of_the_day
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
-from desim_warehouse.study.limits import CAP
+from desim_warehouse.study.limits import PLAN_RUNS
 from desim_warehouse.study.procedures import judge_of, scouted
 from desim_warehouse.study.results import outcome_of
-from desim_warehouse.study.runner import ran_flat
-from desim_warehouse.study.statistics.cheapest import within_counts
-from desim_warehouse.study.study import Study, under, with_answer
+from desim_warehouse.study.runner import StudyRunner, ran_flat
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Estimate, Procedure, Target
+from desim_warehouse.study.statistics.cheapest import Counts, within_counts
+from desim_warehouse.study.study import Study, searched, with_answer
+from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import first_look, indifference, read_target
-from desim_warehouse.values.streams import whole_seed
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Mapping, Sequence
-
-    from desim_warehouse.model import Model, Source
-    from desim_warehouse.study.design import Point
     from desim_warehouse.study.fleet.hours import Hour
-    from desim_warehouse.study.runner import StudyRunner
-    from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Procedure, Target
-    from desim_warehouse.study.statistics.cheapest import Counts
-    from desim_warehouse.study.table import Row
+
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
@@ -74,14 +71,9 @@ class _Planner:
     model: Model
     target: Target
     zone: float
-    confidence: float
     designs: Designs
-    seed: int
-    first: int
-    cap: int
-    timeout: float | None
+    search: Search
     budget: Budget
-    where: dict[str, Any]
     untried: tuple[str, ...] = ()
     sized: dict[str, dict[Counts, Sequence[Row]]] = field(default_factory=dict)
     """The runs of the designs that were judged, by the name of a demand."""
@@ -92,30 +84,24 @@ class _Planner:
 
     def judge(self, study: Study, runner: StudyRunner, exact: bool) -> statistics.Judge:
         """Who judges the designs of a study."""
-        how = {"zone": self.zone, "first": self.first, "cap": self.cap, "budget": self.budget}
-        before = f"{self.known}{study.plan.name}: "
-
         return judge_of(
-            study, runner, self.target, exact=exact, before=before, name=lambda n: _named(study.points[n]), **how
+            study,
+            runner,
+            self.target,
+            self.search,
+            exact=exact,
+            before=f"{self.known}{study.plan.name}: ",
+            name=lambda n: _named(study.points[n]),
+            zone=self.zone,
+            budget=self.budget,
         )
 
-    def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], seed: int) -> Study:
-        made = Study(
-            self.model,
-            factors,
-            changes=changes,
-            seed=seed,
-            confidence=self.confidence,
-            target=self.target.text,
-            timeout=self.timeout,
-            name=name,
-        )
-        made.plan = made.plan.unreplicated()
-        return made
+    def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], **more: Any) -> Study:
+        return searched(self.model, factors, self.search, changes=changes, target=self.target.text, name=name, **more)
 
     def follow(self, study: Study, make: Callable[[statistics.Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
-        with study.session(**under(self.where, study.plan.name.replace(" ", "-"))) as runner:
+        with study.session(self.search.under(study.plan.name)) as runner:
             runner.progress.tell(self.known)
             return study.carry_out(
                 runner,
@@ -124,6 +110,46 @@ class _Planner:
                 flat=self.target.missed,
             )
 
+    def plan(self, times: Sequence[float], strategies: Mapping[str, Any] | None, *, yearly: bool) -> FleetPlan:
+        """The answers for today's demand and those after it; with a better strategy once more, with that."""
+        own = self.model.policies.allocation.content()
+        factors = {"policies.allocation": list(dict.fromkeys((own, *STRATEGIES)))} if strategies is None else strategies
+        demands = self._sizes(times, {}, "", yearly=yearly)
+        tried = self.strategies(demands[-1], factors)
+        better = max(
+            (strategy for strategy in tried if strategy.saves),
+            key=lambda strategy: max(self.target.sign * one.verdict.mean for one in strategy.shown),
+            default=None,
+        )
+        if better is not None:
+            self.shared.clear()
+            demands = self._sizes(times, better.overrides, f" with {better.label}", yearly=yearly)
+        return FleetPlan(
+            self.model,
+            self.target,
+            self.zone,
+            self.search.confidence,
+            ", ".join(str(level_of(self.model, key)) for key in factors),
+            demands,
+            tried,
+            better,
+            self.designs,
+            self.budget.spent,
+            self.untried,
+            self.search.seed,
+        )
+
+    def _sizes(
+        self, times: Sequence[float], changes: Mapping[str, Any], suffix: str, *, yearly: bool
+    ) -> tuple[Sized, ...]:
+        """The answers for today's demand and those after it, of years the last one before those between."""
+        if not yearly:
+            today = self.size(1.0, changes, f"today{suffix}")
+            return today, *(self.size(growth, changes, f"growth{suffix}") for growth in times)
+        years = {0: 1.0, len(times): times[-1], **dict(enumerate(times, 1))}
+        found = {n: self.size(growth, changes, f"year {n}{suffix}", n) for n, growth in years.items()}
+        return tuple(found[n] for n in sorted(found))
+
     def size(self, growth: float, changes: Mapping[str, Any], name: str, year: int | None = None) -> Sized:
         """The cheapest design for a demand; for that of a year with what is known of other years."""
         changes = {**changes, **more_demand(self.model, growth)}
@@ -131,14 +157,12 @@ class _Planner:
         most = self._most(ranges, changes, name) if self.model.pods is not None else None
         ranges[0] = [size for size in ranges[0] if most is None or size <= most.up_to]
         counts = list(itertools.product(*ranges))
-        study = self.study(name, self.designs.factors(ranges), changes, self.seed)
+        study = self.study(name, self.designs.factors(ranges), changes)
         known = statistics.NOTHING if year is None else self._known(growth, counts)
         found, doubts = self._cheapest(study, counts, known)
         found = self._as_cheap(study, found, counts)
         if year is not None:
-            fails = {counts[n] for n, one in found.verdicts.items() if one.verdict == "fails"}
-            answer = None if found.design is None or found.open else counts[found.design]
-            self.shared.append(_Demand(growth, frozenset(fails), frozenset(counts[n] for n in doubts), answer))
+            self._share(growth, found, doubts, counts)
         if found.design is not None:
             self.known += f"{name}: {_named(study.points[found.design])}; "
         self.sized[name] = {counts[number]: study.results.by_point[number] for number in found.verdicts}
@@ -149,14 +173,7 @@ class _Planner:
         best = None if found.design is None else shown[found.design]
         below = tuple(shown[number] for number in found.below)
         base = study.plan.base
-        rate = arrival_rate(base)
-        hourly = None if rate is None else rate * base.units.hour
-        used, trip = {}, None
-        if shown:
-            busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
-            used = utilisation(study, study.points[busiest])
-            if best is None and nothing_scarce(used):
-                trip = study.results.estimate(study.results.by_point[busiest], TRIP)
+        used, trip = self._used(study, found, counts) if shown else ({}, None)
         in_hours = base.layout.has_hours or base.fleet.has_hours
         shown_by = tuple(dict.fromkeys(indicator for part in used for indicator in indicators_of(base)[part]))
         shown_by += () if trip is None else (TRIP,)
@@ -166,7 +183,7 @@ class _Planner:
         return Sized(
             name,
             growth,
-            hourly,
+            _hourly(base),
             best,
             below,
             used,
@@ -184,6 +201,13 @@ class _Planner:
             most,
         )
 
+    def _used(self, study: Study, found: Cheapest, counts: list[Counts]) -> tuple[dict[str, Estimate], Estimate | None]:
+        """What is busy at the design found or at the largest, and what a trip takes where nothing is scarce at that."""
+        busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
+        used = utilisation(study, study.points[busiest])
+        trip = found.design is None and nothing_scarce(used)
+        return used, study.results.estimate(study.results.by_point[busiest], TRIP) if trip else None
+
     def _by_hour(self, study: Study, best: Shown | None) -> tuple[Hour, ...]:
         """How orders fare by the hour with the design that was found, where they come by the clock."""
         if best is None or due_within(self.model) is None:
@@ -192,7 +216,13 @@ class _Planner:
         if not parts_of_the_day(model) or not self.budget.allows(DAYS):
             return ()
         self.budget.take(DAYS)
-        return by_hour(model, self.seed, DAYS, self.confidence)
+        return by_hour(model, self.search.seed, DAYS, self.search.confidence)
+
+    def _share(self, growth: float, found: Cheapest, doubts: set[int], counts: list[Counts]) -> None:
+        """Keep what is known of a year for the others."""
+        fails = frozenset(counts[n] for n, one in found.verdicts.items() if one.verdict == "fails")
+        answer = None if found.design is None or found.open else counts[found.design]
+        self.shared.append(_Demand(growth, fails, frozenset(counts[n] for n in doubts), answer))
 
     def _known(self, growth: float, counts: list[Counts]) -> statistics.Earlier:
         """What other years say of designs: what fails with less demand fails, what is enough for more is enough.
@@ -220,8 +250,9 @@ class _Planner:
         """The fleet that does most, where a larger one does worse."""
         robots, *others = ranges
         largest = self.designs.overrides((robots[-1], *(side[-1] for side in others)))
-        study = self.study(f"{name} most", {"fleet.size": robots}, {**changes, **largest}, self.seed + 1)
-        with study.session(**under(self.where, study.plan.name.replace(" ", "-"))) as runner:
+        seed = self.search.seed + 1
+        study = self.study(f"{name} most", {"fleet.size": robots}, {**changes, **largest}, seed=seed)
+        with study.session(self.search.under(study.plan.name)) as runner:
             return study.carry_out(
                 runner,
                 lambda _: most_steps(robots, self.target, self.zone, self.budget),
@@ -235,27 +266,23 @@ class _Planner:
         rows = study.results.by_point[largest.verdict.value]
         if not waits_much(row.indicators for row in rows) or not self.budget.allows(CAPPED * (len(PARTS) + 1)):
             return None
+        first = min(self.search.first or first_look(self.target, CAPPED), CAPPED)
         found, runs = tried_cap(
             self.model.replace({**changes, **largest.overrides}),
             self.target.indicator,
-            confidence=self.confidence,
-            seed=self.seed,
-            first=min(self.first, CAPPED),
-            cap=CAPPED,
-            timeout=self.timeout,
-            **under(self.where, f"cap-{name}".replace(" ", "-")),
+            replace(self.search.under(f"cap-{name}"), first=first, cap=CAPPED),
         )
         self.budget.take(runs)
         return found
 
     def _cheapest(self, study: Study, counts: list[Counts], known: statistics.Earlier) -> tuple[Cheapest, set[int]]:
         """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
-        where = under(self.where, f"{study.plan.name} scout".replace(" ", "-"))
+        where = self.search.under(f"{study.plan.name} scout")
         doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: statistics.verdict_steps([], judge))
-            return statistics.Cheapest(None, (), {}, {}, 0, self.confidence, self.zone, tuple(order)), set()
+            return statistics.Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
         found: Cheapest = self.follow(
             study,
             lambda judge, _: statistics.cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known),
@@ -300,13 +327,8 @@ class _Planner:
         counts = [shown.counts for shown in sized.below] if sized.best and not sized.open else []
         if not counts or not factors:
             return ()
-        cases = {
-            ", ".join(number_of(n, what) for n, what in zip(one, _COUNTED.values(), strict=False)): (
-                self.designs.overrides(one)
-            )
-            for one in counts
-        }
-        study = self.study("strategies", {**factors, "design": {"cases": cases}}, sized.overrides, self.seed)
+        cases = {_said(one): self.designs.overrides(one) for one in counts}
+        study = self.study("strategies", {**factors, "design": {"cases": cases}}, sized.overrides)
         others = self._others(study, factors)
         if not others:
             return ()
@@ -368,6 +390,17 @@ def _equal(ours: Sequence[Row], others: Sequence[Row]) -> bool:
     return bool(both) and all(outcome_of(one) == outcome_of(other) for one, other in both)
 
 
+def _hourly(model: Model) -> float | None:
+    """Tasks an hour, None where the demand has no rate."""
+    rate = arrival_rate(model)
+    return None if rate is None else rate * model.units.hour
+
+
+def _said(counts: Counts) -> str:
+    """A design in words."""
+    return ", ".join(number_of(n, what) for n, what in zip(counts, _COUNTED.values(), strict=False))
+
+
 def _named(point: Point) -> str:
     """A design for those who wait: `10 robots + 1 charger`."""
     labels = dict(point.labels)
@@ -386,20 +419,13 @@ def plan_fleet(
     chargers: Sequence[int] | str | None = None,
     packers: str | None = None,
     zone: float | str | None = None,
-    confidence: float = 0.95,
-    seed: int = 0,
-    runs: int = 5000,
-    first: int | None = None,
-    cap: int = CAP,
-    timeout: float | None = None,
-    **where: Any,
+    search: Search = USUAL,
 ) -> FleetPlan:
     """Find how many robots, chargers and packers meet a target, today and with more demand, and with which strategy.
 
     Args:
-        model: the warehouse, or its file. Its bays with most chargers are those whose chargers are sized. Where its
-            section `prices` has prices of them, the cheapest are sought, else fewest robots, then chargers, then
-            packers.
+        model: the warehouse, or its file. With prices of robots or chargers the cheapest are sought, else fewest
+            robots, then chargers, then packers. Its bays with most chargers are those whose chargers are sized.
         target: such as "on_time >= 95 %".
         growth: demand in times today's, such as 1.3 or "30%"; with years "20%/year"; None: today's only.
         years: that are planned after today's. What fails with less demand is taken to fail with more.
@@ -410,68 +436,18 @@ def plan_fleet(
             workers where it has a work time; "packing": by the quick estimate; None: as many as the model has.
         zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target. At most half
             of what is possible beyond the target: for 99.5 % it is 0.25 %.
-        confidence: that all that is said of one demand is right.
-        seed: of all runs.
-        runs: the most that may be done.
-        first: replications at the first look at a design (default: 5 for a share, else 10).
-        cap: most replications of a design.
-        timeout: seconds that a run may take.
-        where: workers, cluster, out, cache, progress, as of `Study.run`; its runs are kept in the user's cache.
+        search: how runs are done, at most 5000 by default.
 
     Raises:
         StudyError: a bad target or zone, demand that cannot grow, a run that failed, too few runs to search.
 
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
     """
-    model, seed = as_model(model), whole_seed(seed)
+    model = as_model(model)
     goal = read_target(target, model.units.names)
-    zone = indifference(goal, zone, model.units.names)
     times = demands_of(growth, years, "growth")
     more_demand(model, max(times, default=1.0))
-    budget = statistics.Budget(runs)
-    designs = Designs(
-        model, counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
-    )
-    planner = _Planner(
-        model, goal, zone, confidence, designs, seed, first or first_look(goal, cap), cap, timeout, budget, where
-    )
-    if strategies is None:
-        strategies = {"policies.allocation": list(dict.fromkeys((model.policies.allocation.content(), *STRATEGIES)))}
-    demands = _sizes(planner, times, {}, "", yearly=years is not None)
-    tried = planner.strategies(demands[-1], strategies)
-    better = max(
-        (strategy for strategy in tried if strategy.saves),
-        key=lambda strategy: max(goal.sign * one.verdict.mean for one in strategy.shown),
-        default=None,
-    )
-    if better is not None:
-        planner.shared.clear()
-        demands = _sizes(planner, times, better.overrides, f" with {better.label}", yearly=years is not None)
-    own = ", ".join(str(level_of(model, key)) for key in strategies)
-    found = FleetPlan(
-        model,
-        goal,
-        zone,
-        confidence,
-        own,
-        demands,
-        tried,
-        better,
-        designs,
-        budget.spent,
-        planner.untried,
-        seed,
-    )
-    return with_answer(found, where)
-
-
-def _sizes(
-    planner: _Planner, times: Sequence[float], changes: Mapping[str, Any], suffix: str, *, yearly: bool
-) -> tuple[Sized, ...]:
-    """The answers for today's demand and those after it, of years the last one before those between."""
-    if not yearly:
-        today = planner.size(1.0, changes, f"today{suffix}")
-        return today, *(planner.size(growth, changes, f"growth{suffix}") for growth in times)
-    years = {0: 1.0, len(times): times[-1], **dict(enumerate(times, 1))}
-    found = {n: planner.size(growth, changes, f"year {n}{suffix}", n) for n, growth in years.items()}
-    return tuple(found[n] for n in sorted(found))
+    sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
+    zone = indifference(goal, zone, model.units.names)
+    planner = _Planner(model, goal, zone, Designs(model, *sides), search, statistics.Budget(search.runs or PLAN_RUNS))
+    return with_answer(planner.plan(times, strategies, yearly=years is not None), search)

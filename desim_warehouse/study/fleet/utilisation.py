@@ -3,23 +3,18 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Mapping, Sequence
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.outcome.resources import busy_share, on_duty, standing
 from desim_warehouse.states import WAITING
 from desim_warehouse.study import statistics
-
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.study.design import Point
-    from desim_warehouse.study.statistics import Estimate
-    from desim_warehouse.study.study import Study
-    from desim_warehouse.study.table import Row
-
+from desim_warehouse.study.design import Point
+from desim_warehouse.study.statistics import Estimate
+from desim_warehouse.study.study import Study
+from desim_warehouse.study.table import Row
 
 SCARCE = 0.7
 """Part of their time from which on robots, chargers or servers are scarce."""

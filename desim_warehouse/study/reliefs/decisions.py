@@ -8,19 +8,15 @@ window, and for batches that wait for a robot.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
 from desim_warehouse.policies import catalogue
+from desim_warehouse.run import Run
 from desim_warehouse.states import Phase, names
 from desim_warehouse.study.fleet.capped import KEY
 from desim_warehouse.study.reliefs.suspect import MOST_UNTAKEN, Suspect
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.run import Run
 
 LEAST_CHARGING = 0.05
 """Part of the fleet's time on chargers from which the charging policy is looked at, where tasks wait for robots."""

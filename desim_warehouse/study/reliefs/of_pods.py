@@ -3,17 +3,13 @@
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
+from collections.abc import Iterator
 
 from desim_warehouse.feasibility.pods import stations_of
+from desim_warehouse.model import Model
 from desim_warehouse.policies import catalogue
 from desim_warehouse.study.reliefs.suspect import DOSE, Suspect
 from desim_warehouse.values.distributions import scaled
-
-if TYPE_CHECKING:
-    from collections.abc import Iterator
-
-    from desim_warehouse.model import Model
 
 HALF = 0.5
 DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}

@@ -3,18 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Iterator, Sequence
 from statistics import fmean
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from desim_warehouse.model.sections.flows import OrdersArrivals, ProfileArrivals, ScheduleArrivals
-from desim_warehouse.values.calendars import DAY, DAYS, Pattern, Shifts, clock_time
-
-if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.flows import FlowSpec
-    from desim_warehouse.values.calendars import Calendar, Stretch
+from desim_warehouse.model import Model
+from desim_warehouse.model.sections.flows import FlowSpec, OrdersArrivals, ProfileArrivals, ScheduleArrivals
+from desim_warehouse.values.calendars import DAY, DAYS, Calendar, Pattern, Shifts, Stretch, clock_time
 
 MOST_BREAK = 2.0
 """Hours: what is closed for longer between two stretches is no break."""

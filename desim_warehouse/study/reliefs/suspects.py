@@ -8,13 +8,16 @@ intervals overlap wherever the queue is long.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.nearer import nearer
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.goods import PoissonGoods
-from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, staff
+from desim_warehouse.run import Run
+from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Queue, staff
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
 from desim_warehouse.study.reliefs.decisions import decisions
@@ -24,13 +27,8 @@ from desim_warehouse.study.reliefs.suspect import DOSE, Suspect
 from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping
-
     import pandas as pd
 
-    from desim_warehouse.model import Model
-    from desim_warehouse.run import Run
-    from desim_warehouse.states import Queue
 
 MOST_NODES = 5
 """Intersections that are looked at: those with the most waiting before them."""

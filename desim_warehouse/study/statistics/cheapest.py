@@ -18,6 +18,7 @@ The smallest design that meets a target: the search of `cheapest` with one count
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
 
@@ -29,8 +30,6 @@ from desim_warehouse.study.statistics.judge import Judge, RunsEndedError, looks
 from desim_warehouse.study.statistics.procedure import Procedure, request, together
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
-
     from desim_warehouse.study.statistics.intervals import Estimate
     from desim_warehouse.study.statistics.judge import Budget, DesignVerdict, Judge
     from desim_warehouse.study.statistics.procedure import Procedure, RunNumber

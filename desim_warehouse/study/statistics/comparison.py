@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Literal, TypeVar
 
@@ -12,8 +13,6 @@ from desim_warehouse.study.statistics.checks import check_confidence, finite
 from desim_warehouse.study.statistics.intervals import Estimate, bounds, described, gaps, p_value
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Hashable, Mapping, Sequence
-
     from numpy.typing import NDArray
 
 

@@ -6,6 +6,7 @@ Of shares, such as what was delivered on time, tasks are counted, and those of o
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any, Self
 
@@ -21,8 +22,6 @@ from desim_warehouse.study.statistics.checks import (
 )
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
 

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
 from typing import TYPE_CHECKING, Generic, Literal, TypeVar
@@ -21,8 +22,6 @@ from desim_warehouse.study.statistics.intervals import ANYTHING, bounds_of
 from desim_warehouse.study.statistics.procedure import Procedure, request
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator, Sequence
-
     from desim_warehouse.study.statistics.intervals import Interval
     from desim_warehouse.study.statistics.procedure import RunNumber
     from desim_warehouse.study.statistics.targets import Target

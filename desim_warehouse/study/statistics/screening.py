@@ -6,6 +6,7 @@ Sobol indices of a screening study: each factor's share of the variance, alone a
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from statistics import NormalDist
@@ -17,8 +18,6 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence, finite, is_constant
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     import pandas as pd
     from numpy.typing import NDArray
 

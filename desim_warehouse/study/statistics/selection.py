@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from typing import TYPE_CHECKING
@@ -14,8 +15,6 @@ from desim_warehouse.study.statistics.intervals import bounds, differing_share, 
 from desim_warehouse.study.statistics.procedure import Procedure, request
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
     from numpy.typing import NDArray
 
     from desim_warehouse.study.statistics.procedure import RunNumber

@@ -3,13 +3,11 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Collection
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, cast
+from typing import Literal, cast
 
 from desim_warehouse.errors import StudyError, nearest
-
-if TYPE_CHECKING:
-    from collections.abc import Collection
 
 Sense = Literal[">=", "<=", ">", "<"]
 

@@ -10,6 +10,7 @@ without that step two of seven plants had intervals without width.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -20,8 +21,6 @@ from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import t_quantile
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from numpy.typing import NDArray
 
     Floats = NDArray[np.float64]

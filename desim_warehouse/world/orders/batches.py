@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.model.sections.fleet import Fleet
 from desim_warehouse.policies import Batching, Task, TaskBatch, Travel, WaitingTasks
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.world.robots.reach import suits
@@ -15,12 +17,9 @@ from desim_warehouse.world.traffic.events import BATCHES, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping
-
     from simpy import Environment
     from simpy.events import Event
 
-    from desim_warehouse.model.sections.fleet import Fleet
     from desim_warehouse.world.orders.dispatch import Dispatcher
 
     Key = tuple[str, tuple[str, ...], str]

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Any, Protocol
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import only_place, own_destinations, place_shares
 from desim_warehouse.model.sections.goods import Good, PoissonGoods, RandomGoods, SaturatedGoods
 from desim_warehouse.policies import Task
+from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
     from simpy import Environment
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.values.streams import Streams
 
 
 BATCH = 1024

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import math
 from collections import OrderedDict, deque
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any
 
 from simpy.core import StopSimulation
 from simpy.events import Event
 
 from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.model.sections.policy import Policies
+from desim_warehouse.outcome.log import Log
+from desim_warehouse.policies import Allocation, RobotView, Situation, Task
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.world.robots.forecast import busy_view
 from desim_warehouse.world.robots.reach import may_do
@@ -17,13 +21,8 @@ from desim_warehouse.world.traffic.events import DECISIONS, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
     from simpy import Environment
 
-    from desim_warehouse.model.sections.policy import Policies
-    from desim_warehouse.outcome.log import Log
-    from desim_warehouse.policies import Allocation, RobotView, Situation, Task
     from desim_warehouse.world.orders.demand import Orders
     from desim_warehouse.world.orders.pods import Pods
     from desim_warehouse.world.orders.situations import Situations

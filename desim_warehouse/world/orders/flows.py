@@ -8,12 +8,16 @@ from __future__ import annotations
 
 import math
 from bisect import bisect_left
+from collections.abc import Callable, Generator, Iterator
 from dataclasses import replace
 from itertools import repeat
 from typing import TYPE_CHECKING, Any
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import StoragePlace
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import only_place, place_shares
 from desim_warehouse.model.schema import reading
 from desim_warehouse.model.sections.flows import (
@@ -29,16 +33,10 @@ from desim_warehouse.model.sections.flows import (
 from desim_warehouse.model.sections.lines import draw_lines
 from desim_warehouse.model.sections.orders import OrderLine, read, resampled, summary
 from desim_warehouse.policies import StopPlace, Task
+from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterator
-
     from simpy import Environment
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.layout import StoragePlace
-    from desim_warehouse.model import Model
-    from desim_warehouse.values.streams import Streams
 
     End = StorageEnd | tuple[str, ...]
 

@@ -12,12 +12,17 @@ from __future__ import annotations
 
 import math
 from collections import Counter, deque
+from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from simpy.events import Timeout
 
 from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.layout.layout import StoragePlace
+from desim_warehouse.layout.travel import FreeTravel
+from desim_warehouse.model.sections.pods import PodsSpec
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.policies.pods import (
     OrderAssignment,
@@ -33,19 +38,13 @@ from desim_warehouse.policies.pods import (
     StorageCall,
 )
 from desim_warehouse.policies.protocols import RobotView, StopPlace, Task
+from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.openings import at
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Generator, Mapping, Sequence
-
     from simpy import Environment
     from simpy.events import Event
 
-    from desim_warehouse.layout.layout import StoragePlace
-    from desim_warehouse.layout.travel import FreeTravel
-    from desim_warehouse.model.sections.pods import PodsSpec
-    from desim_warehouse.outcome.log import Log
-    from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.orders.dispatch import Dispatcher
     from desim_warehouse.world.places.handling import HandlingTimes
     from desim_warehouse.world.places.station import Service

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import RobotView, Situation, Task
+from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Mapping, Sequence
-
     from numpy.random import Generator
     from simpy import Environment
 
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.travel import FreeTravel
-    from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.robots.mixed_reach import MixedReach
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.traffic.routes import Routes

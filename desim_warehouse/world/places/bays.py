@@ -11,13 +11,12 @@ one slot more than robots, which parking bays that grow have.
 
 from __future__ import annotations
 
+from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Protocol
 
 from simpy import Event
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping
-
     from simpy import Environment
 
     from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares

@@ -11,6 +11,7 @@ A battery that is taken out charges as long as in a robot. There is a place to c
 
 from __future__ import annotations
 
+from collections.abc import Callable, Iterator
 from functools import partial
 from typing import TYPE_CHECKING, Any, Self
 
@@ -18,16 +19,13 @@ from simpy import Container, Event, Resource
 from simpy.events import Timeout
 
 from desim_warehouse.values.distributions import draws
+from desim_warehouse.values.disturbances import OutageSpec
+from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.traffic.events import Arrival
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterator
-
     from simpy import Environment
     from simpy.resources.resource import Request
-
-    from desim_warehouse.values.disturbances import OutageSpec
-    from desim_warehouse.values.streams import Streams
 
 
 class Chargers(Resource):

@@ -11,18 +11,17 @@ are expected to be blocked for longer than a robot takes to it.
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Iterable, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.model import Model
 from desim_warehouse.world.traffic.closures import ClosedHours
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.oracle import RouteOracle
-    from desim_warehouse.model import Model
     from desim_warehouse.world.places.stops import Stop
 
     Edge = tuple[str, str]

@@ -23,16 +23,15 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
+from desim_warehouse.layout.travel import FreeTravel
+from desim_warehouse.policies import Handling, RobotView, Task
+from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.stops import between, time_at
 from desim_warehouse.world.traffic.events import Arrival
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from simpy import Environment
-
-    from desim_warehouse.layout.travel import FreeTravel
-    from desim_warehouse.policies import Handling, RobotView, Task
-    from desim_warehouse.values.calendars import Hours
 
     Steps = Generator[Event, object, None]
     from desim_warehouse.world.places.cut_off import CutOff

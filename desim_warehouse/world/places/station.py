@@ -13,22 +13,21 @@ after service does in a line of machines.
 
 from __future__ import annotations
 
+from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Protocol
 
 from simpy import Resource
 
 from desim_warehouse.outcome.log import NONE, Log
+from desim_warehouse.policies import Task
+from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.openings import change, open_time, until_open
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator
-
     from simpy import Environment
     from simpy.events import Event
     from simpy.resources.resource import Request
 
-    from desim_warehouse.policies import Task
-    from desim_warehouse.values.calendars import Hours
     from desim_warehouse.world.places.stops import Stop
 
     Steps = Generator[Event, object, None]

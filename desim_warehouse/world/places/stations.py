@@ -8,17 +8,24 @@ from __future__ import annotations
 
 import math
 from collections import Counter
+from collections.abc import Callable, Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.travel import FreeTravel
+from desim_warehouse.model import Model
+from desim_warehouse.model.schema import Tasks
+from desim_warehouse.outcome.log import Log
+from desim_warehouse.policies import RobotView, StopPlace, Task
+from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.station import Station, Workplace
 from desim_warehouse.world.places.stops import Stop, stops_of_tour
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Iterable, Sequence
-
     from simpy import Environment
 
+<<<<<<< HEAD
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model import Model
@@ -27,6 +34,8 @@ if TYPE_CHECKING:
     from desim_warehouse.policies import RobotView, StopPlace, Task
     from desim_warehouse.policies.situation import Act
     from desim_warehouse.values.streams import Streams
+=======
+>>>>>>> main
     from desim_warehouse.world.places.handling import HandlingTimes
 
 

@@ -6,23 +6,22 @@ The instants at which a robot's battery will be flat, or must call it back from 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
 from desim_warehouse.errors import BatteryError
 from desim_warehouse.model.facts import charging
+from desim_warehouse.model.sections.fleet import BatterySpec
+from desim_warehouse.policies import Levels
 from desim_warehouse.states import STATES, Phase
 from desim_warehouse.world.robots.forecast import need_now
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from simpy import Environment
 
-    from desim_warehouse.model.sections.fleet import BatterySpec
-    from desim_warehouse.policies import Levels
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
 

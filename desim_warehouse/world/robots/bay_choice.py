@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import BayView, RobotView
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
-
     from simpy import Environment
 
-    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.world.places.bays import Bay
     from desim_warehouse.world.robots.reach import Reach
 

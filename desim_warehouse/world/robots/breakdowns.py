@@ -9,14 +9,11 @@ waits counted, robots that wait for a repair would break down as they wait, and 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 from desim_warehouse.values.distributions import draws, mean_left
+from desim_warehouse.values.disturbances import BreakdownSpec
+from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.traffic.rules import EPS
-
-if TYPE_CHECKING:
-    from desim_warehouse.values.disturbances import BreakdownSpec
-    from desim_warehouse.values.streams import Streams
 
 
 class Breakdowns:

@@ -27,22 +27,21 @@ chargers take part: without that three queued and ran flat until the fourth was 
 from __future__ import annotations
 
 import math
+from collections.abc import Generator
 from typing import TYPE_CHECKING
 
 from simpy.events import AnyOf, Event, Timeout
 
 from desim_warehouse.model.facts.charging import LEAST_CHARGE
+from desim_warehouse.policies import Levels
 from desim_warehouse.states import Phase
 from desim_warehouse.world.places.chargers import NewBattery
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from simpy import Environment
 
-    from desim_warehouse.policies import Levels
     from desim_warehouse.world.places.bays import Bay, Bays
     from desim_warehouse.world.places.chargers import Chargers, FailingChargers
     from desim_warehouse.world.robots.reach import Reach

@@ -7,14 +7,13 @@ It turns off at the node that it comes to next.
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.states import STATES, Phase
+from desim_warehouse.values.calendars import Hours
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
-
-    from desim_warehouse.values.calendars import Hours
     from desim_warehouse.world.places.cut_off import CutOff
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.traffic.events import Clock

@@ -15,13 +15,13 @@ stalled").
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+from desim_warehouse.model import Model
+from desim_warehouse.values.calendars import Hours
 
-    from desim_warehouse.model import Model
-    from desim_warehouse.values.calendars import Hours
+if TYPE_CHECKING:
     from desim_warehouse.world.traffic.events import Clock
 
 

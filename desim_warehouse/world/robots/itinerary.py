@@ -6,14 +6,14 @@ are declared before it leaves its bay or station, and changed on the way only if
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from typing import TYPE_CHECKING, TypeAlias
 
-if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+from desim_warehouse.layout.oracle import RouteOracle
+from desim_warehouse.policies import Task
 
-    from desim_warehouse.layout.oracle import RouteOracle
-    from desim_warehouse.policies import Task
+if TYPE_CHECKING:
     from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.traffic.avoidance import Avoidance
     from desim_warehouse.world.traffic.body import Body

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import PolicyError, shown
@@ -9,8 +10,6 @@ from desim_warehouse.policies import Levels, RobotView
 from desim_warehouse.policies.asked import asked
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from simpy import Environment
 
 

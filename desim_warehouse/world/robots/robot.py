@@ -7,12 +7,14 @@ charge. How it gets along the lanes is left to traffic, for the `body` that it h
 from __future__ import annotations
 
 import math
+from collections.abc import Generator, Sequence
 from enum import Enum
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
 from desim_warehouse.model.facts.charging import rates
+from desim_warehouse.model.sections.fleet import RobotSpec, Start
 from desim_warehouse.policies import RobotView, Task
 from desim_warehouse.states import AT_START, BROKEN, CHARGED, OPERATING, RESTING, SERVED, STATES, WAITING, Phase
 from desim_warehouse.world.robots.battery import Alarms, Battery
@@ -28,9 +30,6 @@ from desim_warehouse.world.traffic.motion import NodeDelays
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
-    from desim_warehouse.model.sections.fleet import RobotSpec, Start
     from desim_warehouse.world.places.bays import Bay
     from desim_warehouse.world.places.station import Station
     from desim_warehouse.world.places.stops import Stop

@@ -15,18 +15,17 @@ three runs of six hours every time and not once for each model.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from simpy.events import Timeout
 
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
 from desim_warehouse.model.sections.flows import ProfileArrivals
+from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Mapping, Sequence
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.places.bays import Bay
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.traffic.events import Clock

@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Protocol
 
-if TYPE_CHECKING:
-    from collections.abc import Generator, Mapping, Sequence
+from desim_warehouse.model import Model
+from desim_warehouse.outcome.log import Log
+from desim_warehouse.policies import Task
+from desim_warehouse.values.streams import Streams
 
+if TYPE_CHECKING:
     from simpy.events import Event
 
-    from desim_warehouse.model import Model
-    from desim_warehouse.outcome.log import Log
-    from desim_warehouse.policies import Task
-    from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.places.bays import Bays
     from desim_warehouse.world.places.handling import HandlingTimes
     from desim_warehouse.world.places.station import Service

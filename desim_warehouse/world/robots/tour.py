@@ -7,6 +7,7 @@ end.
 from __future__ import annotations
 
 import math
+from collections.abc import Generator
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
@@ -14,8 +15,6 @@ from simpy.events import Event, Timeout
 from desim_warehouse.world.places.station import Service
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from simpy import Environment
 
     from desim_warehouse.world.places.handling import HandlingTimes

@@ -32,6 +32,7 @@ the plan of `home_plan` without refuges, and there no order has to be kept.
 from __future__ import annotations
 
 from collections import defaultdict
+from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.way_home import room
@@ -40,8 +41,6 @@ from desim_warehouse.world.traffic.home_plan import Declared, DeclaredRoute, Pla
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Sequence
-
     from simpy import Environment
     from simpy.events import Event
 

@@ -11,18 +11,17 @@ robot drives, keep no run going, and hide no stall.
 from __future__ import annotations
 
 import math
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
+from desim_warehouse.layout import Layout
 from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.model import Model
 from desim_warehouse.values.calendars import ALWAYS, Hours
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.people import PeopleSource
 

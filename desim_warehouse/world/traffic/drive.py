@@ -10,6 +10,7 @@ events an edge, to the stop line and over the node, were measured to cost more: 
 from __future__ import annotations
 
 import math
+from collections.abc import Generator, Sequence
 from enum import Enum
 from heapq import heappush
 from typing import TYPE_CHECKING, Any
@@ -20,8 +21,6 @@ from desim_warehouse.world.traffic.events import Arrival, happened
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.intersection import Intersection
     from desim_warehouse.world.traffic.lane import Lane

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
+from collections.abc import Generator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
-    from collections.abc import Generator, Sequence
-
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.drive import Drive

@@ -9,19 +9,18 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
+from collections.abc import Iterable, Iterator, Sequence
 from itertools import accumulate
 from typing import TYPE_CHECKING, NamedTuple
 
+from desim_warehouse.layout import Layout
 from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.model import Model
+from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.log import PLACES, Log
 from desim_warehouse.values.calendars import merged
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Sequence
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import Start
     from desim_warehouse.world.traffic.people import PeopleSource, Visit
 
     Edge = tuple[str, str]

@@ -5,15 +5,12 @@ Together with `drive.py`, the only file where SimPy's private names are used: `e
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from heapq import heappop, heappush
 from math import inf
-from typing import TYPE_CHECKING
 
 from simpy import Environment
 from simpy.events import NORMAL, Event, EventPriority
-
-if TYPE_CHECKING:
-    from collections.abc import Callable
 
 BATCHES = EventPriority(NORMAL + 1)
 """Priority of putting tasks together among the events of one instant: after all that happens at that time."""

@@ -20,14 +20,15 @@ from typing import TYPE_CHECKING, Literal
 from simpy.events import Timeout
 
 from desim_warehouse.errors import GridlockError
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from simpy import Environment
     from simpy.events import Event
 
-    from desim_warehouse.outcome.log import Log
     from desim_warehouse.world.traffic.body import Body
+
 
 _NAMED = 6  # robots of a ring that an error names
 Rule = Literal["rotate", "avoid", "stop"]

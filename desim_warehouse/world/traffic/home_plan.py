@@ -18,13 +18,12 @@ from __future__ import annotations
 import math
 from bisect import bisect_left, insort
 from collections import defaultdict
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, TypeAlias
 
 from desim_warehouse.layout.way_home import Search, Stands
 
 if TYPE_CHECKING:
-    from collections.abc import Collection, Iterable, Iterator, Mapping
-
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.intersection import Intersection
     from desim_warehouse.world.traffic.lane import Lane

@@ -9,6 +9,7 @@ straight on, to which the node is never closed, would starve a crossing robot.
 from __future__ import annotations
 
 import math
+from collections.abc import Generator
 from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
@@ -17,8 +18,6 @@ from desim_warehouse.world.traffic.events import Arrival
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Generator
-
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.closures import Closure
     from desim_warehouse.world.traffic.lane import Lane

@@ -10,14 +10,13 @@ The headway is D, the same for all robots (the largest pair's), so that in a rin
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.world.traffic.body import Delay
 from desim_warehouse.world.traffic.rules import EPS, turn
 
 if TYPE_CHECKING:
-    from collections.abc import Sequence
-
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.closures import Closure, Slowness
     from desim_warehouse.world.traffic.intersection import Intersection

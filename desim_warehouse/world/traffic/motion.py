@@ -28,16 +28,13 @@ Delays of a robot at the nodes that it passes, drawn from streams of its own.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from desim_warehouse.values.distributions import draws
-
-if TYPE_CHECKING:
-    from collections.abc import Sequence
-
-    from desim_warehouse.values.disturbances import DelaySpec
-    from desim_warehouse.values.streams import Streams
+from desim_warehouse.values.disturbances import DelaySpec
+from desim_warehouse.values.streams import Streams
 
 Piece = tuple[float, float]
 """A length, and the speed limit on it."""

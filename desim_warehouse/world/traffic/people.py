@@ -7,23 +7,22 @@ visits from one random stream, and for each visit the aisle and the stay from a 
 from __future__ import annotations
 
 import math
+from collections.abc import Container, Iterator, Sequence
 from functools import cache, partial
 from typing import TYPE_CHECKING, NamedTuple
 
+from desim_warehouse.layout import Layout
 from desim_warehouse.layout.zones import edges_along
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.places import place_shares
 from desim_warehouse.model.sections.flows import StorageEnd, mean_rate
 from desim_warehouse.model.sections.goods import Good
+from desim_warehouse.model.sections.traffic import PeopleSpec
+from desim_warehouse.values.calendars import Hours
 from desim_warehouse.values.distributions import drawn, mean_left
+from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from collections.abc import Container, Iterator, Sequence
-
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.traffic import PeopleSpec
-    from desim_warehouse.values.calendars import Hours
-    from desim_warehouse.values.streams import Streams
     from desim_warehouse.world.traffic.body import Body
 
     Edge = tuple[str, str]

@@ -9,6 +9,8 @@ from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Roads
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.policies.routing import DETOURS, LESS, time_along
@@ -17,8 +19,6 @@ from desim_warehouse.world.traffic.closures import wait_at
 if TYPE_CHECKING:
     from simpy import Environment
 
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.closures import Restrictions
     from desim_warehouse.world.traffic.lane import Lane

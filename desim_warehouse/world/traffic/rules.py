@@ -13,10 +13,11 @@ from dataclasses import dataclass
 from functools import lru_cache
 from typing import TYPE_CHECKING
 
+from desim_warehouse.outcome.log import Log
+
 if TYPE_CHECKING:
     from simpy import Environment
 
-    from desim_warehouse.outcome.log import Log
     from desim_warehouse.world.traffic.avoidance import Avoidance
     from desim_warehouse.world.traffic.gridlock import Gridlock
     from desim_warehouse.world.traffic.lane import Lane

@@ -7,11 +7,16 @@ Read `drive` for how a robot gets along, `lane` for the queue on an edge, `inter
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Collection, Container, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from desim_warehouse.layout import Layout
+from desim_warehouse.layout.layout import Edge
 from desim_warehouse.layout.zones import TrafficZone, closed
+from desim_warehouse.model.sections.fleet import Start
+from desim_warehouse.outcome.log import Log
 from desim_warehouse.world.traffic.avoidance import Avoidance
 from desim_warehouse.world.traffic.closures import RestrictedLane, Restrictions
 from desim_warehouse.world.traffic.drive import Drive
@@ -22,14 +27,8 @@ from desim_warehouse.world.traffic.rules import Rules, exact_length
 from desim_warehouse.world.traffic.zones import ZoneDirection, directions
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Container, Mapping, Sequence
-
     from simpy import Environment
 
-    from desim_warehouse.layout import Layout
-    from desim_warehouse.layout.layout import Edge
-    from desim_warehouse.model.sections.fleet import Start
-    from desim_warehouse.outcome.log import Log
     from desim_warehouse.world.traffic.body import Body
 
 

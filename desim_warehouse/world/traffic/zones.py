@@ -11,15 +11,14 @@ every passage of one is a step of its own.
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
+from desim_warehouse.layout.zones import TrafficZone
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable
-
-    from desim_warehouse.layout.zones import TrafficZone
     from desim_warehouse.world.traffic.body import Body
 
 

@@ -12,19 +12,18 @@ from __future__ import annotations
 
 import math
 import statistics
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Generic, Protocol, TypeAlias, TypeVar
 
-from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
+from desim_warehouse.study.statistics.targets import Target
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
     from random import Random
 
-    from desim_warehouse.study.statistics.procedure import Procedure, RunNumber
-    from desim_warehouse.study.statistics.targets import Target
 
 D = TypeVar("D")
 Score: TypeAlias = tuple[float, ...]

@@ -1,0 +1,69 @@
+"""How a question that chooses its own runs does them, and when it stops."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.study.execution import worker_count
+from desim_warehouse.study.statistics.checks import check_confidence
+from desim_warehouse.values.streams import whole_seed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How `plan`, `best`, `size`, `why` and other questions do their runs, when they stop, and where runs are kept.
+
+        how = dw.Search(workers=2, out="reports/out/plan")
+        dw.plan("models/my_own_day.yaml", "on_time >= 95 %", search=how)
+
+    Args:
+        first: replications of a design before anything is decided about it; None: 5 or 10, by the question.
+        cap: most replications of a design; None: by the question, 40 to 1000.
+        runs: the most that may be done in all; None: by the question, 250 to 5000.
+        confidence: that all that is said holds.
+        seed: of all runs.
+        timeout: seconds that a run may take.
+        workers: processes on this machine, at most 256, or `auto`: one for each processor.
+        cluster: address of a Dask scheduler such as tcp://10.0.0.1:8786, or `local`.
+        out: the study folder. Runs there are reused, whichever study did them; the answer is kept there.
+        cache: without `out`, keep runs in the user's cache (DESIM_CACHE names its folder), and reuse those there.
+        progress: show progress on standard error.
+
+    Raises:
+        StudyError: a cap below the first look, no confidence, or too many workers.
+        ModelError: no seed.
+    """
+
+    first: int | None = None
+    cap: int | None = None
+    runs: int | None = None
+    confidence: float = 0.95
+    seed: int = 0
+    timeout: float | None = None
+    workers: int | str = 1
+    cluster: str | None = None
+    out: str | Path | None = None
+    cache: bool = True
+    progress: bool = False
+
+    def __post_init__(self) -> None:
+        """Refuse what no search can do."""
+        if self.first is not None and self.cap is not None and not 2 <= self.first <= self.cap:  # noqa: PLR2004
+            raise StudyError(f"first {self.first}, cap {self.cap}: expected 2 <= first <= cap")
+        check_confidence(self.confidence)
+        whole_seed(self.seed)
+        worker_count(self.workers)
+
+    def looks(self, first: int, cap: int) -> tuple[int, int]:
+        """Replications at the first look at a design, and the most of them: by default as given."""
+        return self.first or first, self.cap or cap
+
+    def under(self, name: str) -> Search:
+        """The same for one of several studies of a question: with `out`, in a folder of its own in that."""
+        return self if self.out is None else replace(self, out=Path(self.out) / name.replace(" ", "-"))
+
+
+USUAL = Search()
+"""In this process, kept in the user's cache."""
