@@ -13,28 +13,17 @@ from __future__ import annotations
 import heapq
 import itertools
 import math
-<<<<<<< HEAD
-from collections.abc import Iterator  # the catalogue evaluates the annotations of parameters
-=======
 from collections.abc import (
     Callable,
     Iterator,
     Sequence,
 )
->>>>>>> main
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, ClassVar
 
 from desim_warehouse.policies.protocols import Roads
 
 if TYPE_CHECKING:
-<<<<<<< HEAD
-    from collections.abc import Callable, Sequence
-
-    from desim_warehouse.policies.protocols import Roads
-
-=======
->>>>>>> main
     Closed = Callable[[tuple[str, str], float], float] | None
     Waiting = Callable[[tuple[str, str]], float] | None
 

@@ -13,15 +13,10 @@ from simpy.events import URGENT, Timeout
 
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
-<<<<<<< HEAD
-from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
-from desim_warehouse.model.facts.ahead import free_travel, handling_of
-=======
 from desim_warehouse.layout import Layout
-from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
 from desim_warehouse.model import Model
->>>>>>> main
+from desim_warehouse.model.facts.ahead import free_travel, handling_of
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, spare_batteries, start_levels, swapped_at
 from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.flows import StorageEnd
