@@ -44,7 +44,8 @@ from desim_warehouse.model.sections.goods import (
     PopularityRule,
     SaturatedGoods,
 )
-from desim_warehouse.model.sections.orders import Reading, files_of, problems_of
+from desim_warehouse.model.sections.order_rows import Reading
+from desim_warehouse.model.sections.orders import files_of, problems_of
 from desim_warehouse.model.sections.pods import PodsSpec, fit_for_pods
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.model.sections.traffic import PeopleSpec, TrafficSpec

@@ -3,6 +3,7 @@
 import datetime as dt
 import io
 import json
+import shlex
 import zipfile
 
 import pandas as pd
@@ -122,6 +123,10 @@ MESSY = {
 }
 
 
+def raw(model):
+    return [found for found in check(model).findings if found.code == "RAW_ORDERS"]
+
+
 @pytest.mark.parametrize("name", MESSY)
 def test_a_messy_file_gives_a_day_in_two_commands(name, hall, tmp_path):
     file, content, options = MESSY[name]
@@ -132,22 +137,56 @@ def test_a_messy_file_gives_a_day_in_two_commands(name, hall, tmp_path):
     assert done.exit_code == 0, done.output
     assert "8 orders, 16 lines, 48 pieces, 16 trips, 06:05 to 13:35, from 2026-03-02 on" in done.output
     assert "busiest hour: 06:00 to 07:00, 2 trips" in done.output
+    assert not raw(dw.load(hall))
     run = dw.simulate(dw.load(hall))
     assert run.kpis["tasks"] == 16
     releases = [task.released for task in run.history.tasks.values()]
     assert releases == [300 + 1800 * number for number in range(16)]
 
 
-def test_a_file_without_problems_is_read_by_the_model_itself(hall, tmp_path):
+@pytest.mark.parametrize(
+    ("said", "tasks"),
+    [({}, 48), ({"quantity": "pieces"}, 16), ({"quantity": "pieces", "pieces_per_load": 2}, 32)],
+)
+def test_a_model_that_names_a_raw_file_warns_with_the_command_that_makes_a_plain_one(said, tasks, hall, tmp_path):
     (tmp_path / "day.csv").write_bytes(MESSY["semicolons, German dates"][1])
-    orders = {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv"), "quantity": "pieces"}}
-    assert dw.simulate(dw.load(hall, orders)).kpis["tasks"] == 16
-    orders["tasks.flows.day.arrivals.orders"]["pieces_per_load"] = 2
-    assert dw.simulate(dw.load(hall, orders)).kpis["tasks"] == 32
-    orders["tasks.flows.day.arrivals.orders"] = {"file": str(tmp_path / "day.csv")}
-    assert dw.simulate(dw.load(hall, orders)).kpis["tasks"] == 48
+    model = dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv"), **said}})
+    assert dw.simulate(model).kpis["tasks"] == tasks
+    (found,) = raw(model)
+    assert "day.csv is no plain table (" in found.text
+    assert "'Anlagedatum' is release" in found.text
+    assert "cells end with ';'" in found.text
+    assert "times such as '02.03.2026 06:05:00'" in found.text
+    command, _, _ = found.cure.partition(", and that file instead")
+    _, *arguments = shlex.split(command.replace("MODEL", str(hall)))
+    assert CliRunner().invoke(desim, arguments).exit_code == 0
+    plain = dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": arguments[-1]}})
+    assert not raw(plain)
+    assert dw.simulate(plain).kpis["tasks"] == tasks
+
+
+@pytest.mark.parametrize(
+    ("content", "said"),
+    [
+        ("release,from\n06:05,1\n2026-03-02T06:15,1\n2700,1\n", None),
+        ("release,from\n02.03.2026 06:05,1\n", "times such as '02.03.2026 06:05'"),
+        ("release,from\n2026-03-02T06:05Z,1\n", "times with a zone such as '2026-03-02T06:05Z'"),
+        ('release,from\n"1,200",1\n', "numbers such as '1,200'"),
+        ("release,from,quantity\n06:05,1,3 ST\n", "quantities such as '3 ST'"),
+        ("Created,bin\n06:05,1\n", "'Created' is release, 'bin' is from"),
+    ],
+)
+def test_what_makes_a_file_raw_is_named(content, said, hall, tmp_path):
+    (tmp_path / "day.csv").write_text(content)
+    found = raw(dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv")}}))
+    assert [f"({said});" in one.text for one in found] == [True] * (said is not None)
+
+
+def test_pieces_of_a_load_are_of_files_that_count_pieces(hall, tmp_path):
+    (tmp_path / "day.csv").write_text("release\n06:05\n")
+    orders = {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv"), "pieces_per_load": 2}}
     with pytest.raises(dw.ModelError, match="without pieces, expected quantity: pieces beside it"):
-        dw.load(hall, {**orders, "tasks.flows.day.arrivals.orders.pieces_per_load": 2})
+        dw.load(hall, orders)
 
 
 def bad_day():

@@ -11,7 +11,8 @@ from scipy import stats
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.sections.flows import OrdersFile
-from desim_warehouse.model.sections.orders import OrderLine, Reading, read, resampled, summary
+from desim_warehouse.model.sections.order_rows import OrderLine, Reading
+from desim_warehouse.model.sections.orders import read, resampled, summary
 from desim_warehouse.values.streams import Streams
 from tests.world.test_flows import RING
 

@@ -183,26 +183,29 @@ ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", 
 
 
 class OrdersFile(Part):
-    """Orders, one a row; columns: release, from, via, to, due, priority, quantity, order, or common names for them.
+    """Orders, one a row, in the table that `desim orders` writes.
 
-    Only release must be there. Times are numbers from the start of the run, times of day or dates with times (see
-    run.start); from and to name nodes, stations or storage places (by number or name), via several, as `B > C`. With
-    pods, item is what a line asks for, and from and to name stations.
+    Its columns: release, from, via, to, due, priority, quantity, order. Only release must be there. Times are numbers
+    from the start of the run, times of day or ISO dates with times (see run.start); from and to name nodes, stations or
+    storage places (by number or name), via several, as `B > C`; quantity is so many tasks. With pods, item is what a
+    line asks for, and from and to name stations. Keys that say how another file is meant go in 0.5 (RAW_ORDERS).
     """
 
-    file: Name = Field(description="CSV, Parquet or Excel (.xlsx) file, relative to the model file")
+    file: Name = Field(description="CSV or Parquet file, relative to the model file")
     columns: Annotated[Mapping[Name, Name], AfterValidator(FrozenMap)] = Field(
-        FrozenMap(), description="what the file calls the columns, such as {release: created_at}"
+        FrozenMap(), description="until 0.5: what the file calls the columns, such as {release: created_at}"
     )
-    sheet: Name | None = Field(None, description="of an Excel file; default: the first")
+    sheet: Name | None = Field(None, description="until 0.5: of an Excel file; default: the first")
     dates: Literal["us", "uk"] | None = Field(
-        None, description="how 03/02/2026 is meant: us, March 2; uk, 3 February; default: such dates are refused"
+        None,
+        description="until 0.5: how 03/02/2026 is meant: us, March 2; uk, 3 February; default: such dates are refused",
     )
     quantity: Literal["tasks", "pieces"] = Field(
-        "tasks", description="what the column quantity counts: tasks, each a trip, or pieces, which go together"
+        "tasks",
+        description="until 0.5: what the column quantity counts: tasks, each a trip, or pieces, which go together",
     )
     pieces_per_load: Count | None = Field(
-        None, description="with quantity: pieces: how many fit on one load; default: all pieces of a row"
+        None, description="until 0.5: with quantity: pieces: how many fit on one load; default: all pieces of a row"
     )
     resample: Annotated[Duration | None, Usual("5 min", "7 d")] = Field(
         None,

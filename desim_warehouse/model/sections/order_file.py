@@ -23,8 +23,8 @@ import csv
 import io
 import re
 import zipfile
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections import Counter
+from dataclasses import dataclass, field
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -34,10 +34,11 @@ from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable, Iterator, Mapping, Sequence
+
     import pandas as pd
 
     from desim_warehouse.model.sections.flows import OrdersFile
-
 
 CHUNK = 50_000
 """Rows read at a time."""
@@ -88,6 +89,11 @@ class Table:
     twice: tuple[str, ...] = ()
 
     @property
+    def raw(self) -> tuple[str, ...]:
+        """In what a file is another than `desim orders` writes, as far as its header shows."""
+        return ("a workbook",) * _is(self.path, ".xlsx", ".xlsm") + self.assumed
+
+    @property
     def decimal_comma(self) -> bool:
         """Whether numbers in cells may have a decimal comma."""
         return self.delimiter != ","
@@ -104,6 +110,14 @@ def table_of(spec: OrdersFile) -> Table:
         text = f"column {got(table.twice[0])} given twice, expected it once"
         raise ModelError([f"{path}: {text}; columns says which other is meant (--map)"])
     return table
+
+
+def options(spec: OrdersFile, table: Table) -> list[str]:
+    """The options with which `desim orders` reads a file as a model does that names it."""
+    said = [f"--map={ours}={theirs}" for ours, theirs in spec.columns.items()]
+    said += [f"--{name}={value}" for name in ("sheet", "dates") if (value := getattr(spec, name)) is not None]
+    said += ["--quantity=tasks"] if "quantity" in table.titles and spec.quantity == "tasks" else []
+    return said + ([] if spec.pieces_per_load is None else [f"--pieces-per-load={spec.pieces_per_load}"])
 
 
 def _table(path: Path, spec: OrdersFile) -> Table:
@@ -416,3 +430,65 @@ def _merged(path: Path, number: int) -> dict[int, list[tuple[int, int]]]:
                         found.setdefault(int(top), []).append((column, int(bottom)))
                 before = (before + block)[-60:] if not _MERGED.search((before + block)[-60:]) else b""
     return found
+
+
+# What is wrong
+
+MOST_PROBLEMS = 20
+"""Kinds of problems of one file that are listed."""
+_DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart, and that are shown
+
+
+@dataclass
+class Problems:
+    """What is wrong with a file, summed up by kind: how often, with which values, first where.
+
+    A kind is a column, "" for whole rows, and what is wrong. By column also how the file is read: the mark of
+    `decimals`, whether points stand between `thousands` for all that is known, the time zone that is left out. `forms`:
+    what cells are like that `desim orders` would have written otherwise.
+    """
+
+    file: str
+    kinds: dict[tuple[str, str], list[Any]] = field(default_factory=dict)
+    values: dict[tuple[str, str], Counter[str]] = field(default_factory=dict)
+    decimals: dict[str, str] = field(default_factory=dict)
+    thousands: set[str] = field(default_factory=set)
+    zones: dict[str, str] = field(default_factory=dict)
+    forms: dict[str, None] = field(default_factory=dict)
+
+    def add(self, column: str, wrong: str, expected: str, rows: Sequence[int], values: Iterable[Any]) -> None:
+        """Some rows that have the same problem, and what stands there."""
+        kind = column, wrong
+        self.kinds.setdefault(kind, [0, rows[0], expected])[0] += len(rows)
+        counts = self.values.setdefault(kind, Counter())
+        for value in values:
+            if (said := got(_plain(value))) in counts or len(counts) < _DISTINCT:
+                counts[said] += 1
+
+    def form(self, what: str, cells: Iterable[Any]) -> None:
+        """Some cells that no plain table has, of which the first is named."""
+        for cell in islice(cells, 1):
+            self.forms.setdefault(f"{what} such as {got(_plain(cell))}")
+
+    def told(self) -> list[str]:
+        """A line for each kind, up to 20."""
+        lines = []
+        for (column, wrong), (count, row, expected) in islice(self.kinds.items(), MOST_PROBLEMS):
+            counts = self.values[column, wrong]
+            if count == 1:
+                where, said = f"{self.file}, row {row}", f"got {next(iter(counts))}"
+            else:
+                where, number = self.file, f"{len(counts)}{' or more' * (len(counts) == _DISTINCT)}"
+                common = ", ".join(value for value, _ in counts.most_common(_COMMON)) + ", ..." * (
+                    len(counts) > _COMMON
+                )
+                many = "values" if len(counts) > 1 else "value"
+                said = f"{count:,} rows from row {row} on, {number} {many}: {common}"
+            where += f", {column}" * bool(column)
+            lines.append(f"{where}: {wrong} ({said}), expected {expected}")
+        more = len(self.kinds) - MOST_PROBLEMS
+        return [*lines, *[f"{self.file}: and {more} more kinds of problems"] * (more > 0)]
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if hasattr(value, "item") else str(value) if hasattr(value, "isoformat") else value
