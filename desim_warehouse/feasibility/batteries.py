@@ -416,8 +416,6 @@ def _give(chargers: int, gives: float, time: str) -> str:
 
 def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
     """A robot just above the threshold that is on its good's edge finishes the task: it must get to a charger then."""
-    import numpy as np
-
     battery, known, tasks = _battery(model), levels(model), model.tasks
     chargers = list(chargers_at(model, layout))
     if known is None or known.margin is not None or not chargers:
@@ -430,8 +428,7 @@ def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
         yield from _too_low(battery, known, most + more)
         return
     back = draws.empty * (tasks.clear_time + flow.travel.times(flow.stations, chargers).min(axis=1))
-    rest = np.array([(draws.loaded * times + back).min() for times in flow.to_stations])
-    need = rest[flow.edge_of] + draws.empty * flow.before + draws.loaded * flow.after
+    need = flow.least_onward(draws.loaded, back)[flow.edge_of] + draws.empty * flow.before + draws.loaded * flow.after
     most = float(need.max()) + draws.handling * (tasks.mean_load + tasks.mean_unload)
     yield from _too_low(battery, known, most + more)
 

@@ -6,38 +6,25 @@ Of more than `POINTS` places of a flow a systematic sample stands for all.
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property, lru_cache
+from functools import lru_cache
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.model.facts.ahead import free_travel, handling_of
 from desim_warehouse.model.facts.demand import demand, flow_rates
-from desim_warehouse.model.facts.places import destinations, flow_times, own_times, place_shares
+from desim_warehouse.model.facts.places import destinations, place_shares
 from desim_warehouse.model.sections.flows import StorageEnd
-from desim_warehouse.policies import create
-from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
-    from desim_warehouse.layout.travel import FreeTravel
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.flows import FlowSpec, Route
 
-AT_ONCE = 64
-"""Stations whose ways to all goods are looked up together: large floors have no memory for those of every station."""
+AT_ONCE = 8
+"""Stations whose ways to all goods are looked up together."""
 POINTS = 300
-LOAD, UNLOAD = 0, 1
-
-
-def free_travel(model: Model, layout: Layout, speed: float, slowness: float) -> FreeTravel:
-    """Driving times by the routes of the model's routing policy at a speed; for `slowness` see `FreeTravel`."""
-    policy, traffic = model.policies.routing, model.traffic
-    cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
-    hubs = (*layout.bays, *layout.stations, *destinations(model, layout))
-    times = traffic.node_time, cost, hubs, traffic.turn_time, traffic.node_times, slowness
-    return travel_on(layout, speed, *times, estimate=True)
 
 
 class FreeFlow:
@@ -47,11 +34,11 @@ class FreeFlow:
     time included.
     """
 
-    def __init__(self, model: Model, layout: Layout, speed: float, slowness: float = 0.0) -> None:
+    def __init__(self, model: Model, layout: Layout, speed: float, *, at_once: bool) -> None:
         import numpy as np
 
         self.stations = destinations(model, layout)
-        self.travel = free_travel(model, layout, speed, slowness)
+        self.travel = free_travel(model, layout, speed, at_once=at_once, estimate=True)
         self.goods = np.flatnonzero(demand(model, layout))
         places = [layout.storage[good] for good in self.goods]
         self.edges = list(dict.fromkeys(place.edge for place in places))
@@ -65,16 +52,19 @@ class FreeFlow:
         """Times from nodes (rows) to the starts of the edges (columns)."""
         return self.travel.to_edges(nodes, self.edges)
 
-    @cached_property
-    def to_stations(self) -> Any:
-        """Times from the ends of the edges (rows) to `stations` (columns)."""
+    def least_onward(self, rate: float, beyond: Sequence[float]) -> Any:
+        """From the end of each edge by the cheapest of `stations`: `rate` for each time unit there, and then `beyond`.
+
+        A few stations at a time, as large floors have no memory for the ways to all of them.
+        """
         import numpy as np
 
-        found = np.empty((len(self.edges), len(self.stations)))
+        least = np.full(len(self.edges), np.inf)
         for first in range(0, len(self.stations), AT_ONCE):
             some = slice(first, first + AT_ONCE)
-            found[:, some] = self.travel.from_edges(self.edges, self.stations[some])
-        return found
+            costs = rate * self.travel.from_edges(self.edges, self.stations[some]) + np.asarray(beyond[some])
+            np.minimum(least, costs.min(axis=1), out=least)
+        return least
 
 
 @dataclass(frozen=True)
@@ -106,12 +96,12 @@ class Leg:
 class FlowMix:
     """What the flows of a model come to in free flow, at one speed."""
 
-    def __init__(self, model: Model, layout: Layout, speed: float, slowness: float = 0.0) -> None:
+    def __init__(self, model: Model, layout: Layout, speed: float, *, at_once: bool) -> None:
         self.model = model
         self.layout = layout
         self.stations = destinations(model, layout)
-        self.travel = free_travel(model, layout, speed, slowness)
-        self.own = own_times(model, layout)
+        self.travel = free_travel(model, layout, speed, at_once=at_once, estimate=True)
+        self.stops = handling_of(model, layout).means()
         self.rates = flow_rates(model)
         self.legs = list(self._legs())
 
@@ -119,24 +109,19 @@ class FlowMix:
         """Times from nodes (rows) to all places where tasks are picked (columns)."""
         return self.travel.between(nodes, list(dict.fromkeys(at for leg in self.legs for at in leg.picks.places)))
 
-    def _at(self, place: Edge | str, which: int, usual: float) -> float:
-        """The mean time of loading or unloading (`which`) where tasks begin or end."""
-        own = self.own.get(place, (None, None))[which] if isinstance(place, str) else None
-        return usual if own is None else own
-
     def least_handling(self, leg: Leg) -> float:
         """The mean handling of a task of a leg at those of its stations that are quickest."""
-        load, unload, visits = self.handling(leg.flow)
+        at_stop, flow = self.stops.at_stop, leg.flow
         return (
-            visits
-            + min(self._at(place, LOAD, load) for place in leg.picks.places)
-            + min(self._at(place, UNLOAD, unload) for place in leg.drops.places)
+            self.handling(flow)[2]
+            + min(at_stop("load", flow, place if isinstance(place, str) else None) for place in leg.picks.places)
+            + min(at_stop("unload", flow, place if isinstance(place, str) else None) for place in leg.drops.places)
         )
 
     def handling(self, flow: str) -> tuple[float, float, float]:
         """The mean times of loading and unloading a task of a flow, and of all its stops on the way."""
-        spec = self.model.tasks.flows[flow]
-        return (*flow_times(self.model.tasks, spec), len(spec.via) * mean_of(spec.stop_time))
+        at_stop, visits = self.stops.at_stop, len(self.model.tasks.flows[flow].via)
+        return at_stop("load", flow), at_stop("unload", flow), visits * at_stop("visit", flow)
 
     def _legs(self) -> Iterator[Leg]:
         total = sum(self.rates.values())
@@ -204,5 +189,4 @@ class FlowMix:
 @lru_cache(maxsize=8)
 def free_flow(model: Model, layout: Layout, speed: float, *, at_once: bool = False) -> FreeFlow | FlowMix:
     """Free driving in a model at a speed; runs of one model share it. `at_once`: starts and stops take no time."""
-    slowness = 0.0 if at_once else model.fleet.slowness
-    return (FlowMix if model.tasks.flows else FreeFlow)(model, layout, speed, slowness)
+    return (FlowMix if model.tasks.flows else FreeFlow)(model, layout, speed, at_once=at_once)

@@ -10,7 +10,6 @@ from desim_warehouse.model.sections.goods import Popularity
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-    from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.model import Model
 
 _LEAST = 0.01
@@ -29,7 +28,7 @@ def nearer(model: Model) -> dict[str, Any]:
     }
 
 
-def lines(model: Model, estimate: Callable[[Model], QuickEstimate]) -> list[str]:
+def lines(model: Model, time_of_task: Callable[[Model], float]) -> list[str]:
     """What a task takes less with fast movers nearer, in a line; none where nothing is to be gained."""
     from desim_warehouse.errors import ModelError
 
@@ -40,7 +39,7 @@ def lines(model: Model, estimate: Callable[[Model], QuickEstimate]) -> list[str]
         return []
     if moved is None:
         return []
-    now, then = (estimate(one).cycle.time for one in (model, moved))
+    now, then = map(time_of_task, (model, moved))
     if now - then < _LEAST * now:
         return []
     saved = f"{amount(now - then)} of {amount(now)} {model.units.time} a task"

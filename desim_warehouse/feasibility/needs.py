@@ -6,12 +6,14 @@ import math
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
-from typing import TYPE_CHECKING
+from operator import itemgetter
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
+from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.demand import asked_for, demand, listed
-from desim_warehouse.model.facts.places import destinations, own_destinations, own_times
+from desim_warehouse.model.facts.places import destinations, own_destinations
 from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.flows import StorageEnd
 
@@ -27,8 +29,7 @@ if TYPE_CHECKING:
 class Needs:
     """The least that tasks draw from a battery: `most` for the worst task, `reach` up to the edge of a good.
 
-    `mean` is for the mean task. `of`: both for each task of a list, by its good and its own destinations; empty for
-    flows.
+    `mean` is for the mean task. `of`: both for each task of a list, by its good and its own destinations; else empty.
     """
 
     worst: str
@@ -38,11 +39,11 @@ class Needs:
     of: Mapping[tuple[int, tuple[str, ...]], tuple[float, float]]
 
 
+ONE: dict[str, Any] = {"size": 1, "start": (), "start_on_lanes": ()}
 TIME = Consumption(standing=1.0, empty=1.0, loaded=1.0, handling=1.0)
 """With this consumption what tasks draw is the time that they take."""
 
 
-@lru_cache(maxsize=8)
 def least_needs(
     model: Model, layout: Layout, draws: Consumption, *, again: bool = False, anywhere: bool = False
 ) -> Needs:
@@ -52,6 +53,31 @@ def least_needs(
     `again`: not so for a battery that has been charged. `anywhere`: nothing is drawn before the edge of the good and
     after the delivery.
     """
+    fleet = model.fleet
+    begins = ends = list(chargers_at(model, layout))
+    if not begins or not (model.tasks.never_end or again):
+        begins, ends = [*begins, *fleet.homes(layout.bays)], list(layout.bays)
+    out = draws.empty * (fleet.exit_time if again else min(fleet.exit_time, fleet.first_exit_time))
+    if anywhere:
+        begins, ends, out = list(layout.graph), list(layout.graph), 0.0
+    stands = () if again else fleet.starts(layout.bays)
+    begun = {**dict.fromkeys(begins, out), **{start.node: 0.0 for start in stands if start.on_lanes}}
+    if not fleet.kinds:  # fleets of all sizes draw the same
+        model = model.model_copy(update={"fleet": fleet.model_copy(update=ONE)})
+    return _least_needs(model, layout, draws, tuple(begun.items()), tuple(ends), anywhere=anywhere)
+
+
+@lru_cache(maxsize=8)
+def _least_needs(
+    model: Model,
+    layout: Layout,
+    draws: Consumption,
+    begun: tuple[tuple[str, float], ...],
+    ends: tuple[str, ...],
+    *,
+    anywhere: bool,
+) -> Needs:
+    """`begun`: what has been drawn where robots come from; `ends`: where they go."""
     tasks, node_time, special = model.tasks, model.traffic.node_time, dict(model.traffic.node_times)
     speed = model.fleet.fastest
     paces = {edge: min(speed, data["speed"]) for edge, data in layout.graph.edges.items()}
@@ -60,19 +86,11 @@ def least_needs(
         for edge, data in layout.graph.edges.items()
     }
     back_in_time = {(target, source): time for (source, target), time in times.items()}
-    begins = ends = list(chargers_at(model, layout))
-    if not begins or not (model.tasks.never_end or again):
-        begins, ends = [*begins, *model.fleet.homes(layout.bays)], list(layout.bays)
-    out = draws.empty * (model.fleet.exit_time if again else min(model.fleet.exit_time, model.fleet.first_exit_time))
-    if anywhere:
-        begins, ends, out = list(layout.graph), list(layout.graph), 0.0
-    stands = () if again else model.fleet.starts(layout.bays)
-    on_lanes = {start.node: 0.0 for start in stands if start.on_lanes}
     if tasks.flows:
         flow = free_flow(model, layout, speed, at_once=True)
         assert isinstance(flow, FlowMix)
-        return _needs_of_flows(flow, draws, None if anywhere else ({**dict.fromkeys(begins, out), **on_lanes}, ends))
-    reach = least_costs(times, draws.empty, {**dict.fromkeys(begins, out), **on_lanes})
+        return _needs_of_flows(flow, draws, None if anywhere else (dict(begun), list(ends)))
+    reach = least_costs(times, draws.empty, dict(begun))
     back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
     cleared = {node: back[node] + draws.empty * tasks.clear_time for node in destinations(model, layout)}
     own = list(zip(listed(model), own_destinations(model, layout), strict=True))
@@ -81,9 +99,10 @@ def least_needs(
         nodes: least_costs(back_in_time, draws.loaded, {node: cleared[node] for node in nodes or tasks.unload_at})
         for nodes in dict.fromkeys(nodes for _, nodes in work)
     }
-    unload = (time for _, time in own_times(model, layout).values() if time is not None)
-    handling = draws.handling * (tasks.mean_load + min([tasks.mean_unload, *unload]))
-    of = {}
+    stops = handling_of(model, layout).means()
+    unload = min(stops.at_stop("unload", station=node) for node in (None, *layout.stations))
+    handling = draws.handling * (stops.at_stop("load") + unload)
+    most, far = [], []
     for number, nodes in work:
         place = layout.storage[number]
         sides = layout.approaches(place.edge, place.offset)
@@ -93,17 +112,15 @@ def least_needs(
             if edge in paces:  # else it is at a node
                 to_good = offset / paces[edge]
                 needs[-1] += draws.empty * to_good + draws.loaded * (times[edge] - to_good)
-        of[number, nodes] = min(needs), min(reach[edge[0]] for edge, _ in sides)
-    worst = max(of, key=lambda task: of[task][0], default=(0, ()))
+        most.append(min(needs))
+        far.append(min(reach[edge[0]] for edge, _ in sides))
+    worst = max(zip(most, work, strict=True), key=itemgetter(0), default=(0.0, (0, ())))
+    of = dict(zip(work, zip(most, far, strict=True), strict=True)) if own else {}
     shares = demand(model, layout)
-    every = [(1 / len(own), task) for task in own] or [(float(shares[task[0]]), task) for task in work]
-    return Needs(
-        f"good {worst[0]}",
-        of[worst][0] if of else 0.0,
-        max((far for _, far in of.values()), default=0.0),
-        math.fsum(share * of[task][0] for share, task in every),
-        of,
-    )
+    every = [1 / len(own) * of[task][0] for task in own] or [
+        float(shares[number]) * need for (number, _), need in zip(work, most, strict=True)
+    ]
+    return Needs(f"good {worst[1][0]}", worst[0], max(far, default=0.0), math.fsum(every), of)
 
 
 def _needs_of_flows(flow: FlowMix, draws: Consumption, between: tuple[Mapping[str, float], list[str]] | None) -> Needs:

@@ -236,13 +236,14 @@ def _one_load(model: Model) -> Iterator[Finding]:
 
 
 def _due(model: Model, layout: Layout) -> Iterator[Finding]:
-    flow, tasks = free_flow(model, layout, model.fleet.fastest, at_once=True), model.tasks
+    tasks, within = model.tasks, getattr(model.tasks.goods, "due_within", None)
+    if within is None and all(flow.due_within is None for flow in tasks.flows.values()):
+        return
+    flow = free_flow(model, layout, model.fleet.fastest, at_once=True)
     if isinstance(flow, FlowMix):
         yield from _due_of_flows(model, flow)
         return
-    within = getattr(tasks.goods, "due_within", None)
-    if within is None:
-        return
+    assert within is not None
     places = [layout.storage[good] for good in flow.goods]
     sides = [side for place in places for side in layout.approaches(place.edge, place.offset)]
     onward = flow.travel.from_edges([edge for edge, _ in sides], flow.stations).min(axis=1)

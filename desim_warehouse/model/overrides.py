@@ -66,14 +66,14 @@ def override(document: Document, overrides: Mapping[str, Any], outline: Outline,
         if not isinstance(text, str) or not all(keys):
             problems.append(Problem((str(text),), "not a key, expected one such as 'fleet.size'"))
             positions.overridden((str(text),), f"{named} {text}")
-        elif outline.known(keys) and overrides[text] is UNSET:
-            positions.overridden(keys, f"{named} {text}")
-            problems += _remove(document.data, keys)
-        elif outline.known(keys):
-            problems += _put(document.data, keys, overrides[text], positions, f"{named} {text}")
-        else:
+        elif not _is_there(document.data, keys) and not outline.known(keys):
             problems.append(outline.unknown_key(keys))
             positions.overridden(keys, f"{named} {text}")
+        elif overrides[text] is UNSET:
+            positions.overridden(keys, f"{named} {text}")
+            problems += _remove(document.data, keys)
+        else:
+            problems += _put(document.data, keys, overrides[text], positions, f"{named} {text}")
 
 
 def _rank(text: Any) -> list[tuple[int, str]]:
@@ -113,6 +113,15 @@ def _remove(section: Any, path: Keys) -> list[Problem]:
     if isinstance(section, dict):
         section.pop(path[-1], None)
     return []
+
+
+def _is_there(section: Any, path: Keys) -> bool:
+    """Whether a document has a key already: to make its outline takes longer than to read a model."""
+    for key in path:
+        if not isinstance(section, dict) or key not in section:
+            return False
+        section = section[key]
+    return True
 
 
 def _is_entry(section: Any, key: str | int) -> bool:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar, cast
+
+from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
@@ -13,33 +15,59 @@ if TYPE_CHECKING:
 
     from desim_warehouse.policies.protocols import RobotView, Task, Travel
 
+Act = Literal["load", "visit", "unload"]
+"""What is done at a stop: a load is picked, handed over on its way, or put down."""
+T = TypeVar("T")
+
 
 @dataclass(frozen=True)
-class Handling:
+class Handling(Generic[T]):
     """Times spent apart from driving, and the weights of Cost_total; in the units of the model file.
 
-    Of times that vary it is the mean. `flows`: loading and unloading of the flows that have times of their own;
-    `visits`: of flows a stop on the way (`via`); `stations`: by node, of stations that have times of their own.
+    Policies are given the mean of times that vary. `flows`: loading and unloading of the flows that have times of their
+    own; `visits`: of flows a stop on the way (`via`); `stations`: by node, of stations that have times of their own.
     """
 
-    load_time: float
-    unload_time: float
+    load_time: T
+    unload_time: T
     clear_time: float
     distance: float = 1.0
     time: float = 1.0
     collisions: float = 1.0
-    flows: Mapping[str, tuple[float, float]] = field(default_factory=dict)
-    visits: Mapping[str, float] = field(default_factory=dict)
-    stations: Mapping[str, tuple[float | None, float | None]] = field(default_factory=dict)
+    flows: Mapping[str, tuple[T, T]] = field(default_factory=dict)
+    visits: Mapping[str, T] = field(default_factory=dict)
+    stations: Mapping[str, tuple[T | None, T | None]] = field(default_factory=dict)
 
-    def times(self, task: Task, node: str = "") -> tuple[float, float]:
-        """The mean times of loading and unloading a task, given the node where it is unloaded, if that is known."""
-        load, unload = self.flows.get(task.flow, (self.load_time, self.unload_time))
-        if self.stations:
-            at_pick = self.stations.get(task.edge[0], (None, None))[0] if task.good < 0 else None
-            at_drop = self.stations.get(node, (None, None))[1] if task.drop is None else None
-            return load if at_pick is None else at_pick, unload if at_drop is None else at_drop
-        return load, unload
+    def at_stop(self, act: Act, flow: str = "", station: str | None = None) -> T:
+        """The time of a stop for a task of a flow: what the station at a node says, else the flow, else all tasks'."""
+        if act == "visit":
+            return self.visits[flow]
+        which = act == "unload"
+        own = None if station is None or station not in self.stations else self.stations[station][which]
+        return self.flows.get(flow, (self.load_time, self.unload_time))[which] if own is None else own
+
+    def times(self, task: Task, node: str = "") -> tuple[T, T]:
+        """The times of loading and unloading a task, given the node where it is unloaded, if that is known."""
+        at_pick, at_drop = task.edge[0] if task.good < 0 else None, node if task.drop is None else None
+        return self.at_stop("load", task.flow, at_pick), self.at_stop("unload", task.flow, at_drop)
+
+    def means(self) -> Handling[float]:
+        """The same with the means of times that vary."""
+
+        def both(times: tuple[Any, Any]) -> tuple[Any, Any]:
+            load, unload = (None if time is None else mean_of(time) for time in times)
+            return load, unload
+
+        return Handling(
+            *both((self.load_time, self.unload_time)),
+            self.clear_time,
+            self.distance,
+            self.time,
+            self.collisions,
+            {flow: both(times) for flow, times in self.flows.items()},
+            {flow: mean_of(cast("Any", time)) for flow, time in self.visits.items()},
+            {node: both(times) for node, times in self.stations.items()},
+        )
 
 
 @dataclass(frozen=True)
@@ -66,7 +94,7 @@ class Situation:
     waits: Callable[[], Mapping[tuple[str, str], float]]
     collisions: Callable[[], Mapping[tuple[str, str], float]]
     random: Callable[[], Generator]
-    handling: Handling
+    handling: Handling[float]
     length: Callable[[tuple[str, str]], float]
     """Length of an edge; 0 of a node for both its ends, as tasks have for a good at a node."""
     tour_time: Callable[[RobotView, Task], float]
@@ -99,7 +127,7 @@ class Situation:
                     for task in tasks
                 ]
             )
-        fixed: Any = handling.load_time + handling.unload_time + handling.clear_time
+        fixed: Any = sum(handling.times(tasks[0])) + handling.clear_time if tasks else 0.0
         if handling.flows or handling.stations:
             at = [self.station(robot, task) if handling.stations else "" for task in tasks]
             times = [handling.times(task, node) for task, node in zip(tasks, at, strict=True)]

@@ -29,10 +29,14 @@ if TYPE_CHECKING:
 
 BY_OTHERS = {"least-loaded", "each"}
 """Choices of a station that go by other robots: one by itself goes to them in turn."""
+BLOCK = 50
+"""Goods that are spread over all places, as a probe may end after some of them."""
 
 
 class Backlog:
-    """About `count` tasks for a robot of a `kind`, `waiting` of which are known at any time.
+    """At most about `count` tasks for a robot of a `kind`, `waiting` of which are known at any time.
+
+    `enough`: asked before each task, with how many were given out; none follow where it says so.
 
     `in_turn`: stations that are chosen by other robots are gone to in turn. `rates`: of the flows, in any unit.
     `pause`: from when a task is taken until the next is known.
@@ -50,7 +54,8 @@ class Backlog:
         waiting: int,
         in_turn: bool,
         rates: Mapping[str, float],
-        pause: float = 0.0,
+        pause: float,
+        enough: Callable[[int], bool],
     ) -> None:
         self._env, self._model, self._layout = env, model, layout
         self._random, self._rates = streams.stream("probe"), rates
@@ -58,7 +63,7 @@ class Backlog:
         made = list(self._of_flows(streams, kind, count) if model.tasks.flows else self._of_goods(count))
         self.total: int | None = len(made)
         self._waiting, self._open, self._pause = waiting, 0, pause
-        self._coming, self._left = iter(made), len(made)
+        self._coming, self._given, self._most, self._enough = iter(made), 0, len(made), enough
 
     def start(self, release: Callable[[Task], None]) -> None:
         """Release the first tasks, and later another for each that is taken."""
@@ -79,20 +84,24 @@ class Backlog:
 
     def to_come(self, _: Task, __: bool) -> bool:
         """Whether others will follow."""
-        return self._left > 0
+        return self._given < self._most
 
     def _fill(self) -> None:
-        while self._open < self._waiting and (task := next(self._coming, None)) is not None:
+        while self._open < self._waiting and self._given < self._most:
+            if self._enough(self._given):
+                self.total = self._most = self._given
+                return
+            task = next(self._coming)
             self._open += 1
-            self._left -= 1
+            self._given += 1
             self._release(replace(task, release=self._env.now, due=None))
 
     def _of_goods(self, count: int) -> Iterator[Task]:
         """Goods as they are in demand; those of a list in its order, again and again."""
         model, storage, nodes = self._model, self._layout.storage, self._model.tasks.unload_at
         goods, own = listed(model), own_destinations(model, self._layout)
-        drawn = [] if goods else self._sample(demand(model, self._layout), count)
-        turns = self._sample([1.0] * len(nodes), count) if self._in_turn and len(nodes) > 1 else []
+        drawn = [] if goods else self._sample(demand(model, self._layout), count, BLOCK)
+        turns = self._sample([1.0] * len(nodes), count, BLOCK) if self._in_turn and len(nodes) > 1 else []
         for number in range(count):
             place = storage[goods[number % len(goods)] if goods else drawn[number]]
             to = own[number % len(own)] if own else ()
@@ -137,14 +146,20 @@ class Backlog:
         every = [line for _, line in flow.asked_for()]
         return iter([every[number] for number in self._sample([1.0] * len(every), count)])
 
-    def _sample(self, weights: Sequence[float], count: int) -> list[int]:
-        """Numbers by weight, a random one of each of `count` equal parts of it, in random order."""
+    def _sample(self, weights: Sequence[float], count: int, block: int | None = None) -> list[int]:
+        """Numbers by weight, a random one of each of `count` equal parts of it, in random order.
+
+        They come in blocks, each of them spread over the whole; without a number of these they are one.
+        """
         import numpy as np
 
+        block = block or max(count, 1)
+        blocks = -(-count // block)
+        places = self._random.permuted(np.arange(blocks * block).reshape(block, blocks), axis=1)
+        parts = self._random.permuted(places, axis=0).T.ravel()
         cut = np.cumsum(np.asarray(weights, dtype=float))
-        at = (np.arange(count) + self._random.random(count)) / count * cut[-1]
-        found = np.minimum(np.searchsorted(cut, at, side="right"), len(cut) - 1)
-        return [int(number) for number in self._random.permutation(found)]
+        at = (parts + self._random.random(len(parts))) / len(parts) * cut[-1]
+        return np.minimum(np.searchsorted(cut, at, side="right"), len(cut) - 1)[:count].tolist()  # type: ignore[no-any-return]
 
 
 def flows_of(model: Model, kind: str) -> dict[str, FlowSpec]:

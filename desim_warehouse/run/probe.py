@@ -6,10 +6,13 @@ Everything that costs time or energy is told by the world alone, and read here f
 
 from __future__ import annotations
 
+import gc
 import math
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache, partial
 from itertools import pairwise
+from statistics import fmean, stdev
 from typing import TYPE_CHECKING, Any
 
 from simpy.events import Timeout
@@ -26,17 +29,19 @@ from desim_warehouse.values.fields import FrozenMap
 from desim_warehouse.world import World
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping
 
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.fleet import Consumption
     from desim_warehouse.outcome.log import Log
 
-TASKS = 1000
-"""Tasks of a probe: their mean is then known to about 1 %."""
-SMALL = 1000
-"""Nodes of floors on which so many are tried; on larger ones a quarter of it."""
-CALM = 200
+LOOKS, MOST = (250, 500), 1000
+"""Tasks after which a probe may be over, and those after which it is: of flows always, as pairs of these differ."""
+WELL_KNOWN = 0.02
+"""Part of the mean time of a task: with a larger standard error a probe goes on."""
+TENS = 10
+"""Tasks whose mean times tell it."""
+CALM = 100
 """Tasks of a robot that rests between them."""
 SEED = 0
 FOREVER = 1e9
@@ -88,17 +93,16 @@ def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
     Raises:
         SimulationError: the robot does no task by itself.
     """
-    count = TASKS if len(model.floor.points) < SMALL else TASKS // 4
     in_turn, battery = model.fleet.size > 1, by_kind(model)[kind].battery
     rates = _rates(model)
     if battery is not None and not chargers_at(model, model.floor):
-        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, rates, battery.draws)
+        return _probe(_alone(model, kind, endless=True), kind, waiting, in_turn, rates, battery.draws)
     try:
-        return _probe(_alone(model, kind), kind, waiting, count, in_turn, rates)
+        return _probe(_alone(model, kind), kind, waiting, in_turn, rates)
     except SimulationError:  # its battery may be too small for the work, which is an error of its own
         if battery is None:
             raise
-        return _probe(_alone(model, kind, endless=True), kind, waiting, count, in_turn, rates, battery.draws)
+        return _probe(_alone(model, kind, endless=True), kind, waiting, in_turn, rates, battery.draws)
 
 
 @lru_cache(maxsize=64)
@@ -106,23 +110,52 @@ def _probe(
     one: Model,
     kind: str,
     waiting: int,
-    count: int,
     in_turn: bool,
     rates: FrozenMap[str, float],
     draws: Consumption | None = None,
 ) -> Probe:
     """The probe of a model with one robot; `draws`: of one whose battery is never empty."""
-    for total in (count, 3 * count):
-        log = _run(one, kind, waiting, total, in_turn, rates)
-        done = [row.time for row in log.of("delivered")]
-        if len(done) < 2 * waiting:
-            raise SimulationError("a robot by itself does no task, or none after some")
-        rounds = [row.time for row in log.of(*CHARGING) if row.time < done[-waiting]]
-        if one.battery is None or not rounds or len(rounds) > 1:
-            break
-    if len(rounds) > 1:
-        return _measured(log, rounds[0], rounds[-1], draws)
-    return _measured(log, *_counted(log, done[-waiting]), draws)
+    log = _run(one, kind, waiting, in_turn, rates)
+    begin, end, _ = _counted(log, waiting, log.end)
+    return _measured(log, begin, end, draws)
+
+
+def _counted(log: Log, waiting: int, now: float) -> tuple[float, float, int]:
+    """The begin and the end of what counts by now, and how many rounds from charger to charger that is.
+
+    Tasks that were chosen from fewer than `waiting` do not count. Where the robot is not charged, all but the first do.
+    """
+    done = sorted(row.time for row in log.of("delivered") if row.time <= now)
+    if len(done) < 2 * waiting:
+        raise SimulationError("a robot by itself does no task, or none after some")
+    charged = sorted(row.time for row in log.of(*CHARGING) if row.time < done[-waiting])
+    if charged[1:]:
+        return charged[0], charged[-1], len(charged) - 1
+    return *_without_the_first(log, done[-waiting]), 0
+
+
+def _without_the_first(log: Log, end: float) -> tuple[float, float]:
+    """The begin and the end of tasks that were taken up to a time, without the first of them."""
+    begun = sorted({row.time for row in log.of("assigned") if row.time <= end})
+    if not begun[1:]:
+        raise SimulationError("a robot by itself does no second task")
+    return begun[len(begun) // 20], begun[-1]
+
+
+def _well_known(log: Log, waiting: int, now: float) -> bool:
+    """Whether the mean time of a task, without charging, is known: by its standard error, and of whole rounds."""
+    begin, end, rounds = _counted(log, waiting, now)
+    clock, at, done, charging = 0.0, begin, [], False
+    for row in sorted(log.of("delivered", *STATES)):
+        if begin < row.time <= end:
+            clock += 0.0 if charging else row.time - at
+            at = row.time
+            done += [clock] if row.kind == "delivered" else []
+        if row.kind in STATES:
+            charging = row.kind in CHARGING
+    tens = [b - a for a, b in pairwise(done[::TENS])]
+    apart = stdev(tens) / fmean(tens) / math.sqrt(len(tens)) if tens[1:] else 0.0
+    return apart < WELL_KNOWN and (rounds > 0 or not any(True for _ in log.of(*CHARGING)))
 
 
 def calm(model: Model, kind: str, waiting: int, pause: float) -> tuple[float, float]:
@@ -147,24 +180,40 @@ def _calm(
     draws: Consumption,
     pause: float,
 ) -> tuple[float, float]:
-    log = _run(one, kind, waiting, CALM, in_turn, rates, pause)
-    found = _measured(log, *_counted(log, math.inf), draws, at_rest=False)
+    log = _run(one, kind, waiting, in_turn, rates, pause)
+    found = _measured(log, *_without_the_first(log, math.inf), draws, at_rest=False)
     return found.time, found.energy
 
 
-def _counted(log: Log, end: float) -> tuple[float, float]:
-    """The begin and the end of what counts: tasks that were taken up to a time, without the first of them."""
-    begun = sorted({row.time for row in log.of("assigned") if row.time <= end})
-    if not begun[1:]:
-        raise SimulationError("a robot by itself does no second task")
-    return begun[len(begun) // 20], begun[-1]
+@contextmanager
+def _swept() -> Iterator[None]:
+    """Free what a world leaves behind as soon as it is over: all of it knows the rest, and a large floor has much."""
+    gc.freeze()  # all that was there before, which would take longer to look at
+    try:
+        yield
+    finally:
+        gc.collect()
+        gc.unfreeze()
 
 
-def _run(
-    one: Model, kind: str, waiting: int, count: int, in_turn: bool, rates: FrozenMap[str, float], pause: float = 0.0
-) -> Log:
+@_swept()
+def _run(one: Model, kind: str, waiting: int, in_turn: bool, rates: FrozenMap[str, float], pause: float = 0.0) -> Log:
     """The log of a robot that does some tasks, as far as it comes."""
-    demand = partial(Backlog, kind=kind, count=count, waiting=waiting, in_turn=in_turn, rates=rates, pause=pause)
+
+    def enough(given: int) -> bool:
+        known = given in LOOKS and given >= 4 * waiting and not one.tasks.flows
+        return known and _well_known(world.log, waiting, world.env.now)
+
+    demand = partial(
+        Backlog,
+        kind=kind,
+        count=CALM if pause else MOST,
+        waiting=waiting,
+        in_turn=in_turn,
+        rates=rates,
+        pause=pause,
+        enough=enough,
+    )
     world = World(one, SEED, demand=demand)
     patience, done = PATIENCE * one.units.hour + pause, 0
     if one.battery is not None and one.battery.charge_rate:

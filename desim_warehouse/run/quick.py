@@ -55,9 +55,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     if model.pods is not None:
         pile = pile_on(model)
         return by_line(estimate(driven(model, pile.most), waiting), pile, model)
-    layout, kinds = model.floor, model.fleet.kinds_of_robots()
-    count = {kind: kinds.count(kind) for kind in kinds if not model.tasks.flows or flows_of(model, kind)}
-    found = {kind: probe(model, kind, waiting or _known(model)) for kind in count}
+    layout, count, found = model.floor, _robots_by_kind(model), _probes(model, waiting)
     of_kinds = {kind: _task(model, kind, one) for kind, one in found.items()}
     cycle = mixed(of_kinds, count)
     rate, peak, busy = arrival_rate(model), peak_rate(model), min(_at_work(model, layout), sum(count.values()))
@@ -85,6 +83,22 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         None if peak is None else peak / model.units.hour,
         duty,
     )
+
+
+def time_of_task(model: Model) -> float:
+    """The mean time of a task of a model without pods, its next one always known, without charging."""
+    found = {kind: _driven(one) for kind, one in _probes(model, None).items()}
+    return mixed(found, _robots_by_kind(model)).time
+
+
+def _robots_by_kind(model: Model) -> dict[str, int]:
+    """How many robots of each kind there are, of those that do any tasks."""
+    kinds = model.fleet.kinds_of_robots()
+    return {kind: kinds.count(kind) for kind in kinds if not model.tasks.flows or flows_of(model, kind)}
+
+
+def _probes(model: Model, waiting: int | None) -> dict[str, Probe]:
+    return {kind: probe(model, kind, waiting or _known(model)) for kind in _robots_by_kind(model)}
 
 
 def _at_work(model: Model, layout: Layout) -> int:
@@ -118,14 +132,18 @@ def _known(model: Model) -> int:
 
 
 def _task(model: Model, kind: str, one: Probe) -> MeanTask:
-    """The parts of a task as measured."""
+    """The parts of a task as measured, also of one after which none waits where that is asked for."""
+    if model.battery is None or arrival_rate(model) is None:
+        return _driven(one)
+    known = _known(model)
+    time, energy = calm(model, kind, known, LEISURE * known * probe(model, kind, known).time)
+    return replace(_driven(one), calm_time=time, calm_energy=energy)
+
+
+def _driven(one: Probe) -> MeanTask:
     known = {part: one.phases.get(phase, 0.0) for phase, part in PARTS.items()}
     other = one.time - math.fsum(known.values())
-    found = MeanTask(**known, other=other if other > 1e-6 * one.time else 0.0, energy=one.energy, charging=one.charging)
-    if model.battery is None or arrival_rate(model) is None:
-        return found
-    time, energy = calm(model, kind, _known(model), LEISURE * _known(model) * one.time)
-    return replace(found, calm_time=time, calm_energy=energy)
+    return MeanTask(**known, other=other if other > 1e-6 * one.time else 0.0, energy=one.energy, charging=one.charging)
 
 
 def _extent(layout: Layout) -> tuple[float, float]:

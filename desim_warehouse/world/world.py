@@ -14,11 +14,11 @@ from simpy.events import URGENT, Timeout
 from desim_warehouse.errors import BatteryError, StallError, spoken
 from desim_warehouse.feasibility import refuse
 from desim_warehouse.layout import Layout
-from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.layout.zones import TrafficZone, edges_inside, zones_on
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.ahead import free_travel, handling_of
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, spare_batteries, start_levels, swapped_at
-from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.model.facts.places import specs
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.model.sections.policy import PolicySpec
 from desim_warehouse.outcome.log import Log
@@ -34,7 +34,7 @@ from desim_warehouse.world.orders.situations import Situations
 from desim_warehouse.world.places.bays import Bay, Bays
 from desim_warehouse.world.places.chargers import Chargers, FailingChargers, Spares
 from desim_warehouse.world.places.cut_off import CutOff
-from desim_warehouse.world.places.handling import HandlingTimes, handling_of
+from desim_warehouse.world.places.handling import HandlingTimes
 from desim_warehouse.world.places.stations import stations_of
 from desim_warehouse.world.robots.bay_choice import BayChoice
 from desim_warehouse.world.robots.closings import WaysRound
@@ -140,16 +140,7 @@ class World:
         """Routes, and free driving times: by what the routing policy looks for, so it is made first."""
         model, layout = self.model, self.layout
         routing = _policy("routing", model.policies.routing)
-        self.travel = travel_on(
-            layout,
-            max(robot.speed for robot in model.fleet.distinct()),
-            model.traffic.node_time,
-            getattr(routing, "cost", "time"),
-            (*layout.bays, *layout.stations, *destinations(model, layout)),
-            model.traffic.turn_time,
-            model.traffic.node_times,
-            model.fleet.slowness,
-        )
+        self.travel = free_travel(model, layout)
         lanes, contact = self.traffic.lanes, model.fleet.contact
         break_down = model.fleet.breaks_down
         ways = self.env, routing, layout, self.travel, lanes, contact, restrictions
@@ -158,7 +149,7 @@ class World:
     def _open_places(self, homes: list[str]) -> None:
         """Stations, to which tasks go by free driving times; and bays, with as many slots as have their home there."""
         env, model, layout, streams = self.env, self.model, self.layout, self.streams
-        self.handling = HandlingTimes(model.tasks, layout, model.layout.stations, streams)
+        self.handling = HandlingTimes(handling_of(model, layout), specs(model, layout), streams)
         self.stations = stations_of(env, model, layout, self.travel, self.handling, self.log, streams, self._worked)
         keep = self.traffic.rules.guard is not None
         kinds, batteries = frozenset(model.fleet.kinds_of_robots()), spare_batteries(model)
@@ -167,7 +158,7 @@ class World:
     def _look_ahead(self, open_tasks: Mapping[int, Task]) -> None:
         """What energy and hours let robots do at these places, and where they go that leave their work."""
         env, model, policies = self.env, self.model, self.model.policies
-        handling = handling_of(model, self.layout)
+        handling = self.handling.said.means()
         routes = self.routes
         blocked = routes.blocked if routes.goes_round else ()
         round_it = routes.goes_round or routes.passes_closures

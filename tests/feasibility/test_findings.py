@@ -91,7 +91,7 @@ def test_the_cures_help(cure):
 
 def test_two_chargers_do_not_last_though_a_shift_looks_well():
     found = codes(TWO)["CHARGERS_SHORT"]
-    assert "2 chargers give 0.04001 per s" in found.text
+    assert "2 chargers give 0.03999 per s" in found.text  # 0.02 each, but for a rounding of the probe
     assert "up to 0.06" in found.text
     assert "need at least 3 chargers" in found.cure
     shift = dw.simulate(planner({**TWO, "run.length": 28800}), seed=1)

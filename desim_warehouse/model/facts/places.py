@@ -15,9 +15,8 @@ if TYPE_CHECKING:
 
     from desim_warehouse.layout.layout import Layout
     from desim_warehouse.layout.spec import StationSpec
-    from desim_warehouse.model.schema import Model, Tasks
-    from desim_warehouse.model.sections.flows import FlowSpec, StorageEnd
-    from desim_warehouse.values.distributions import Distribution
+    from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.sections.flows import StorageEnd
 
 
 def place_shares(model: Model, layout: Layout, of: StorageEnd | None = None) -> Any:
@@ -105,25 +104,6 @@ def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
 def specs(model: Model, layout: Layout) -> dict[str, StationSpec]:
     """What the model says of each station, by its node."""
     return {node: model.layout.stations[item.zone] for node, item in layout.stations.items()}
-
-
-def own_times(model: Model, layout: Layout) -> dict[str, tuple[float | None, float | None]]:
-    """Mean times of loading and unloading, by node, of stations that have such of their own; None: as elsewhere."""
-    return {
-        node: (_mean(spec.load_time), _mean(spec.unload_time))
-        for node, spec in specs(model, layout).items()
-        if spec.load_time is not None or spec.unload_time is not None
-    }
-
-
-def flow_times(tasks: Tasks, flow: FlowSpec) -> tuple[float, float]:
-    """Mean times of loading and unloading a task of a flow, where stations have none of their own."""
-    load, unload = _mean(flow.load_time), _mean(flow.unload_time)
-    return tasks.mean_load if load is None else load, tasks.mean_unload if unload is None else unload
-
-
-def _mean(time: float | Distribution | None) -> float | None:
-    return None if time is None else mean_of(time)
 
 
 def open_share(model: Model, spec: StationSpec) -> float:

@@ -122,7 +122,7 @@ class Openings:
         env: Environment,
         stations: Stations,
         cut_off: CutOff,
-        handling: Handling,
+        handling: Handling[float],
         travel: Callable[[float], FreeTravel],
         loaded_speed: Callable[[RobotView], float],
     ) -> None:

@@ -9,16 +9,17 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, TypeVar
 
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Handling, Task
 from desim_warehouse.policies.protocols import StopPlace
+from desim_warehouse.policies.situation import Act
 
 if TYPE_CHECKING:
     from desim_warehouse.world.places.station import Station
 
-    Act = Literal["load", "visit", "unload"]
+T = TypeVar("T")
 
 
 @dataclass(slots=True, eq=False)
@@ -38,6 +39,10 @@ class Stop:
     station: Station | None
     rank: int = 0
     joins: bool = False
+
+    def of(self, handling: Handling[T]) -> T:
+        """The time of a stop like this, by some handling times."""
+        return handling.at_stop(self.act, self.task.flow, None if self.station is None else self.station.node)
 
 
 def stops_of_tour(
@@ -92,14 +97,12 @@ def driven(travel: FreeTravel, stops: Sequence[Stop]) -> float:
     return sum(between(travel, one, then) for one, then in pairwise(stops)) + travel.along(last.edge, last.offset)[1]
 
 
-def handled(handling: Handling, stops: Sequence[Stop]) -> float:
+def handled(handling: Handling[float], stops: Sequence[Stop]) -> float:
     """Mean handling time at some stops."""
     return sum(time_at(handling, stop) for stop in stops)
 
 
-def time_at(handling: Handling, stop: Stop) -> float:
-    """Mean handling time at a stop."""
-    if stop.act == "visit":
-        return stop.task.lines * handling.visits.get(stop.task.flow, 0.0)
-    load, unload = handling.times(stop.task, "" if stop.station is None else stop.node)
-    return load if stop.act == "load" else unload
+def time_at(handling: Handling[float], stop: Stop) -> float:
+    """Mean handling time at a stop; where a pod stops on its way, for each of the lines that it is called for."""
+    time = stop.of(handling)
+    return stop.task.lines * time if stop.act == "visit" else time

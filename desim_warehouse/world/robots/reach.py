@@ -87,7 +87,7 @@ class Reach:
         stations: Stations,
         bays: Bays,
         open_tasks: Collection[Task],
-        handling: Handling,
+        handling: Handling[float],
         cut_off: CutOff,
     ) -> None:
         self.battery = model.battery
@@ -98,8 +98,6 @@ class Reach:
         self.kinds = self.tours or any(flow.kinds or flow.load_type for flow in model.tasks.flows.values())
         self.flows = bool(model.tasks.flows)
         self.handling = handling
-        self._handled = handling.load_time + handling.unload_time
-        self._several_times = self.flows or bool(handling.stations)
         self.exit_time = model.fleet.exit_time
         self.length = layout.length
         self.levels = levels
@@ -278,9 +276,9 @@ class Reach:
         task = self._first(robot)
         if task is None:
             return 0.0
-        station, travel = self.stations.choose(robot, task), self.travel(robot.speed)
+        station = self.stations.choose(robot, task)
         return max(
-            self.consumption.empty * (self.exit_time + (travel.ways.time(robot.node, bay) + travel.stop_time))
+            self.consumption.empty * self._from_bay(robot, bay)
             + self.enough(replace(robot, node=bay), task, station, levels)
             for bay in (robot.node, *self.parking)
         )
@@ -295,10 +293,8 @@ class Reach:
         """Battery level at which a robot at a charger can drive to any bay without one, and rest there for a while."""
         key = robot.node, levels
         if key not in self._rests_elsewhere:
-            ways, empty = self.travel(robot.speed), self.consumption.empty
             needed = (
-                empty * (self.exit_time + ways.ways.time(robot.node, bay) + ways.stop_time)
-                + self.rests_until(replace(robot, node=bay), levels)
+                self.consumption.empty * self._from_bay(robot, bay) + self.rests_until(replace(robot, node=bay), levels)
                 for bay in self.parking
             )
             self._rests_elsewhere[key] = min(levels.full, max(needed, default=0.0))
@@ -428,20 +424,20 @@ class Reach:
         Where its heading is not known, before it sets out from a stand in the lane or a good at a node, a half turn is
         counted.
         """
-        tasks, drawn = self.tasks, self.consumption
+        clear, drawn = self.handling.clear_time, self.consumption
         travel, with_load = self.travel(robot.speed), self.travel(self.loaded_speed(robot))
         before, after = travel.along(task.edge, task.offset)[0], with_load.along(task.edge, task.offset)[1]
         unknown = with_load.half_turn if task.edge[0] == task.edge[1] else with_load.stop_time
         if task.is_tour:
             stops = self.stations.stops(robot, task) if stops is None else stops
             return float(
-                drawn.empty * (before + (tasks.clear_time + travel.half_turn))
+                drawn.empty * (before + (clear + travel.half_turn))
                 + drawn.handling * handled(self.handling, stops)
                 + drawn.loaded * (driven(with_load, stops) + unknown)
             )
         return float(
-            drawn.empty * (before + (tasks.clear_time + travel.half_turn))
-            + drawn.handling * (sum(self.handling.times(task, station)) if self._several_times else self._handled)
+            drawn.empty * (before + (clear + travel.half_turn))
+            + drawn.handling * sum(self.handling.times(task, station))
             + drawn.loaded * (after + (loaded_time(with_load, task, station) + unknown))
         )
 
@@ -489,7 +485,10 @@ class Reach:
         """Time from resting in a parking slot to the charger that is farthest from it."""
         key = bay, robot.speed
         if key not in self._out_of:
-            travel = self.travel(robot.speed)
-            farthest = max(travel.ways.time(bay, charger) for charger in self.chargers)
-            self._out_of[key] = self.exit_time + farthest + travel.stop_time
+            self._out_of[key] = max(self._from_bay(robot, charger, bay) for charger in self.chargers)
         return self._out_of[key]
+
+    def _from_bay(self, robot: RobotView, node: str, bay: str | None = None) -> float:
+        """Time from resting in a bay, that where the robot is or another, to a node."""
+        travel = self.travel(robot.speed)
+        return self.exit_time + travel.ways.time(robot.node if bay is None else bay, node) + travel.stop_time

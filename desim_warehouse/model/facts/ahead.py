@@ -1,0 +1,66 @@
+"""What is known ahead of a run: how long robots drive on free lanes, and how long their stops take."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.layout.travel import travel_on
+from desim_warehouse.model.facts.places import destinations, specs
+from desim_warehouse.policies import Handling, create
+
+if TYPE_CHECKING:
+    from desim_warehouse.layout import Layout
+    from desim_warehouse.layout.travel import FreeTravel
+    from desim_warehouse.model.schema import Model
+    from desim_warehouse.values.distributions import Distribution
+
+
+def free_travel(
+    model: Model, layout: Layout, speed: float | None = None, *, at_once: bool = False, estimate: bool = False
+) -> FreeTravel:
+    """Driving times by the routes of the model's routing policy: of its runs, or at another speed.
+
+    `at_once`: starts and stops take no time. `estimate`: as for `RouteOracle`; not where that of runs will do.
+    """
+    policy, traffic, fleet = model.policies.routing, model.traffic, model.fleet
+    cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
+    fastest, slowness = max(robot.speed for robot in fleet.distinct()), 0.0 if at_once else fleet.slowness
+    speed = fastest if speed is None else speed
+    return travel_on(
+        layout,
+        speed,
+        traffic.node_time,
+        cost,
+        (*layout.bays, *layout.stations, *destinations(model, layout)),
+        traffic.turn_time,
+        traffic.node_times,
+        slowness,
+        estimate=estimate and (cost == "hops" or (speed, slowness) != (fastest, fleet.slowness)),
+    )
+
+
+def handling_of(model: Model, layout: Layout) -> Handling[float | Distribution]:
+    """The times of stops as the model says them: runs draw them, and whoever looks ahead takes their means."""
+    tasks, cost = model.tasks, model.cost
+    flows = {
+        name: (
+            tasks.load_time if flow.load_time is None else flow.load_time,
+            tasks.unload_time if flow.unload_time is None else flow.unload_time,
+        )
+        for name, flow in tasks.flows.items()
+    }
+    return Handling(
+        tasks.load_time,
+        tasks.unload_time,
+        tasks.clear_time,
+        cost.distance,
+        cost.time,
+        cost.collisions,
+        flows,
+        {"": 0.0, **{name: flow.stop_time for name, flow in tasks.flows.items()}},
+        {
+            node: (spec.load_time, spec.unload_time)
+            for node, spec in specs(model, layout).items()
+            if spec.load_time is not None or spec.unload_time is not None
+        },
+    )
