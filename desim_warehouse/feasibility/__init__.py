@@ -10,8 +10,7 @@ from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import CheckError, LayoutError, SimulationError
-from desim_warehouse.feasibility import closures, rules
-from desim_warehouse.feasibility.mistakes import of_pods
+from desim_warehouse.feasibility import closures, pods, rules
 from desim_warehouse.feasibility.pods import driven
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout import checks
@@ -38,7 +37,7 @@ def examine(
     """
     use = _use(model, layout)
     found = checks.examine(layout, use)
-    if model.pods is not None:  # more slots may do less there: mistakes/of_pods.py speaks of them
+    if model.pods is not None:  # more slots may do less there: pods.py speaks of them
         found = [item for item in found if item.code != "STATION_PLACES"]
     if any(item.level == "error" for item in found):
         return found, None
@@ -54,7 +53,7 @@ def examine(
         found.append(Finding("NO_ESTIMATE", "tasks", str(error), "see a run with one robot (fleet.size), `desim run`"))
         return checks.worst_first(found), None
     found += rules.warnings(on_floor, layout, calculation)
-    found += of_pods.warnings(model, calculation)
+    found += pods.warnings(model, calculation)
     return checks.worst_first(found), calculation
 
 

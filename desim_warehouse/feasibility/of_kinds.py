@@ -6,12 +6,16 @@ is not looked for then: nothing is certain of robots that draw and charge at dif
 
 from __future__ import annotations
 
+from collections import Counter
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility import batteries, charger_slots
+import networkx as nx
+
+from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility import batteries
 from desim_warehouse.findings import Finding
-from desim_warehouse.model.facts.charging import by_kind, charge_alike, said
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, said
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
@@ -19,6 +23,7 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+
 
 TOO_SMALL = "BATTERY_TOO_SMALL"
 TOGETHER = {"HOME_WITHOUT_CHARGER", "CHARGE_TOGETHER"}
@@ -58,8 +63,8 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
 
 def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
     """Slots at chargers, of all kinds together."""
-    yield from charger_slots.warnings(model, layout)
-    yield from charger_slots.notes(model, layout)
+    yield from _no_spare(model, layout)
+    yield from _waiting(model, layout)
 
 
 def _errors(model: Model) -> dict[str, list[Finding]]:
@@ -83,3 +88,66 @@ def _of(model: Model, kind: str, one: Finding) -> Finding:
     elif own is not None and own.charging is not None and place.startswith("policies.charging"):
         place = place.replace("policies", f"fleet.kinds.{kind}", 1)
     return replace(one, place=place, text=f"{said(kind)}: {one.text}")
+
+
+# Slots of all kinds together: where robots wait for a charger, and where none can change its slot
+
+
+def _waiting(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Slots in which robots wait for a charger, and do not work meanwhile."""
+    homes, spare = Counter(model.fleet.homes(layout.bays)), Counter[str]()
+    for node, chargers in chargers_at(model, layout).items():
+        bay = layout.bays[node]
+        spare[bay.zone] += max(bay.slots(homes[node]) - max(chargers, homes[node]), 0)
+    for zone, count in spare.items():
+        if count:
+            yield Finding(
+                "CHARGER_SLOTS",
+                f"layout.bays.{zone}.places",
+                f"{number_of(count, 'slot')} beside chargers without one: robots that wait there do no work",
+                "as many slots as chargers may do better: total_chargers without places",
+            )
+
+
+def _no_spare(model: Model, layout: Layout) -> Iterator[Finding]:
+    """As many slots as robots, not all at chargers: a robot that rests without a charger never comes to one.
+
+    It keeps its slot until another is free, and the slot of a robot that is out is kept for it. So none is ever free
+    if there are no more slots than robots (`Bays.may_take`). Where all can rest at chargers there is no danger.
+    """
+    kinds = Counter(model.fleet.kinds_of_robots())
+    homes = Counter(model.fleet.homes(layout.bays))
+    slots = {node: bay.slots(homes[node]) for node, bay in layout.bays.items()}
+    count = sum(slots.values())
+    at_chargers = _at_chargers(layout, kinds, slots)
+    if count > model.fleet.size or at_chargers == model.fleet.size:
+        return
+    if not any(bay.chargers for bay in layout.bays.values()):
+        return
+    if not any(batteries.must_charge(alone, alone.floor) for alone in by_kind(model).values()):
+        return
+    zone = next((bay.zone for bay in layout.bays.values() if not bay.chargers), next(iter(layout.bays.values())).zone)
+    who = number_of(at_chargers, "robot")
+    own = " of their kind" if any(bay.kinds for bay in layout.bays.values()) else ""
+    yield Finding(
+        "NO_SPARE_SLOT",
+        f"layout.bays.{zone}.places",
+        (
+            f"the bays have {number_of(count, 'slot')} for {number_of(model.fleet.size, 'robot')}, and at most {who} "
+            f"can rest at chargers{own}: one that rests elsewhere cannot change places with them, and waits until it "
+            "runs flat"
+        ),
+        f"one more slot in all, e.g. in the bays {zone}, or chargers for all who rest there",
+    )
+
+
+def _at_chargers(layout: Layout, kinds: Counter[str], slots: dict[str, int]) -> int:
+    """How many robots can rest at chargers for their kind, all at once."""
+    flow = nx.DiGraph()
+    for kind, count in kinds.items():
+        flow.add_edge("robots", ("kind", kind), capacity=count)
+        for node, bay in layout.bays.items():
+            if bay.charges(kind):
+                flow.add_edge(("kind", kind), ("bay", node), capacity=count)
+                flow.add_edge(("bay", node), "slots", capacity=slots[node])
+    return int(nx.maximum_flow_value(flow, "robots", "slots")) if "slots" in flow else 0

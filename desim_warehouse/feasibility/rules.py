@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import hours, of_kinds, starts
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
-from desim_warehouse.feasibility.mistakes import clashes, crowds, magnitudes, unused
+from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
 from desim_warehouse.model.facts.places import specs
@@ -59,7 +59,7 @@ def warnings(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Fin
     yield from unused.warnings(model, layout)
     yield from magnitudes.warnings(model, found)
     yield from clashes.warnings(model)
-    yield from crowds.warnings(model, found)
+    yield from clashes.crowds(model, found)
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
     yield from clashes.notes(model, layout)

@@ -303,12 +303,11 @@ class Check:
 
 def check(model: Source) -> Check:
     """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate."""
-    from desim_warehouse.feasibility import examine, nearer
+    from desim_warehouse.feasibility import examine
     from desim_warehouse.feasibility.asked import orders_asked_for
-    from desim_warehouse.feasibility.left_out import left_out
     from desim_warehouse.layout import checks
     from desim_warehouse.run import night
-    from desim_warehouse.run.quick import estimate, time_of_task, with_choice
+    from desim_warehouse.run.quick import estimate, left_out, with_choice, with_nearer
 
     model = as_model(model)
     layout = model.floor
@@ -335,7 +334,7 @@ def check(model: Source) -> Check:
     findings, calculation = examine(model, layout, estimate)
     if not any(item.level == "error" and item.code not in model.accept for item in findings):
         findings = checks.worst_first([*findings, *night.findings(model, layout)])
-        facts += [] if calculation is None else [*nearer.lines(model, time_of_task), *with_choice(model, calculation)]
+        facts += [] if calculation is None else [*with_nearer(model), *with_choice(model, calculation)]
     lines = [] if calculation is None else calculation.lines(model.units)
     return Check(facts, findings, calculation, model.accept, lines)
 

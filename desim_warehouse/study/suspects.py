@@ -18,7 +18,6 @@ from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.feasibility.nearer import nearer
 from desim_warehouse.feasibility.pods import stations_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns
@@ -27,6 +26,7 @@ from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
 from desim_warehouse.policies import catalogue
 from desim_warehouse.run import Run
+from desim_warehouse.run.quick import nearer
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Phase, Queue, names, staff
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much

@@ -10,12 +10,11 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
-from desim_warehouse.feasibility.left_out import UNKNOWN, left_out
 from desim_warehouse.model.facts.keys import containers, kind_of, sections, whole_annotation
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.model.schema import Model
 from desim_warehouse.run import simulate
-from desim_warehouse.run.quick import BY_TIME, estimate
+from desim_warehouse.run.quick import BY_TIME, UNKNOWN, estimate, left_out
 from desim_warehouse.values.distributions import Distribution
 
 CLOSE = 0.03

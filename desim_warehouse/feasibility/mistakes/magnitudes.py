@@ -3,27 +3,30 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from functools import cache
+from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import number_of
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.batteries import MINUTE
-from desim_warehouse.feasibility.mistakes import unusual
-from desim_warehouse.feasibility.mistakes.unusual import with_unit
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import by_kind, levels, said, start_energy
 from desim_warehouse.model.facts.demand import order_files
+from desim_warehouse.model.facts.keys import kind_of, whole_annotation
+from desim_warehouse.model.schema import Model, Prices
+from desim_warehouse.policies import catalogue
 from desim_warehouse.values.distributions import DiscreteTime, Distribution, mean_of
 from desim_warehouse.values.disturbances import BreakdownSpec, DelaySpec, OutageSpec
-from desim_warehouse.values.fields import parts_in
-from desim_warehouse.values.units import SECONDS
+from desim_warehouse.values.fields import Part, Usual, parts_in, sections_in
+from desim_warehouse.values.units import METRES, SECONDS
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Units
     from desim_warehouse.model.sections.fleet import BatterySpec
 
 HOUR = 3600.0
@@ -47,7 +50,7 @@ def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     """What is unusual. Models whose unit of length is not known are of no certain size, and have none."""
     if found.metre is None:
         return
-    yield from unusual.warnings(model)
+    yield from _of_keys(model)
     for place, part in parts_in(model, tuple(Distribution.__subclasses__())):
         assert isinstance(part, Distribution)
         yield from _distribution(place, part)
@@ -161,7 +164,7 @@ def _kinds(model: Model) -> Iterator[Finding]:
 def _energy_price(model: Model) -> Iterator[Finding]:
     """A price for a unit of energy by which a full battery costs more than any does."""
     prices, battery = model.prices, model.battery
-    if prices is None or battery is None or not unusual.comparable(prices.currency):
+    if prices is None or battery is None or not comparable(prices.currency):
         return
     full = prices.energy * battery.capacity
     if full > FULL_BATTERY:
@@ -220,3 +223,136 @@ def _states(battery: BatterySpec) -> Iterator[Finding]:
     elif draws.standing > draws.empty:
         text = f"robots draw {draws.standing:g} standing, and {draws.empty:g} driving"
         yield Finding("BATTERY_RATES", f"{place}.standing", text, f"at most as much as empty, {draws.empty:g}")
+
+
+# One key by itself: what is usual stands beside its type (`Usual`)
+
+
+ALIKE = ("EUR", "USD", "GBP", "CHF", "CAD", "AUD", "€", "$", "£")
+"""Currencies of about the same worth, for which the usual prices hold; in others nothing is said of them."""
+LONG = 3600.0
+"""Seconds of a run in which something within the first minute is rather meant in minutes or hours."""
+AT_START, MOST_AT_START = 0.01, 300.0
+"""The same of a run of which it all happens in the first hundredth, within these seconds."""
+
+
+def _of_keys(model: Model) -> Iterator[Finding]:
+    """What is unusual of the keys, and of the parameters of policies."""
+    for place, part in parts_in(model, _with_usual()):
+        for name, key, usual, kind in _usual_keys(type(part)):
+            if not _judged(model, part, usual, kind):
+                continue
+            since = _begins(model) if usual.instant else 0.0
+            for below, value in _numbers(getattr(part, name), usual):
+                yield from _unusual(f"{place}.{key}{below}", value, usual, kind, model.units, since)
+    for decision, spec in model.policies.specs().items():
+        kinds = catalogue.quantities_of(decision, spec.name)
+        for key, note in catalogue.notes_of(decision, spec.name):
+            given = spec.params.get(key)
+            if isinstance(note, Usual) and isinstance(given, int | float):
+                yield from _unusual(f"policies.{decision}.{key}", float(given), note, kinds[key], model.units)
+
+
+@cache
+def _usual_keys(section: type[Part]) -> tuple[tuple[str, str, Usual, str], ...]:
+    """The fields of a section that say what is usual: name, key in files, range, kind of unit."""
+    return tuple(
+        (name, field.alias or name, note, kind_of(whole_annotation(field)))
+        for name, field in section.model_fields.items()
+        for note in field.metadata
+        if isinstance(note, Usual)
+    )
+
+
+@cache
+def _with_usual() -> tuple[type[Part], ...]:
+    """The sections of a model with such fields."""
+    found: dict[type[Part], None] = {}
+    left: list[type[Part]] = [Model]
+    while left:
+        section = left.pop()
+        if section not in found:
+            found[section] = None
+            left += [inner for field in section.model_fields.values() for inner in sections_in(field.annotation)]
+    return tuple(section for section in found if _usual_keys(section))
+
+
+def _judged(model: Model, part: Part, usual: Usual, kind: str) -> bool:
+    """Whether a key of this model can be held against what is usual."""
+    if isinstance(part, Prices) and usual.price and not comparable(part.currency):
+        return False
+    if kind in {"time", "speed", "acceleration"} and not model.units.has_seconds:
+        return False
+    return not usual.instant or model.run.end * model.units.seconds >= LONG
+
+
+def _begins(model: Model) -> float:
+    """Seconds from the start of the run within which not all that happens at some times is to be expected."""
+    end = model.run.end
+    return min(AT_START * end * model.units.seconds, MOST_AT_START) if math.isfinite(end) else 0.0
+
+
+def comparable(currency: str | None) -> bool:
+    """Whether prices in a currency are about as high as in EUR; where it has no name they are taken to be."""
+    return currency is None or currency in ALIKE
+
+
+def _numbers(value: Any, usual: Usual) -> Iterator[tuple[str, float]]:
+    """The numbers of a key with what stands after it; of instants the last, of distributions the mean."""
+    if isinstance(value, int | float | Distribution):
+        yield "", float(mean_of(value))
+    elif isinstance(value, Mapping):
+        yield from ((f".{name}", float(number)) for name, number in value.items())
+    elif isinstance(value, tuple) and value:
+        numbers = [number for item in value for _, number in _numbers(item, usual)]
+        yield from [("", max(numbers))] if usual.instant else (("", number) for number in numbers)
+
+
+def _unusual(place: str, value: float, usual: Usual, kind: str, units: Units, since: float = 0.0) -> Iterator[Finding]:
+    low, high = usual.between(kind)
+    low = max(low, since)
+    real = value * _si(kind, units)
+    if value == 0 or low <= real <= high:
+        return
+    below = real < low
+    meant = "" if usual.cure else _meant(value, low, high, kind)
+    said, bound = (f"{with_unit(number, kind)} {usual.words}".rstrip() for number in (real, low if below else high))
+    yield Finding(
+        "UNUSUAL",
+        place,
+        f"{said} is unusual: {'less' if below else 'more'} than {bound}",
+        f"did you mean {meant}?" if meant else usual.cure or _plain(kind, units),
+    )
+
+
+def _si(kind: str, units: Units) -> float:
+    """Seconds or metres in a unit of a model."""
+    metre, second = units.metre or 1.0, units.seconds
+    return {"time": second, "length": metre, "speed": metre / second, "acceleration": metre / second**2}.get(kind, 1.0)
+
+
+def _meant(value: float, low: float, high: float, kind: str) -> str:
+    """The number with the units in which it would be usual."""
+    if kind == "share":
+        return f"{value:g} %" if low <= value / 100 <= high else f"{1 + value:g}, which is {value:.0%} more"
+    least = low or high / (400 if kind == "time" else 40)  # in ms, but not in mm
+    table = {"time": SECONDS, "length": METRES}.get(kind, {})
+    fits = [f"{amount(value)} {name}" for name, size in table.items() if least <= value * float(size) <= high]
+    return spoken(fits[:2], "or") if fits else ""
+
+
+def _plain(kind: str, units: Units) -> str:
+    """In which unit plain numbers are."""
+    if kind == "length":
+        return "units.length says what lengths are in"
+    return f"times are in {units.time}" if kind else "is it as large as that?"
+
+
+def with_unit(amount_of: float, kind: str) -> str:
+    """A quantity in seconds or metres with its unit; times in the largest that is whole or two at least."""
+    if kind != "time":
+        unit = {"length": " m", "speed": " m/s", "acceleration": " m/s²", "rate": " an hour"}.get(kind, "")
+        return f"{amount_of:,g}{unit}"
+    sizes = [(unit, float(size)) for unit, size in reversed(SECONDS.items()) if unit != "ms"]
+    unit, size = next((one for one in sizes if amount_of == one[1] or amount_of >= 2 * one[1]), ("s", 1.0))
+    return f"{amount(amount_of / size)} {unit}"
