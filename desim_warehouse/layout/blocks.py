@@ -8,12 +8,10 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.layout import StoragePlace
 from desim_warehouse.layout.naming import block_nodes
-from desim_warehouse.layout.spec import Directions
+from desim_warehouse.layout.spec import Blocks, Directions
 
 if TYPE_CHECKING:
     import networkx as nx
-
-    from desim_warehouse.layout.spec import Blocks
 
 
 def directions(blocks: Blocks) -> tuple[tuple[str, ...], tuple[str, ...]]:

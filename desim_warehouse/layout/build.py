@@ -12,14 +12,11 @@ from desim_warehouse.errors import LayoutError
 from desim_warehouse.layout import blocks as generator
 from desim_warehouse.layout.layout import BayPlaces, Layout, StationPlaces, StoragePlace
 from desim_warehouse.layout.naming import named_by
-from desim_warehouse.layout.spec import NodeStorage
-from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.layout.spec import BaySpec, LayoutSpec, NodeStorage, PlacesSpec, Storage
+from desim_warehouse.layout.zones import Members, edges_of
 
 if TYPE_CHECKING:
     import networkx as nx
-
-    from desim_warehouse.layout.spec import BaySpec, LayoutSpec, PlacesSpec, Storage
-    from desim_warehouse.layout.zones import Members
 
 
 @lru_cache(maxsize=4)

@@ -9,18 +9,15 @@ from collections import defaultdict
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from pydantic import AfterValidator, Field, ValidationInfo
 
 from desim_warehouse.errors import got
 from desim_warehouse.findings import Finding
+from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.spec import NodeName
 from desim_warehouse.values.fields import Forms, Name, Part, by_type, form, known, wrong
-
-if TYPE_CHECKING:
-    from desim_warehouse.layout.layout import Edge, Layout
-
 
 Rule = Literal["one-robot", "one-direction"]
 EPS = 1e-6

@@ -13,7 +13,7 @@ import socket
 import threading
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Self
+from typing import Any, Self
 
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.feasibility.mistakes.unused import has_due
@@ -21,7 +21,7 @@ from desim_warehouse.folders import make_folder
 from desim_warehouse.live.answers import CONFIDENCE
 from desim_warehouse.live.desk import RUNS, Desk
 from desim_warehouse.live.messages import About, Aim, Knob
-from desim_warehouse.live.offers import offers
+from desim_warehouse.live.offers import Offer, offers
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.report.replay.page import colours
 from desim_warehouse.report.text import words
@@ -29,10 +29,6 @@ from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
 from desim_warehouse.study.execution.progress import in_notebook
 from desim_warehouse.study.statistics import Target, looks_by
 from desim_warehouse.study.target import read_target
-
-if TYPE_CHECKING:
-    from desim_warehouse.live.offers import Offer
-
 
 HOME = "127.0.0.1"
 _NOTEBOOKS = ("http://localhost:*", "http://127.0.0.1:*")

@@ -9,12 +9,12 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 from desim_warehouse.errors import CheckError, number_of
 from desim_warehouse.feasibility import errors
 from desim_warehouse.feasibility.estimate import QuickEstimate
-from desim_warehouse.live.messages import Measured, label
+from desim_warehouse.live.messages import Measured, Verdict, label
 from desim_warehouse.live.offers import ROBOTS
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import judged_by
@@ -33,9 +33,6 @@ from desim_warehouse.study.plan import StudyPlan, run_seed
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target, looked_at, looks_by
 from desim_warehouse.study.table import Row
-
-if TYPE_CHECKING:
-    from desim_warehouse.live.messages import Verdict
 
 
 class ByHand(NamedTuple):

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import datetime as dt
 import re
 from collections import Counter
+from collections.abc import Mapping
 from dataclasses import dataclass
 from operator import attrgetter
 from pathlib import Path
@@ -13,18 +15,13 @@ from desim_warehouse.errors import ModelError, reason, spoken
 from desim_warehouse.model.parse import from_file
 from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
 from desim_warehouse.model.sections.flows import STORAGE, OrdersFile, StorageEnd
-from desim_warehouse.model.sections.order_file import BEYOND, Problems, check_there, chunks, table_of
-from desim_warehouse.model.sections.order_rows import Chunk, OrderLine, clock, first_day
+from desim_warehouse.model.sections.order_file import BEYOND, Problems, Table, check_there, chunks, table_of
+from desim_warehouse.model.sections.order_rows import Chunk, OrderLine, Reading, clock, first_day
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
-    import datetime as dt
-    from collections.abc import Mapping
-
     import pandas as pd
 
-    from desim_warehouse.model.sections.order_file import Table
-    from desim_warehouse.model.sections.order_rows import Reading
 
 _TOTAL = re.compile(r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$")  # SAP has stars
 _HOUR = 3600.0

@@ -6,14 +6,15 @@ from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.layout.spec import NamesFile, StorageFile
 from desim_warehouse.model import layout_file
-from desim_warehouse.model.messages import FilePositions, Keys, Position, Problem, from_pydantic
+from desim_warehouse.model.messages import FilePositions, Keys, Outline, Position, Problem, from_pydantic
+from desim_warehouse.model.parse import Document
 from desim_warehouse.model.sections.flows import MatrixFile
 from desim_warehouse.model.sections.goods import WeightsFile
 from desim_warehouse.model.sections.orders import sha256
@@ -22,11 +23,6 @@ from desim_warehouse.model.sections.policy import KINDS
 from desim_warehouse.policies import catalogue
 from desim_warehouse.values.distributions import ObservedFile
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from desim_warehouse.model.messages import Outline
-    from desim_warehouse.model.parse import Document
-
 
 STORAGE: Keys = ("layout", "storage")
 

@@ -5,10 +5,8 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 from statistics import median
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Link, Plant
+from desim_warehouse.plants.plant import Link, Plant
 
 APART = 0.01
 """Points drawn on one spot are moved so far from each other, in metres."""

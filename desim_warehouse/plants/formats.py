@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import ModelError, spoken
 from desim_warehouse.plants import (
@@ -26,11 +26,8 @@ from desim_warehouse.plants import (
     xml,
 )
 from desim_warehouse.plants.file import content_of
+from desim_warehouse.plants.plant import Plant
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
 
 _START = 4096  # bytes that show what a file is
 _OTHERS: dict[str, tuple[str, ...]] = {

@@ -4,11 +4,8 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
+from desim_warehouse.plants.plant import Plant
 
 _RADIUS = 6_371_008.8
 """Mean radius of the earth in metres."""

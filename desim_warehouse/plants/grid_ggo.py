@@ -10,16 +10,13 @@ Source: Y. Zhang et al., Guidance graph optimization for lifelong multi-agent pa
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import got
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants.grid import AISLE, BLOCKED, Cell, CellKind, Grid, Lines, not_too_many, plant_of, refuse
 from desim_warehouse.plants.grid_kiva import ENDPOINT, HOME
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
+from desim_warehouse.plants.plant import Plant
 
 _KINDS = {"@": BLOCKED, "T": BLOCKED, ".": AISLE, "e": ENDPOINT, "r": HOME, "w": CellKind("workstation", ("unload",))}
 _PICK = CellKind("endpoint", ("load",))

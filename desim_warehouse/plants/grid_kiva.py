@@ -11,14 +11,9 @@ from __future__ import annotations
 
 import re
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from desim_warehouse.plants.grid import AISLE, BLOCKED, CellKind, Grid, Lines, instant_handling, plant_of
-from desim_warehouse.plants.plant import Transport, Vehicle
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
+from desim_warehouse.plants.plant import Plant, Transport, Vehicle
 
 ENDPOINT = CellKind("endpoint", ("load", "unload"))
 HOME = CellKind("home", parking=True)

@@ -11,19 +11,16 @@ from __future__ import annotations
 import re
 from dataclasses import replace
 from pathlib import Path, PurePosixPath
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import grid_kiva, grid_movingai
 from desim_warehouse.plants.file import content_of
 from desim_warehouse.plants.grid import Lines, instant_handling, refuse
-from desim_warehouse.plants.plant import Transport, Vehicle
+from desim_warehouse.plants.plant import Plant, Transport, Vehicle
 from desim_warehouse.plants.stops import VISIT
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
 
 _EXPECTED = "a problem of the League of Robot Runners (JSON) with mapFile, agentFile, taskFile and teamSize"
 _TASKS = re.compile(rb"(#[^\n]*\n)*\d+[ \t]*\r?\n\d+([ \t]*,[ \t]*\d+)*[ \t]*\r?(\n|$)")

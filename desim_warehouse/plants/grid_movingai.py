@@ -8,14 +8,10 @@ Source: N. Sturtevant, Benchmarks for grid-based pathfinding, 2012; the start ki
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
 from desim_warehouse.plants.grid import AISLE, BLOCKED, CellKind, Grid, Lines, plant_of, point
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
+from desim_warehouse.plants.plant import Plant
 
 _KINDS = {
     **dict.fromkeys("@OTW", BLOCKED),

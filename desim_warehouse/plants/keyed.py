@@ -9,15 +9,12 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any, NoReturn, TypeAlias
+from typing import Any, NoReturn, TypeAlias
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.messages import printable
+from desim_warehouse.plants.plant import Plant
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
 
 _MOST = 20  # problems that are told at once
 _WRONG = 500_000  # values

@@ -4,12 +4,9 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
 
 from desim_warehouse.plants.checks import length_of
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Link, Plant
+from desim_warehouse.plants.plant import Link, Plant
 
 ALIKE = 0.05
 """Two links there and back whose lengths differ by more than this share are two lanes side by side."""

@@ -16,14 +16,6 @@
   use every lane, loaded or not.
 
 Source: VDMA, Layout Interchange Format (LIF), version 1.0.0, 2024.
-
-How long a curve is: non-uniform rational B-splines, as robots drive along them.
-
-Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
-coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts
-are halved until both agree.
-
-Several levels of a building on one floor plan: levels that overlap are drawn side by side.
 """
 
 from __future__ import annotations
@@ -53,7 +45,11 @@ _HALVED = 20  # times at most: a cusp converges slowly
 def arc_length(
     degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
 ) -> float:
-    """The length of a curve from its first knot of full support to its last.
+    """The length of a curve, a non-uniform rational B-spline, from its first knot of full support to its last.
+
+    Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
+    coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts
+    are halved until both agree.
 
     Args:
         degree: of the pieces, from 1 to 30.

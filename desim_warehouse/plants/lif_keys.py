@@ -9,13 +9,10 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.plants.keyed import POSITION, Each, Flag, Number, Text, section
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Link, Plant
-
+from desim_warehouse.plants.plant import Link, Plant
 
 Item = dict[str, Any]
 _BACKWARDS = 0.1  # rad from pi

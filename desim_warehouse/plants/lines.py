@@ -11,15 +11,10 @@ from collections import Counter, defaultdict
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from itertools import pairwise
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.plants.plant import Link, Location, Waypoint, claim, unique
+from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim, unique
 from desim_warehouse.values.fields import LIMITS
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
 
 JOIN = 0.05
 """Ends of lines so near each other, or to another line, in metres, are one point."""

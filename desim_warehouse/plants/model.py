@@ -20,7 +20,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import ModelError, number_of
 from desim_warehouse.layout.zones import examine
@@ -30,13 +30,10 @@ from desim_warehouse.model.parse import from_file, valid
 from desim_warehouse.model.sections.fleet import BatterySpec, RobotSpec
 from desim_warehouse.plants.checks import DIGITS, distance, put_right
 from desim_warehouse.plants.lanes import DrawnLane, lanes_of
-from desim_warehouse.plants.plant import Vehicle, unique
+from desim_warehouse.plants.plant import Area, Plant, Remark, Vehicle, unique
 from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside, orders_text, written
 from desim_warehouse.values.fields import Part
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Area, Plant, Remark
 
 
 class RobotFile(Part):

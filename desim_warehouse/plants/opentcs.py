@@ -14,15 +14,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
-from desim_warehouse.plants.plant import Area, Link, Location, Plant, Rule, Vehicle, Waypoint
+from desim_warehouse.plants.plant import Area, Link, Location, Plant, Rule, Vehicle, Waypoint, What
 from desim_warehouse.plants.xml import Element, read_xml
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import What
-
 
 EXPECTED = "a plant model of openTCS (XML)"
 _MM = 0.001

@@ -3,15 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import got
-from desim_warehouse.plants.plant import Transport
+from desim_warehouse.plants.plant import Plant, Transport
 from desim_warehouse.plants.xml import read_xml
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
 
 EXPECTED = "transport orders of openTCS (XML)"
 _DUE = {

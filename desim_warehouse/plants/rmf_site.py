@@ -8,17 +8,14 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NoReturn
+from typing import Any, NoReturn
 
 from desim_warehouse.errors import ModelError, got
 from desim_warehouse.model.json_text import read_json
 from desim_warehouse.model.messages import FilePositions, Position
 from desim_warehouse.model.parse import Document
 from desim_warehouse.plants import rmf
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant
-
+from desim_warehouse.plants.plant import Plant
 
 EXPECTED = "a site of Open-RMF (JSON with levels and navigation)"
 _TAGS = {"Charger": "is_charger", "ParkingSpot": "is_parking_spot", "HoldingPoint": "is_holding_point"}

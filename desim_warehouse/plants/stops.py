@@ -9,14 +9,10 @@ from __future__ import annotations
 import re
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, NamedTuple, get_args
+from typing import NamedTuple, get_args
 
 from desim_warehouse.errors import ModelError, got, nearest, spoken
-from desim_warehouse.plants.plant import Role
-
-if TYPE_CHECKING:
-    from desim_warehouse.plants.plant import Plant, Transport
-
+from desim_warehouse.plants.plant import Plant, Role, Transport
 
 _GUESSES: tuple[tuple[Role, str], ...] = (
     ("unload", r"unload|discharg|deliver|deposit|\bdrop|\bput\b"),

@@ -10,11 +10,6 @@
 - An edge is one-way unless `two_way` says yes; `--two-way` makes all that do not say so two-way. `side_by_side` is for
   two lanes, one there and one back. Without a length it is the straight distance, without a speed there is no limit.
 - Other columns are left out, and named.
-
-Tables of nodes and edges as a plant: the rows of a spreadsheet, or the attributes of a graph.
-
-Columns are known by the names that tables have for them, with a unit in brackets if they like: `x [mm]`. Plain numbers
-are metres and metres a second. y is downwards, as in model files; a column `north` is upwards instead.
 """
 
 from __future__ import annotations

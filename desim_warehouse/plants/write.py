@@ -16,11 +16,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model import layout_file
+from desim_warehouse.plants.stops import PlantTask
 
 if TYPE_CHECKING:
     Comments = Mapping[tuple[str | int, ...], str]
-    from desim_warehouse.plants.stops import PlantTask
-
     Content = dict[str, Any]
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections import Counter, OrderedDict, defaultdict
 from collections.abc import Callable, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from simpy import Event
 from simpy.core import StopSimulation
@@ -26,7 +26,7 @@ from desim_warehouse.policies import Task, create
 from desim_warehouse.states import AT_START, OPENING, STATES, absent
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.batches import Batcher
-from desim_warehouse.world.orders.demand import Demand
+from desim_warehouse.world.orders.demand import Demand, Orders
 from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.orders.flows import Flows
 from desim_warehouse.world.orders.pods import PodPolicies, Pods, Shelves
@@ -45,6 +45,7 @@ from desim_warehouse.world.robots.reach import Reach, may_do
 from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.robots.settled import (
     SEED,
+    Fleet,
     SettledError,
     SettlingRun,
     Standing,
@@ -53,22 +54,15 @@ from desim_warehouse.world.robots.settled import (
     nodes_at_start,
 )
 from desim_warehouse.world.robots.surroundings import Surroundings
-from desim_warehouse.world.robots.tallies import less, tallies
+from desim_warehouse.world.robots.tallies import Rows, less, tallies
 from desim_warehouse.world.traffic.closures import Restrictions, hours_closed
 from desim_warehouse.world.traffic.encounters import count_encounters, record_closures, record_visits
 from desim_warehouse.world.traffic.events import Clock, happened
+from desim_warehouse.world.traffic.gridlock import Rule
 from desim_warehouse.world.traffic.motion import Motion
-from desim_warehouse.world.traffic.people import sources
+from desim_warehouse.world.traffic.people import PeopleSource, sources
 from desim_warehouse.world.traffic.routes import Routes
 from desim_warehouse.world.traffic.traffic import Traffic
-
-if TYPE_CHECKING:
-    from desim_warehouse.world.orders.demand import Orders
-    from desim_warehouse.world.robots.settled import Fleet
-    from desim_warehouse.world.robots.tallies import Rows
-    from desim_warehouse.world.traffic.gridlock import Rule
-    from desim_warehouse.world.traffic.people import PeopleSource
-
 
 PATIENCE = 300.0
 """Seconds that a robot may wait on two-way lanes before others stay in their bays for it. Else they might set out into

@@ -1,7 +1,7 @@
 """A routing policy for the laws: ways with random turns at their beginning, and other ways whenever it is held up."""
 
-import random
 from dataclasses import dataclass, field
+from random import Random
 from typing import ClassVar
 
 
@@ -12,7 +12,7 @@ class Wanderer:
     seed: int = 0
     detours: int = 4
     cost: ClassVar[str] = "hops"
-    random: random.Random = field(init=False, default_factory=random.Random)
+    random: Random = field(init=False, default_factory=Random)
 
     def __post_init__(self):
         self.random.seed(self.seed)

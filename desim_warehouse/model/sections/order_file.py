@@ -24,21 +24,19 @@ import io
 import re
 import zipfile
 from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain, islice
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
-from desim_warehouse.model.sections.flows import ORDER_COLUMNS
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS, OrdersFile
 from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Iterator, Mapping, Sequence
-
     import pandas as pd
 
-    from desim_warehouse.model.sections.flows import OrdersFile
 
 CHUNK = 50_000
 """Rows read at a time."""

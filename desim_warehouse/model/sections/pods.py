@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from pydantic import Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got, number_of
 from desim_warehouse.layout.spec import StationSpec
-from desim_warehouse.model.sections.flows import SaturatedArrivals, StorageEnd
+from desim_warehouse.model.sections.flows import FlowSpec, SaturatedArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import AbcClass, Popularity, shares
 from desim_warehouse.values.fields import (
     SECTION,
@@ -28,9 +28,6 @@ from desim_warehouse.values.fields import (
     limited,
     wrong,
 )
-
-if TYPE_CHECKING:
-    from desim_warehouse.model.sections.flows import FlowSpec
 
 
 class ItemPopularity(Part):

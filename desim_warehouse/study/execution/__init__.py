@@ -14,10 +14,10 @@ from collections.abc import Callable, Generator, Sequence
 from typing import TYPE_CHECKING, Protocol
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.study.execution.signals import Interrupts
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
-    from desim_warehouse.study.execution.signals import Interrupts
     from desim_warehouse.study.execution.work import Handle, Wanted
 
 

@@ -9,14 +9,14 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report.answer import Answer
+from desim_warehouse.study.fleet.capped import Capped
+from desim_warehouse.study.fleet.hours import Hour
+from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
 from desim_warehouse.study.statistics.cheapest import Counts
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.fleet.capped import Capped
     from desim_warehouse.study.fleet.designs import Designs
-    from desim_warehouse.study.fleet.hours import Hour
-    from desim_warehouse.study.fleet.most import Most
 
 
 @dataclass(frozen=True)

@@ -8,22 +8,19 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Source, as_model
 from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import statistics
+from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized
 from desim_warehouse.study.fleet.plan import plan_fleet
 from desim_warehouse.study.limits import PLAN_RUNS
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.study import Study, with_answer
-
-if TYPE_CHECKING:
-    from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized
-
 
 DAYS = 10
 """Days on which options are compared."""

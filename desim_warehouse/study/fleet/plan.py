@@ -11,7 +11,7 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model, Source, as_model
@@ -24,7 +24,7 @@ from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strateg
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
-from desim_warehouse.study.fleet.hours import DAYS, by_hour, parts_of_the_day
+from desim_warehouse.study.fleet.hours import DAYS, Hour, by_hour, parts_of_the_day
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.limits import PLAN_RUNS
@@ -37,10 +37,6 @@ from desim_warehouse.study.statistics.cheapest import Counts, within_counts
 from desim_warehouse.study.study import Study, searched, with_answer
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import first_look, indifference, read_target
-
-if TYPE_CHECKING:
-    from desim_warehouse.study.fleet.hours import Hour
-
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""

@@ -20,21 +20,16 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Any, Generic, TypeAlias, TypeVar
+from typing import Any, Generic, TypeAlias, TypeVar
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError, spoken
 from desim_warehouse.study.statistics.comparison import paired
-from desim_warehouse.study.statistics.judge import Judge, RunsEndedError, looks
-from desim_warehouse.study.statistics.procedure import Procedure, request, together
-
-if TYPE_CHECKING:
-    from desim_warehouse.study.statistics.intervals import Estimate
-    from desim_warehouse.study.statistics.judge import Budget, DesignVerdict, Judge
-    from desim_warehouse.study.statistics.procedure import Procedure, RunNumber
-    from desim_warehouse.study.statistics.targets import Target
-
+from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.statistics.judge import Budget, DesignVerdict, Judge, RunsEndedError, looks
+from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request, together
+from desim_warehouse.study.statistics.targets import Target
 
 Counts: TypeAlias = tuple[int, ...]
 """The counts of a design, as many for each."""

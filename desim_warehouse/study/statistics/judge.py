@@ -11,21 +11,16 @@ from bisect import bisect_left
 from collections.abc import Callable, Generator, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import takewhile
-from typing import TYPE_CHECKING, Generic, Literal, TypeVar
+from typing import Generic, Literal, TypeVar
 
 import numpy as np
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.limits import CAP, FIRST, FIRST_OF_MEANS
 from desim_warehouse.study.statistics.checks import check_confidence
-from desim_warehouse.study.statistics.intervals import ANYTHING, bounds_of
-from desim_warehouse.study.statistics.procedure import Procedure, request
-
-if TYPE_CHECKING:
-    from desim_warehouse.study.statistics.intervals import Interval
-    from desim_warehouse.study.statistics.procedure import RunNumber
-    from desim_warehouse.study.statistics.targets import Target
-
+from desim_warehouse.study.statistics.intervals import ANYTHING, Interval, bounds_of
+from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
+from desim_warehouse.study.statistics.targets import Target
 
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]

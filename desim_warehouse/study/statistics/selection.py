@@ -12,12 +12,10 @@ import numpy as np
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, differing_share, gaps
-from desim_warehouse.study.statistics.procedure import Procedure, request
+from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
-
-    from desim_warehouse.study.statistics.procedure import RunNumber
 
 
 @dataclass(frozen=True)

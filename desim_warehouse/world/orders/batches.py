@@ -12,6 +12,7 @@ from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.model.sections.fleet import Fleet
 from desim_warehouse.policies import Batching, Task, TaskBatch, Travel, WaitingTasks
 from desim_warehouse.policies.asked import asked
+from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.robots.reach import suits
 from desim_warehouse.world.traffic.events import BATCHES, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
@@ -19,8 +20,6 @@ from desim_warehouse.world.traffic.rules import EPS
 if TYPE_CHECKING:
     from simpy import Environment
     from simpy.events import Event
-
-    from desim_warehouse.world.orders.dispatch import Dispatcher
 
     Key = tuple[str, tuple[str, ...], str]
 

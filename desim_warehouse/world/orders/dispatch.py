@@ -15,24 +15,22 @@ from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Allocation, RobotView, Situation, Task
 from desim_warehouse.policies.asked import asked
+from desim_warehouse.world.orders.demand import Orders
+from desim_warehouse.world.orders.pods import Pods
+from desim_warehouse.world.orders.situations import Situations
+from desim_warehouse.world.places.bays import Bays
+from desim_warehouse.world.places.stations import Stations
+from desim_warehouse.world.places.stops import Stop
+from desim_warehouse.world.robots.duty import Departures
 from desim_warehouse.world.robots.forecast import busy_view
-from desim_warehouse.world.robots.reach import may_do
+from desim_warehouse.world.robots.mixed_reach import MixedReach
+from desim_warehouse.world.robots.reach import Reach, may_do
+from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.traffic.events import DECISIONS, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from simpy import Environment
-
-    from desim_warehouse.world.orders.demand import Orders
-    from desim_warehouse.world.orders.pods import Pods
-    from desim_warehouse.world.orders.situations import Situations
-    from desim_warehouse.world.places.bays import Bays
-    from desim_warehouse.world.places.stations import Stations
-    from desim_warehouse.world.places.stops import Stop
-    from desim_warehouse.world.robots.duty import Departures
-    from desim_warehouse.world.robots.mixed_reach import MixedReach
-    from desim_warehouse.world.robots.reach import Reach
-    from desim_warehouse.world.robots.robot import Robot
 
 
 VAIN = 1000

@@ -39,17 +39,17 @@ from desim_warehouse.policies.pods import (
 )
 from desim_warehouse.policies.protocols import RobotView, StopPlace, Task
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.places.handling import HandlingTimes
 from desim_warehouse.world.places.openings import at
+from desim_warehouse.world.places.station import Service
+from desim_warehouse.world.places.stations import Stations
+from desim_warehouse.world.places.stops import Stop
 
 if TYPE_CHECKING:
     from simpy import Environment
     from simpy.events import Event
 
     from desim_warehouse.world.orders.dispatch import Dispatcher
-    from desim_warehouse.world.places.handling import HandlingTimes
-    from desim_warehouse.world.places.station import Service
-    from desim_warehouse.world.places.stations import Stations
-    from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.robot import Robot
 
 

@@ -19,11 +19,10 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
+from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.traffic.closures import ClosedHours
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.places.stops import Stop
-
     Edge = tuple[str, str]
 
 

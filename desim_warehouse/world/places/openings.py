@@ -26,7 +26,8 @@ from simpy.events import Event, Timeout
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Handling, RobotView, Task
 from desim_warehouse.values.calendars import Hours
-from desim_warehouse.world.places.stops import between, time_at
+from desim_warehouse.world.places.cut_off import CutOff
+from desim_warehouse.world.places.stops import Stop, between, time_at
 from desim_warehouse.world.traffic.events import Arrival
 from desim_warehouse.world.traffic.rules import EPS
 
@@ -34,9 +35,7 @@ if TYPE_CHECKING:
     from simpy import Environment
 
     Steps = Generator[Event, object, None]
-    from desim_warehouse.world.places.cut_off import CutOff
     from desim_warehouse.world.places.stations import Stations
-    from desim_warehouse.world.places.stops import Stop
 
 
 def at(env: Environment, time: float) -> Event:

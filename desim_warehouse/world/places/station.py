@@ -22,13 +22,12 @@ from desim_warehouse.outcome.log import NONE, Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.openings import change, open_time, until_open
+from desim_warehouse.world.places.stops import Stop
 
 if TYPE_CHECKING:
     from simpy import Environment
     from simpy.events import Event
     from simpy.resources.resource import Request
-
-    from desim_warehouse.world.places.stops import Stop
 
     Steps = Generator[Event, object, None]
 

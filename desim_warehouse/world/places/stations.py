@@ -19,13 +19,13 @@ from desim_warehouse.model.schema import Tasks
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import RobotView, StopPlace, Task
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.places.handling import HandlingTimes
 from desim_warehouse.world.places.station import Station, Workplace
 from desim_warehouse.world.places.stops import Stop, stops_of_tour
 
 if TYPE_CHECKING:
     from simpy import Environment
 
-    from desim_warehouse.world.places.handling import HandlingTimes
     from desim_warehouse.world.places.stops import Act
 
 

@@ -17,12 +17,12 @@ from desim_warehouse.model.sections.fleet import BatterySpec
 from desim_warehouse.policies import Levels
 from desim_warehouse.states import STATES, Phase
 from desim_warehouse.world.robots.forecast import need_now
+from desim_warehouse.world.robots.reach import Reach
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from simpy import Environment
 
-    from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
 
 

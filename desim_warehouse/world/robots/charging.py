@@ -35,18 +35,17 @@ from simpy.events import AnyOf, Event, Timeout
 from desim_warehouse.model.facts.charging import LEAST_CHARGE
 from desim_warehouse.policies import Levels
 from desim_warehouse.states import Phase
-from desim_warehouse.world.places.chargers import NewBattery
+from desim_warehouse.world.places.bays import Bay, Bays
+from desim_warehouse.world.places.chargers import Chargers, FailingChargers, NewBattery
+from desim_warehouse.world.robots.surroundings import WorkGiver
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from simpy import Environment
 
-    from desim_warehouse.world.places.bays import Bay, Bays
-    from desim_warehouse.world.places.chargers import Chargers, FailingChargers
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
-    from desim_warehouse.world.robots.surroundings import WorkGiver
 
 
 TURN = 0.2

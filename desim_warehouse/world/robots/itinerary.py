@@ -12,9 +12,9 @@ from typing import TYPE_CHECKING, TypeAlias
 
 from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.policies import Task
+from desim_warehouse.world.places.stops import Stop
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.traffic.avoidance import Avoidance
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.lane import Lane

@@ -17,27 +17,26 @@ from desim_warehouse.model.facts.charging import rates
 from desim_warehouse.model.sections.fleet import RobotSpec, Start
 from desim_warehouse.policies import RobotView, Task
 from desim_warehouse.states import AT_START, BROKEN, CHARGED, OPERATING, RESTING, SERVED, STATES, WAITING, Phase
+from desim_warehouse.world.places.bays import Bay
+from desim_warehouse.world.places.station import Station
+from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.battery import Alarms, Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns
 from desim_warehouse.world.robots.charging import ChargingStop
 from desim_warehouse.world.robots.closings import Closings
 from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
+from desim_warehouse.world.robots.surroundings import Surroundings
 from desim_warehouse.world.robots.tour import Tour
 from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, Arrival, end_of_instant
-from desim_warehouse.world.traffic.motion import NodeDelays
+from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.motion import Motion, NodeDelays
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.places.bays import Bay
-    from desim_warehouse.world.places.station import Station
-    from desim_warehouse.world.places.stops import Stop
     from desim_warehouse.world.robots.itinerary import Place
-    from desim_warehouse.world.robots.surroundings import Surroundings
-    from desim_warehouse.world.traffic.drive import Drive
-    from desim_warehouse.world.traffic.lane import Lane
-    from desim_warehouse.world.traffic.motion import Motion
 
     Steps = Generator[Event, object, None]
 

@@ -24,11 +24,11 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
 from desim_warehouse.model.sections.flows import ProfileArrivals
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.places.bays import Bay
+from desim_warehouse.world.traffic.events import Clock
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.places.bays import Bay
     from desim_warehouse.world.robots.robot import Robot
-    from desim_warehouse.world.traffic.events import Clock
 
 
 SEED = 39_916_801

@@ -10,18 +10,18 @@ from desim_warehouse.model import Model
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.stops import Stop
+from desim_warehouse.world.robots.bay_choice import BayChoice
+from desim_warehouse.world.robots.closings import WaysRound
+from desim_warehouse.world.robots.duty import Departures
 
 if TYPE_CHECKING:
     from simpy.events import Event
 
     from desim_warehouse.world.places.bays import Bays
-    from desim_warehouse.world.places.handling import HandlingTimes
     from desim_warehouse.world.places.station import Service
     from desim_warehouse.world.places.stations import Stations
-    from desim_warehouse.world.places.stops import Stop
-    from desim_warehouse.world.robots.bay_choice import BayChoice
-    from desim_warehouse.world.robots.closings import WaysRound
-    from desim_warehouse.world.robots.duty import Departures
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot
     from desim_warehouse.world.traffic.events import Clock

@@ -12,19 +12,18 @@ from typing import TYPE_CHECKING
 
 from simpy.events import Event, Timeout
 
-from desim_warehouse.world.places.station import Service
+from desim_warehouse.world.places.handling import HandlingTimes
+from desim_warehouse.world.places.station import Service, Station
+from desim_warehouse.world.places.stations import Stations
+from desim_warehouse.world.places.stops import Stop
+from desim_warehouse.world.robots.closings import Closings
+from desim_warehouse.world.robots.duty import Departures
+from desim_warehouse.world.robots.surroundings import Carried, WorkGiver
 
 if TYPE_CHECKING:
     from simpy import Environment
 
-    from desim_warehouse.world.places.handling import HandlingTimes
-    from desim_warehouse.world.places.station import Station
-    from desim_warehouse.world.places.stations import Stations
-    from desim_warehouse.world.places.stops import Stop
-    from desim_warehouse.world.robots.closings import Closings
-    from desim_warehouse.world.robots.duty import Departures
     from desim_warehouse.world.robots.robot import Robot
-    from desim_warehouse.world.robots.surroundings import Carried, WorkGiver
 
     Steps = Generator[Event, object, None]
 

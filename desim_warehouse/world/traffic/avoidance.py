@@ -36,18 +36,18 @@ from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout.way_home import room
+from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
 from desim_warehouse.world.traffic.home_plan import Declared, DeclaredRoute, Plan, trail_of
+from desim_warehouse.world.traffic.intersection import Claim, Intersection
+from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
     from simpy import Environment
     from simpy.events import Event
 
-    from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.home_plan import Stand, Step
-    from desim_warehouse.world.traffic.intersection import Claim, Intersection
-    from desim_warehouse.world.traffic.lane import Lane
 
 
 class Acyclic:

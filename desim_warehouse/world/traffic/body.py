@@ -6,19 +6,17 @@ import math
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.world.traffic.braking import LookAhead
-from desim_warehouse.world.traffic.driver import NoDriver
-from desim_warehouse.world.traffic.motion import Stretch
+from desim_warehouse.world.traffic.drive import Drive
+from desim_warehouse.world.traffic.driver import Driver, NoDriver
+from desim_warehouse.world.traffic.intersection import Claim, Intersection
+from desim_warehouse.world.traffic.motion import Motion, NodeDelays, Stretch
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from simpy import Environment
 
     from desim_warehouse.world.traffic.closures import Closure
-    from desim_warehouse.world.traffic.drive import Drive
-    from desim_warehouse.world.traffic.driver import Driver
-    from desim_warehouse.world.traffic.intersection import Claim, Intersection
     from desim_warehouse.world.traffic.lane import Lane
-    from desim_warehouse.world.traffic.motion import Motion, NodeDelays
 
 
 class Delay(NamedTuple):

@@ -14,6 +14,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
+from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.events import Arrival
 from desim_warehouse.world.traffic.rules import EPS
 
@@ -22,7 +23,6 @@ if TYPE_CHECKING:
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.drive import Drive
     from desim_warehouse.world.traffic.lane import Lane
 
 

@@ -18,13 +18,12 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.layout.zones import edges_of
 from desim_warehouse.model import Model
 from desim_warehouse.values.calendars import ALWAYS, Hours
+from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.people import PeopleSource
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.people import PeopleSource
-
     Edge = tuple[str, str]
 
 

@@ -18,14 +18,13 @@ from typing import TYPE_CHECKING, Any
 from simpy.events import NORMAL, Event
 
 from desim_warehouse.world.traffic.events import Arrival, happened
-from desim_warehouse.world.traffic.rules import EPS
+from desim_warehouse.world.traffic.intersection import Intersection
+from desim_warehouse.world.traffic.rules import EPS, Rules
 
 if TYPE_CHECKING:
     from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.intersection import Intersection
     from desim_warehouse.world.traffic.lane import Lane
     from desim_warehouse.world.traffic.motion import Stretch
-    from desim_warehouse.world.traffic.rules import Rules
 
     Steps = Generator[Event, object, None]
 

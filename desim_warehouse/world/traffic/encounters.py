@@ -19,10 +19,9 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.log import PLACES, Log
 from desim_warehouse.values.calendars import merged
+from desim_warehouse.world.traffic.people import PeopleSource, Visit
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.people import PeopleSource, Visit
-
     Edge = tuple[str, str]
 
 

@@ -22,12 +22,12 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, TypeAlias
 
 from desim_warehouse.layout.way_home import Search, Stands
+from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.intersection import Intersection
     from desim_warehouse.world.traffic.lane import Lane
-    from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
     Stand: TypeAlias = Intersection | Lane
     Step: TypeAlias = Stand | ZoneDirection | Exit

@@ -15,13 +15,12 @@ from typing import TYPE_CHECKING
 from simpy.events import Event, Timeout
 
 from desim_warehouse.world.traffic.events import Arrival
-from desim_warehouse.world.traffic.rules import EPS
+from desim_warehouse.world.traffic.rules import EPS, Rules
 
 if TYPE_CHECKING:
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.closures import Closure
     from desim_warehouse.world.traffic.lane import Lane
-    from desim_warehouse.world.traffic.rules import Rules
 
     Steps = Generator[Event, object, None]
 

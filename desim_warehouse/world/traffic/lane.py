@@ -13,15 +13,13 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from desim_warehouse.world.traffic.body import Delay
-from desim_warehouse.world.traffic.rules import EPS, turn
+from desim_warehouse.world.traffic.body import Body, Delay
+from desim_warehouse.world.traffic.intersection import Intersection
+from desim_warehouse.world.traffic.rules import EPS, Rules, turn
+from desim_warehouse.world.traffic.zones import ZoneDirection
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.closures import Closure, Slowness
-    from desim_warehouse.world.traffic.intersection import Intersection
-    from desim_warehouse.world.traffic.rules import Rules
-    from desim_warehouse.world.traffic.zones import ZoneDirection
 
 
 class Lane:

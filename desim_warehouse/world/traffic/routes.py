@@ -14,14 +14,12 @@ from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Roads
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.policies.routing import DETOURS, LESS, time_along
-from desim_warehouse.world.traffic.closures import wait_at
+from desim_warehouse.world.traffic.body import Body
+from desim_warehouse.world.traffic.closures import Restrictions, wait_at
+from desim_warehouse.world.traffic.lane import Lane
 
 if TYPE_CHECKING:
     from simpy import Environment
-
-    from desim_warehouse.world.traffic.body import Body
-    from desim_warehouse.world.traffic.closures import Restrictions
-    from desim_warehouse.world.traffic.lane import Lane
 
 
 Edge = tuple[str, str]

@@ -18,6 +18,7 @@ from desim_warehouse.layout.zones import TrafficZone, closed
 from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.world.traffic.avoidance import Avoidance
+from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.closures import RestrictedLane, Restrictions
 from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
@@ -28,8 +29,6 @@ from desim_warehouse.world.traffic.zones import ZoneDirection, directions
 
 if TYPE_CHECKING:
     from simpy import Environment
-
-    from desim_warehouse.world.traffic.body import Body
 
 
 class Traffic:
