@@ -274,7 +274,7 @@ def test_dates_with_slashes_are_refused_until_it_is_said_how_they_are_meant(hall
     path = tmp_path / "day.csv"
     path.write_text("release,from\n03/02/2026 07:00,1\n")
     [problem] = order_day(path, hall).problems
-    assert "a date that may be meant in two ways (got '03/02/2026 07:00'), expected dates: us or uk" in problem
+    assert "a date that may be meant in two ways (got '03/02/2026 07:00'), expected --dates us or uk" in problem
     days = {dates: order_day(path, hall, dates=dates).midnight for dates in ("us", "uk")}
     assert days == {"us": pd.Timestamp("2026-03-02"), "uk": pd.Timestamp("2026-02-03")}
     path.write_text("release,from\n13/02/2026 07:00,1\n")

@@ -151,6 +151,7 @@ def _raw_orders(model: Model) -> Iterator[Finding]:
         if not isinstance(flow.when, OrdersArrivals):
             continue
         file = Path(flow.when.orders.file)
+        file = file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file
         known = summary(flow.when.orders, reading(model, model.floor))
         if known.raw:
             text = f"{file.name} is no plain table ({', '.join(known.raw)}); from 0.5 on models read no other"

@@ -78,7 +78,7 @@ def notes(model: Model) -> Iterator[Finding]:
                 "QUANTITY_IS_TRIPS",
                 "tasks.flows",
                 f"{file.rows:,} rows of orders are {file.tasks:,} tasks by their quantity: each is a trip",
-                "where pieces of a row go together in one load, say quantity: pieces",
+                "where pieces of a row go together in one load, desim orders FILE --quantity pieces",
             )
 
 

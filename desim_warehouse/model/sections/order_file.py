@@ -87,11 +87,6 @@ class Table:
     twice: tuple[str, ...] = ()
 
     @property
-    def raw(self) -> tuple[str, ...]:
-        """In what a file is another than `desim orders` writes, as far as its header shows."""
-        return ("a workbook",) * _is(self.path, ".xlsx", ".xlsm") + self.assumed
-
-    @property
     def decimal_comma(self) -> bool:
         """Whether numbers in cells may have a decimal comma."""
         return self.delimiter != ","
@@ -106,16 +101,25 @@ def table_of(spec: OrdersFile) -> Table:
     table = _table(path, spec)
     if table.twice:
         text = f"column {got(table.twice[0])} given twice, expected it once"
-        raise ModelError([f"{path}: {text}; columns says which other is meant (--map)"])
+        raise ModelError([f"{path}: {text}; desim orders --map says which other is meant"])
     return table
+
+
+def raw(spec: OrdersFile, table: Table) -> tuple[str, ...]:
+    """In what a file is another than `desim orders` writes, as far as its header and the model show."""
+    needs = [name for name in ("columns", "sheet", "dates") if getattr(spec, name)]
+    needs += ["quantity: pieces"] if spec.quantity == "pieces" else []
+    said = (f"it needs {', '.join(needs)}",) if needs else ()
+    return (*said, *("a workbook",) * _is(table.path, ".xlsx", ".xlsm"), *table.assumed)
 
 
 def options(spec: OrdersFile, table: Table) -> list[str]:
     """The options with which `desim orders` reads a file as a model does that names it."""
-    said = [f"--map={ours}={theirs}" for ours, theirs in spec.columns.items()]
-    said += [f"--{name}={value}" for name in ("sheet", "dates") if (value := getattr(spec, name)) is not None]
-    said += ["--quantity=tasks"] if "quantity" in table.titles and spec.quantity == "tasks" else []
-    return said + ([] if spec.pieces_per_load is None else [f"--pieces-per-load={spec.pieces_per_load}"])
+    said = [word for ours, theirs in spec.columns.items() for word in ("--map", f"{ours}={theirs}")]
+    for name in ("sheet", "dates"):
+        said += [] if getattr(spec, name) is None else [f"--{name}", getattr(spec, name)]
+    said += ["--quantity", "tasks"] if "quantity" in table.titles and spec.quantity == "tasks" else []
+    return said + ([] if spec.pieces_per_load is None else ["--pieces-per-load", str(spec.pieces_per_load)])
 
 
 def _table(path: Path, spec: OrdersFile) -> Table:
@@ -279,9 +283,9 @@ def _headed(
         names = [" ".join(str(title).split()) if title is not None else "" for title in titles]
         ranks = _ours(names, spec)
         if "release" in ranks:
-            for ours, theirs in spec.columns.items():
+            for ours in spec.columns:
                 if ours not in ranks:
-                    raise _missing(path, theirs, names)
+                    raise _missing(path, ours, spec, names)
             said = [f"'{names[rank]}' is {ours}" for ours, rank in ranks.items() if heading(names[rank])[0] != ours]
             assumed = [", ".join(said)] if said and not spec.columns else []
             assumed += _rivals(names, ranks, spec)
@@ -293,7 +297,7 @@ def _headed(
             twice = tuple(name for name in titles_of.values() if names.count(name) > 1)
             return Table(path, columns, titles_of, head, len(names), encoding, delimiter, tuple(assumed), twice)
     names = [str(title) for title in rows[0]] if rows else []
-    raise _missing(path, spec.columns.get("release", "release"), names)
+    raise _missing(path, "release", spec, names)
 
 
 def _rivals(names: Sequence[str], ranks: Mapping[str, int], spec: OrdersFile) -> list[str]:
@@ -311,10 +315,11 @@ def _rivals(names: Sequence[str], ranks: Mapping[str, int], spec: OrdersFile) ->
     return found
 
 
-def _missing(path: Path, name: str, names: Sequence[str]) -> ModelError:
+def _missing(path: Path, ours: str, spec: OrdersFile, names: Sequence[str]) -> ModelError:
+    name = spec.columns.get(ours, ours)
     near = nearest(name, names)
     hint = f"; did you mean '{near}'?" if near else ""
-    cure = "; columns says what the file calls it (--map)" if not near else ""
+    cure = f"; desim orders --map {ours}=HEADING says what the file calls it" if not near else ""
     return ModelError([f"{path}: no column '{name}' (it has {len(names) or 'none'}){hint}{cure}"])
 
 

@@ -228,7 +228,7 @@ class Chunk:
         if slashes:
             unsaid = bad & np.array([bool(SLASHES.match(one)) for one in slashes], dtype=bool)
             self.problem(
-                unsaid, column, "a date that may be meant in two ways", "dates: us or uk to say which (--dates)"
+                unsaid, column, "a date that may be meant in two ways", "--dates us or uk of desim orders to say which"
             )
             bad &= ~unsaid
         self.problem(bad | (empty if needed else False), column, "not a time", cure)

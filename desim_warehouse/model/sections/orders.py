@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import Layout
 from desim_warehouse.model.sections.flows import STORAGE, FlowSpec, OrdersArrivals, OrdersFile
-from desim_warehouse.model.sections.order_file import Problems, check_there, chunks, options, table_of
+from desim_warehouse.model.sections.order_file import Problems, check_there, chunks, options, raw, table_of
 from desim_warehouse.model.sections.order_rows import Chunk, OrderLine, Reading, first_day
 from desim_warehouse.values.fields import LIMITS
 
@@ -112,10 +112,8 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     named = frozenset(name for name in names if isinstance(name, str) and name != STORAGE)
     trips, fetched, stored = spec.quantity == "tasks", ways[True, False], ways[False, True]
     table = table_of(spec)
-    said = tuple(options(spec, table))
-    asked = tuple(one for one in said if one != "--quantity=tasks")
-    raw = (*asked, *table.raw, *found.forms)
-    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, trips, fetched, stored, raw, said)
+    other, said = (*raw(spec, table), *found.forms), tuple(options(spec, table))
+    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, trips, fetched, stored, other, said)
 
 
 def _in_storage(end: str | int | None) -> bool | None:
