@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -12,11 +12,18 @@ import click
 
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, keys_then
-from desim_warehouse.cli.named_options import read_options
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
-from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_vary, with_search, with_vary
+from desim_warehouse.cli.study_options import (
+    BY_TARGET,
+    interruptible,
+    read_assignments,
+    read_vary,
+    with_search,
+    with_vary,
+)
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
+from desim_warehouse.errors import ModelError, reason
 from desim_warehouse.study.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
@@ -80,7 +87,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 @with_json()
 @with_overrides
 @with_search("confidence", "seed", first=BY_TARGET, cap=CAP)
-def command(
+def command(  # as long as its options are many
     model: str,
     target: str,
     options: tuple[str, ...],
@@ -138,7 +145,7 @@ def _of_options(
 ) -> tuple[OptionsPlan, Answer]:
     from desim_warehouse.study.fleet import plan_options
 
-    found = plan_options(read_options(options, loaded), target, search=search, **how)
+    found = plan_options(_options(options, loaded), target, search=search, **how)
     return found, found.answer
 
 
@@ -169,8 +176,6 @@ def _zone(text: str, target: str, loaded: Model) -> float:
 
 def _ranges(given: tuple[str, ...], model: Model) -> dict[str, tuple[float, float]]:
     """The ranges of `--uncertain`: of keys, or of a file that `desim calibrate` wrote beside the model."""
-    from desim_warehouse.errors import ModelError
-
     found: dict[str, tuple[float, float]] = {}
     for text in given:
         if "=" in text:
@@ -189,7 +194,6 @@ def _ranges(given: tuple[str, ...], model: Model) -> dict[str, tuple[float, floa
 
 def _ends(key: str, ends: list[str], model: Model) -> tuple[float, float]:
     """The two ends of a range, in the units of the model; each may have a unit of its own."""
-    from desim_warehouse.errors import ModelError
     from desim_warehouse.model.facts.keys import about
     from desim_warehouse.values.units import quantity
 
@@ -207,7 +211,6 @@ def _ends(key: str, ends: list[str], model: Model) -> tuple[float, float]:
 
 
 def _of_file(path: str) -> Mapping[str, Any]:
-    from desim_warehouse.errors import ModelError, reason
     from desim_warehouse.model.parse import read_yaml
 
     try:
@@ -234,3 +237,51 @@ def _tipping(
     chosen = {key: value for key, value in sized.best.overrides.items() if key != "fleet.size"}
     model = loaded.replace({**sized.overrides, **chosen})
     return tipping_points(model, target, ranges, search=replace(search.under("uncertain"), runs=UNCERTAIN_RUNS))
+
+
+# Named options
+
+
+def _options(given: tuple[str, ...], model: Model) -> dict[str, Model]:
+    """Options such as `A: prices.robot=6000; fleet.robot.speed=1.5` or `B: other.yaml`, and those of files, as models.
+
+    Raises:
+        ModelError: no such option, one that is there twice, or what `load` refuses.
+    """
+    found: dict[str, Model] = {}
+    for text in given:
+        for name, what in _named(text):
+            if name in found:
+                raise ModelError([f"--option {name}: there twice, expected each once"])
+            found[name] = _model(name, what, model)
+    return found
+
+
+def _named(text: str) -> Iterator[tuple[str, Any]]:
+    """The options of a text: one, or all of a file."""
+    from desim_warehouse.model.parse import read_yaml
+
+    name, colon, what = text.partition(":")
+    if colon and what.strip():
+        yield name.strip(), what.strip()
+        return
+    try:
+        document = read_yaml(Path(text).read_text(encoding="utf-8"), text)
+    except (OSError, ValueError) as error:
+        raise ModelError(
+            [f"--option {text}: no NAME: KEY=VALUE, and no file ({reason(error)}), expected such as 'A: fleet.size=9'"]
+        ) from None
+    if document.problems or not isinstance(document.data, Mapping):
+        raise ModelError([f"--option {text}: expected names, each with keys and values or the name of a model"])
+    yield from ((str(name), what) for name, what in document.data.items())
+
+
+def _model(name: str, what: Any, model: Model) -> Model:
+    from desim_warehouse.model import load
+
+    if isinstance(what, Mapping):
+        return model.replace(what)
+    if "=" not in str(what):
+        return load(str(what))
+    parts = tuple(part.strip() for part in str(what).split(";") if part.strip())
+    return model.replace(read_assignments(parts, f"--option {name}:"))

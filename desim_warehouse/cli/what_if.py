@@ -51,7 +51,7 @@ if TYPE_CHECKING:
 @with_json()
 @with_overrides
 @with_search("confidence", "seed")
-def command(
+def command(  # as long as its options are many
     model: str,
     vary: tuple[str, ...],
     replications: str,

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
@@ -12,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
-from desim_warehouse.errors import StudyError, WarehouseError, reason
+from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
@@ -20,11 +19,10 @@ from desim_warehouse.outcome.verdicts import Verdict, judge_design
 from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import rare, statistics
 from desim_warehouse.study.design import Point, baseline_point, saltelli
-from desim_warehouse.study.execution.work import Outcome
-from desim_warehouse.study.factors import RESERVED, Label
+from desim_warehouse.study.factors import Label
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import StudyPlan, models
-from desim_warehouse.study.table import RESULTS, Row, arrow, as_text, columns, is_numeric, plain, read_results
+from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_numeric, level_column, rows_of
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
@@ -74,7 +72,7 @@ class Results:
         record = read_record(folder)
         points = tuple(record.plan.points())
         if not (folder / JOURNAL).exists() and (folder / RESULTS).exists():
-            rows = _from_table(folder / RESULTS, points)
+            rows = rows_of(folder / RESULTS, points)
             return cls(record.plan, points, rows, record.versions, folder)
         notes: list[str] = []
         with Store(folder, notes.append, read_only=True, version=record.versions["desim-warehouse"]) as store:
@@ -181,7 +179,7 @@ class Results:
     @cached_property
     def designs(self) -> Mapping[str, tuple[Label, ...]]:
         """Every design with the levels of its factors as in the table: a column with any text is all text."""
-        columns = [_column([point.labels[key] for point in self.points]) for key in self.factors]
+        columns = [level_column([point.labels[key] for point in self.points]) for key in self.factors]
         levels = zip(*columns, strict=True) if columns else [()] * len(self.points)
         found: dict[str, tuple[Label, ...]] = {}
         for point, of_point in zip(self.points, levels, strict=True):
@@ -485,38 +483,3 @@ def _line(found: statistics.Estimate | None, runs: int) -> dict[str, Any]:
         **{f"q{round(100 * share):02d}": value for share, value in found.quantiles.items()},
         "deterministic": found.deterministic,
     }
-
-
-def _column(values: Sequence[Label]) -> list[Label]:
-    """The levels of a factor as a column of one type."""
-    kinds = {type(value) for value in values if value is not None}
-    if kinds <= {int, float} or kinds == {bool}:
-        return list(values)
-    return [None if value is None else as_text(value) for value in values]
-
-
-def _from_table(path: Path, points: Sequence[Point]) -> tuple[Row, ...]:
-    """The rows of a table, each at its point, and of equal points in their order."""
-    table = read_results(path)
-    try:
-        return tuple(_rows(table, points))
-    except (KeyError, IndexError, TypeError) as error:
-        raise StudyError(f"{path}: not the table of this study ({reason(error)})") from error
-
-
-def _rows(table: pd.DataFrame, points: Sequence[Point]) -> Iterator[Row]:
-    factors = list(points[0].labels)
-    columns = [_column([point.labels[key] for point in points]) for key in factors]
-    at: dict[tuple[Any, ...], list[Point]] = {}
-    for point, key in zip(points, zip(*columns, strict=True) if columns else [()] * len(points), strict=True):
-        at.setdefault(tuple(map(plain, key)), []).append(point)
-    besides = {*factors, *RESERVED}
-    seen: Counter[tuple[Any, ...]] = Counter()
-    for line in table.to_dict("records"):
-        key = tuple(plain(line[factor]) for factor in factors)
-        run = (key, line["replication"])
-        values = {str(name): value for name, value in line.items() if name not in besides and plain(value) is not None}
-        fixed = bool(line["deterministic"])
-        outcome = Outcome(values, line["run_time"], plain(line["error"]), deterministic=fixed)
-        yield Row(at[key][seen[run]], line["replication"], line["seed"], outcome)
-        seen[run] += 1

@@ -49,7 +49,7 @@ class Study:
     `Study.open` has the runs of a folder again, in another program or after an interruption.
     """
 
-    def __init__(
+    def __init__(  # every key of a study file is an argument, with its meaning
         self,
         base: str | Path | Mapping[str, Any] | Model,
         factors: Mapping[str, Any] | None = None,

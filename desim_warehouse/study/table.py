@@ -5,7 +5,8 @@ from __future__ import annotations
 import json
 import math
 import os
-from collections.abc import Iterable, Mapping, Sequence
+from collections import Counter
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -13,6 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from desim_warehouse.errors import ReportError, StudyError, reason
 from desim_warehouse.outcome.indicators import INDICATORS, counted_in, within
 from desim_warehouse.study.execution.work import Outcome
+from desim_warehouse.study.factors import RESERVED, Label
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -161,6 +163,41 @@ def plain(value: Any) -> Any:
     if isinstance(value, dict | list | tuple):
         return json.dumps(value, default=str)
     return None if isinstance(value, float) and math.isnan(value) else value
+
+
+def level_column(values: Sequence[Label]) -> list[Label]:
+    """The levels of a factor as a column of one type."""
+    kinds = {type(value) for value in values if value is not None}
+    if kinds <= {int, float} or kinds == {bool}:
+        return list(values)
+    return [None if value is None else as_text(value) for value in values]
+
+
+def rows_of(path: Path, points: Sequence[Point]) -> tuple[Row, ...]:
+    """The rows of a table, each at its point, and of equal points in their order."""
+    table = read_results(path)
+    try:
+        return tuple(_rows(table, points))
+    except (KeyError, IndexError, TypeError) as error:
+        raise StudyError(f"{path}: not the table of this study ({reason(error)})") from error
+
+
+def _rows(table: pd.DataFrame, points: Sequence[Point]) -> Iterator[Row]:
+    factors = list(points[0].labels)
+    columns = [level_column([point.labels[key] for point in points]) for key in factors]
+    at: dict[tuple[Any, ...], list[Point]] = {}
+    for point, key in zip(points, zip(*columns, strict=True) if columns else [()] * len(points), strict=True):
+        at.setdefault(tuple(map(plain, key)), []).append(point)
+    besides = {*factors, *RESERVED}
+    seen: Counter[tuple[Any, ...]] = Counter()
+    for line in table.to_dict("records"):
+        key = tuple(plain(line[factor]) for factor in factors)
+        run = (key, line["replication"])
+        values = {str(name): value for name, value in line.items() if name not in besides and plain(value) is not None}
+        fixed = bool(line["deterministic"])
+        outcome = Outcome(values, line["run_time"], plain(line["error"]), deterministic=fixed)
+        yield Row(at[key][seen[run]], line["replication"], line["seed"], outcome)
+        seen[run] += 1
 
 
 @dataclass(frozen=True)

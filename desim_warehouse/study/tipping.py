@@ -144,24 +144,22 @@ def tipping_points(
         model: the warehouse, with the chargers that it is to have, and about as many robots: they are looked at first.
         target: such as "on_time >= 95 %".
         uncertain: key of the model -> the lowest and the highest value that it may have.
-        search: how runs are done, at most 250 by default. Its confidence is that the fleet said to be safe is enough;
-            intervals have 95 %.
+        search: how runs are done, at most 250. Its confidence: that the safe fleet is enough; intervals have 95 %.
 
     Raises:
         StudyError: no range, a bad target, too few runs, or an end of a range with which nothing can be simulated.
 
     Source: Sobol points, least squares, `statistics.thresholds`.
     """
-    model = as_model(model)
-    goal = read_target(target, model.units.names)
-    runs = search.runs or UNCERTAIN_RUNS
-    if runs < FEWEST_RUNS:
+    goal = read_target(target, (model := as_model(model)).units.names)
+    if (runs := search.runs or UNCERTAIN_RUNS) < FEWEST_RUNS:
         raise StudyError(f"{runs} runs: too few to find where the answer tips, expected at least {FEWEST_RUNS}")
     ranges = {key: _range(key, ends) for key, ends in uncertain.items()}
     fleets = _fleets(model, ranges)
-    middle = tuple((low + high) / 2 for low, high in ranges.values())
-    cases = {"the middle": _changes(ranges, middle, fleets[0])}
-    study = searched(model, {"design": {"cases": cases}}, search, name="uncertain", target=goal.text)
+    ends = tuple(ranges.values())
+    middle = tuple((low + high) / 2 for low, high in ends)
+    factors = {"design": {"cases": {"the middle": _changes(ranges, middle, fleets[0])}}}
+    study = searched(model, factors, search, name="uncertain", target=goal.text)
     with study.session(search) as runner:
         numbers = {(middle, fleets[0]): 0}
 
@@ -174,7 +172,6 @@ def tipping_points(
 
         def steps(exact: bool) -> Procedure[TippingSearch]:
             begin = min(int(np.searchsorted(fleets, model.fleet.size)), len(fleets) - 1)
-            ends = tuple(ranges.values())
             return TippingSearch(ends, fleets, goal, number, runs, search.seed, begin, exact=exact).steps()
 
         found = study.carry_out(runner, steps, goal.indicator, failed=goal.missed)

@@ -24,12 +24,11 @@ from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study import statistics
 from desim_warehouse.study.limits import RELIEVED
-from desim_warehouse.study.reliefs.suspect import MOST_UNTAKEN, Suspect
-from desim_warehouse.study.reliefs.suspects import left_out, suspects
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics import Estimate, Gain, Gains
 from desim_warehouse.study.study import Study, searched, with_answer
+from desim_warehouse.study.suspects import MOST_UNTAKEN, Suspect, left_out, suspects
 
 LEAST = 0.01
 """Part of the indicator's mean that matters."""

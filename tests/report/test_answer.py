@@ -29,8 +29,8 @@ from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import Designs, FleetPlan, Shown, Sized, plan_fleet
 from desim_warehouse.study.procedures import size
-from desim_warehouse.study.reliefs.suspect import Suspect
 from desim_warehouse.study.statistics import DesignVerdict, Estimate, Gain, Gains
+from desim_warehouse.study.suspects import Suspect
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.why import Why, why
 from tests.live.test_frozen import held

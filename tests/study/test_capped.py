@@ -10,8 +10,8 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.report.text.size_words import capped
 from desim_warehouse.study.fleet.capped import Capped, caps, tried_cap, waits_much
-from desim_warehouse.study.reliefs.suspects import suspects
 from desim_warehouse.study.statistics import Gain
+from desim_warehouse.study.suspects import suspects
 from tests.world.crowded import crowded
 
 SHORT = {"length": 400, "warm_up": 100}

@@ -5,9 +5,8 @@ import json
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study.reliefs.suspect import Suspect
-from desim_warehouse.study.reliefs.suspects import suspects
 from desim_warehouse.study.statistics import Gain, Gains
+from desim_warehouse.study.suspects import Suspect, suspects
 from desim_warehouse.study.why import Why
 from tests.docs import pages
 from tests.study.planted import CASES, named

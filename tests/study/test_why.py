@@ -7,9 +7,8 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.answer import load
-from desim_warehouse.study.reliefs.suspect import Suspect
-from desim_warehouse.study.reliefs.suspects import suspects
 from desim_warehouse.study.statistics import Gain, Gains
+from desim_warehouse.study.suspects import Suspect, suspects
 from desim_warehouse.study.why import Why, usual_indicator, why
 from tests.docs import pages
 from tests.study import bottlenecks

@@ -3,7 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study.reliefs.suspects import suspects
+from desim_warehouse.study.suspects import suspects
 from tests.world.test_pods import RING
 
 BUSY = {

@@ -7,7 +7,7 @@ from hypothesis import strategies as st
 
 import desim_warehouse as dw
 from desim_warehouse.model.facts.places import by_distance, place_shares
-from desim_warehouse.study.reliefs.suspects import suspects
+from desim_warehouse.study.suspects import suspects
 
 ABC = [{"share": 0.25, "demand": 0.8}, {"share": 0.75, "demand": 0.2}]
 # A one-way ring of 40 m with four places; those behind the station are the farthest from it by the lanes.

@@ -12,8 +12,8 @@ from desim_warehouse.report.text import judged, numbers, words
 from desim_warehouse.report.text.root_words import root
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import Standing
-from desim_warehouse.study.reliefs.suspect import Suspect
 from desim_warehouse.study.statistics import Gain
+from desim_warehouse.study.suspects import Suspect
 
 if TYPE_CHECKING:
     from desim_warehouse.study.why import Failure, Health, Why

@@ -124,7 +124,7 @@ def best(what: Study | Source, indicator: str, delta: float | None = None, **how
     return best_of(as_model(what), indicator, delta, **how)
 
 
-def best_of(
+def best_of(  # half of it says what its arguments mean
     model: Model,
     indicator: str,
     delta: float | None = None,

@@ -215,26 +215,29 @@ def directions(
     scout = _study(model, {_DRAWN: {}}, "search", search.seed + 1, search)
     ranked = _searched(floor, scout, indicator, replace(search.under("search"), runs=runs - judged), maximise=maximise)
     best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
-    turned, units = tuple(floor.turnable.turned(best)), len(floor.turnable.units)
-    if not turned:
-        none = BetterDirections(model, {}, (), units, indicator, None, (), len(scout.rows), search.confidence)
-        return with_answer(none, search)
-    changed = floor.changes(best)
-    fresh = _fresh(model, changed, judged, search)
+    turned = tuple(floor.turnable.turned(best))
+    nothing = BetterDirections(
+        model, {}, (), len(floor.turnable.units), indicator, None, (), len(scout.rows), search.confidence
+    )
+    return with_answer(_judged(floor, best, nothing, judged, search) if turned else nothing, search)
+
+
+def _judged(floor: Floor, best: Design, nothing: BetterDirections, runs: int, search: Search) -> BetterDirections:
+    """What the best directions gain on days that the search did not use."""
+    model, changed, indicator = floor.model, floor.changes(best), nothing.indicator
+    maximise = more_is_better(indicator)
+    fresh = _fresh(model, changed, runs, search)
     fresh.run_by(search.under("judged"))
     gain, *elsewhere = (_gain(fresh, number, indicator, maximise=maximise) for number in range(0, len(fresh.points), 2))
-    found = BetterDirections(
-        model.replace(changed),
-        floor.turnable.lanes(best),
-        turned,
-        units,
-        indicator,
-        gain,
-        tuple(one for one in elsewhere if one is not None),
-        len(scout.rows) + len(fresh.rows),
-        search.confidence,
+    return replace(
+        nothing,
+        model=model.replace(changed),
+        ways=floor.turnable.lanes(best),
+        turned=tuple(floor.turnable.turned(best)),
+        gain=gain,
+        elsewhere=tuple(one for one in elsewhere if one is not None),
+        runs=nothing.runs + len(fresh.rows),
     )
-    return with_answer(found, search)
 
 
 def _searched(floor: Floor, scout: Study, indicator: str, search: Search, *, maximise: bool) -> list[Design]:

@@ -156,11 +156,8 @@ class _Planner:
         study = self.study(name, self.designs.factors(ranges), changes)
         known = statistics.NOTHING if year is None else self._known(growth, counts)
         found, doubts = self._cheapest(study, counts, known)
-        found = self._as_cheap(study, found, counts)
         if year is not None:
             self._share(growth, found, doubts, counts)
-        if found.design is not None:
-            self.known += f"{name}: {_named(study.points[found.design])}; "
         self.sized[name] = {counts[number]: study.results.by_point[number] for number in found.verdicts}
         shown = {
             number: self._shown(study, number, counts[number], found.verdicts[number], found.vetoed.get(number))
@@ -169,10 +166,7 @@ class _Planner:
         best = None if found.design is None else shown[found.design]
         below = tuple(shown[number] for number in found.below)
         base = study.plan.base
-        used, trip = self._used(study, found, counts) if shown else ({}, None)
-        in_hours = base.layout.has_hours or base.fleet.has_hours
-        shown_by = tuple(dict.fromkeys(indicator for part in used for indicator in indicators_of(base)[part]))
-        shown_by += () if trip is None else (TRIP,)
+        used, trip, shown_by = self._used(study, found, counts) if shown else ({}, None, ())
         left = tuple(counts[number] for number in found.open)
         worse = tuple((counts[one.number], counts[one.base], one.difference) for one in found.larger if one.worse)
         capped = self._capped(study, below[-1], name, changes) if best is None and below and not left else None
@@ -183,7 +177,7 @@ class _Planner:
             best,
             below,
             used,
-            in_hours,
+            base.layout.has_hours or base.fleet.has_hours,
             shown_by,
             changes,
             left,
@@ -197,12 +191,17 @@ class _Planner:
             most,
         )
 
-    def _used(self, study: Study, found: Cheapest, counts: list[Counts]) -> tuple[dict[str, Estimate], Estimate | None]:
-        """What is busy at the design found or at the largest, and what a trip takes where nothing is scarce at that."""
+    def _used(
+        self, study: Study, found: Cheapest, counts: list[Counts]
+    ) -> tuple[dict[str, Estimate], Estimate | None, tuple[str, ...]]:
+        """What is busy at the design found, or the largest; what a trip takes if nothing is; the indicators of both."""
         busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
         used = utilisation(study, study.points[busiest])
-        trip = found.design is None and nothing_scarce(used)
-        return used, study.results.estimate(study.results.by_point[busiest], TRIP) if trip else None
+        by = dict.fromkeys(indicator for part in used for indicator in indicators_of(study.plan.base)[part])
+        if found.design is not None or not nothing_scarce(used):
+            return used, None, tuple(by)
+        trip = study.results.estimate(study.results.by_point[busiest], TRIP)
+        return used, trip, (*by, *(() if trip is None else (TRIP,)))
 
     def _by_hour(self, study: Study, best: Shown | None) -> tuple[Hour, ...]:
         """How orders fare by the hour with the design that was found, where they come by the clock."""
@@ -283,6 +282,9 @@ class _Planner:
             study,
             lambda judge, _: statistics.cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known),
         )
+        found = self._as_cheap(study, found, counts)
+        if found.design is not None:
+            self.known += f"{study.plan.name}: {_named(study.points[found.design])}; "
         return found, doubts
 
     def _as_cheap(self, study: Study, found: Cheapest, counts: list[Counts]) -> Cheapest:

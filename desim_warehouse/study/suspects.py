@@ -4,30 +4,65 @@ What is special at a place is in the way; what is so everywhere is work. So a cr
 which robots are longer there than elsewhere: no time at all there gains a little at each busy node of every model
 with a node time. Waits and time of a crossing are one suspect: taking the time away ends the waits too, and both
 intervals overlap wherever the queue is long.
+
+Idle robots are no sign that charging cannot matter: below a threshold of 85 % they stand idle waiting for a charger.
+Several policies are one suspect, as of two good ones neither would ever be shown to be better. What batches cost is
+read from rows of their own, written when they are made: the release of the last task of a tour is wrong for a time
+window, and for batches that wait for a robot.
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.feasibility.nearer import nearer
+from desim_warehouse.feasibility.pods import stations_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.goods import PoissonGoods
+from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
+from desim_warehouse.policies import catalogue
 from desim_warehouse.run import Run
-from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Queue, staff
+from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Phase, Queue, names, staff
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
-from desim_warehouse.study.reliefs.decisions import decisions
-from desim_warehouse.study.reliefs.of_pods import of_pods
-from desim_warehouse.study.reliefs.steady import evenly, from_files, opened, without_breaks
-from desim_warehouse.study.reliefs.suspect import DOSE, Suspect
+from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:
     import pandas as pd
+
+DOSE = 0.1
+"""The part of a capacity, or of the work, by which gains are compared."""
+MOST_UNTAKEN = 0.1
+"""Part of their time that tasks may wait to be taken up without robots being scarce."""
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """Something that may hold the warehouse up: its name, the relief in words and in keys of the model.
+
+    `waited`: the part of the fleet's time that robots waited there, in the run that was looked at, None where robots do
+    not wait for it, such as handling. `dose`: the relief as a part of what is there, 1 for one server beside another;
+    None where something in the way is taken away as a whole. `beside`: it is no resource but the work itself, less of
+    which always gains: it stands beside the contest. Of one name there may be several, such as other policies.
+    """
+
+    name: str
+    relief: str
+    overrides: Mapping[str, Any]
+    waited: float | None = None
+    dose: float | None = None
+    beside: bool = False
+
+    @property
+    def scale(self) -> float:
+        """What makes its gain into that of an equal dose: a tenth of a capacity or of the work, or all of the rest."""
+        return 1.0 if self.dose is None else DOSE / abs(self.dose)
 
 
 MOST_NODES = 5
@@ -304,3 +339,91 @@ def _plain(model: Model) -> Iterator[Suspect]:
         less = {"tasks.demand": tasks.demand * (1 - FEWER)}
     if less:
         yield Suspect("demand", "5 % fewer orders", less, dose=-FEWER, beside=True)
+
+
+# Decisions
+
+LEAST_CHARGING = 0.05
+"""Part of the fleet's time on chargers from which the charging policy is looked at, where tasks wait for robots."""
+
+
+def decisions(run: Run) -> Iterator[Suspect]:
+    """Each decision with another in its place."""
+    model = run.model
+    if model.policies.batching.name != "single":
+        yield Suspect("batching", "every task by itself", {"policies.batching": "single"})
+    if model.policies.interval:
+        yield Suspect("the interval of decisions", "decisions at once", {"policies.interval": 0})
+    if model.traffic.most_out is not None:
+        yield Suspect("the cap on robots under way", "no cap on robots under way", {KEY: None})
+    charging = sum(run.kpis[f"share_{name}"] for name in names(lambda state: state.phase is Phase.CHARGING))
+    if charging >= LEAST_CHARGING and share_of_tasks(run.history, *UNTAKEN) > MOST_UNTAKEN:
+        yield from _charging(model)
+
+
+def _charging(model: Model) -> Iterator[Suspect]:
+    """The other built-in policies as they are by default, and the model's own without its parameters."""
+    own, battery = model.policies.charging, model.battery
+    for name in catalogue.OURS["charging"]:
+        if name == own.name and not own.params:
+            continue
+        threshold = battery is not None and "threshold" in battery.model_fields_set
+        if catalogue.problems("charging", name, {}) or (catalogue.reads_threshold(name, {}) and not threshold):
+            continue  # it has no defaults
+        yield Suspect("the charging policy", f"charging by {name}", {"policies.charging": name})
+
+
+# Pods
+
+HALF = 0.5
+DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}
+"""Those by which lines of a visit are many or few; where pods are stored hardly moves them."""
+
+
+def of_pods(model: Model) -> Iterator[Suspect]:
+    """Reliefs of a model with pods, none of another. Robots do not wait for any of them."""
+    pods = model.pods
+    if pods is None:
+        return
+    if pods.change_time:
+        half = {"pods.change_time": HALF * pods.change_time}
+        yield Suspect("the change of pods", "pods changed in half the time", half, dose=-HALF)
+    flows = {name: flow for name, flow in model.tasks.flows.items() if "." not in name}
+    shorter = {
+        f"tasks.flows.{name}.stop_time": scaled(flow.stop_time, 1 - DOSE)
+        for name, flow in flows.items()
+        if flow.stop_time
+    }
+    if shorter:
+        yield Suspect("picking", "a line picked in a tenth less time", shorter, dose=-DOSE, beside=True)
+    if pods.orders:
+        more = _tenth(pods.orders)
+        relief = f"{more - pods.orders} more of {pods.orders} orders at each station"
+        yield Suspect("orders at the stations", relief, {"pods.orders": more}, dose=more / pods.orders - 1)
+    if pods.holds is None:
+        more = _tenth(pods.per_pod)
+        relief = f"{more - pods.per_pod} more of {pods.per_pod} items on each pod"
+        yield Suspect("what pods hold", relief, {"pods.per_pod": more}, dose=more / pods.per_pod - 1)
+    if pods.stock is not None:
+        yield Suspect("stock", "stock without end", {"pods.stock": None})
+    yield from _fewer_places(model)
+    for kind, words in DECISIONS.items():
+        now = model.policies.of_pods(kind).name
+        for name in catalogue.OURS[kind]:
+            if name not in {now, "random"}:
+                yield Suspect(f"policies.{kind}", f"{words} {name}", {f"policies.{kind}": name})
+
+
+def _tenth(count: int) -> int:
+    return math.ceil(count * (1 + DOSE))
+
+
+def _fewer_places(model: Model) -> Iterator[Suspect]:
+    """Fewer pods at a time at the stations, each for more lines, down to one that is picked and one that comes."""
+    layout = model.floor
+    used = [layout.stations[node] for flow in model.tasks.flows.values() for node in stations_of(flow)]
+    least = {item.zone: item.places - 1 for item in used if item.places - 1 > item.servers and "." not in item.zone}
+    if least:
+        fewer = {f"layout.stations.{zone}.places": places for zone, places in least.items()}
+        dose = -1 / max(least.values())
+        yield Suspect("pods at the stations", "one place fewer at each node of the stations", fewer, dose=dose)

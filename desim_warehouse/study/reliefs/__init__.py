@@ -1,1 +1,0 @@
-"""What may hold a warehouse up, and the model without it: what `why` simulates."""
