@@ -12,7 +12,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import desim_warehouse as dw
-from desim_warehouse.study.statistics import estimate, paired
+from desim_warehouse.study.statistics.comparison import paired
+from desim_warehouse.study.statistics.intervals import estimate
 
 if TYPE_CHECKING:
     import pandas as pd

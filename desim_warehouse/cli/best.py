@@ -24,7 +24,7 @@ from desim_warehouse.cli.study_options import (
 )
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn
-from desim_warehouse.study.limits import MOST_RUNS, RACED, SEARCH_RUNS
+from desim_warehouse.study.statistics.limits import MOST_RUNS, RACED, SEARCH_RUNS
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model

@@ -14,7 +14,7 @@ from desim_warehouse.cli.options import load_model, refuse_files, with_force, wr
 from desim_warehouse.cli.study_options import interruptible, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.errors import first_of
-from desim_warehouse.study.limits import SEARCH_RUNS
+from desim_warehouse.study.statistics.limits import SEARCH_RUNS
 
 if TYPE_CHECKING:
     from desim_warehouse.layout.orient import Orientation
@@ -133,7 +133,7 @@ def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
     """Write the best of the floors by paired runs, and say how each of them does."""
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
     from desim_warehouse.report.text import words
-    from desim_warehouse.study.statistics import paired
+    from desim_warehouse.study.statistics.comparison import paired
 
     base = load_model(path, ())
     found = orientation(base)
@@ -178,7 +178,7 @@ def _runs(floor: Model, key: str, seeds: range) -> list[float]:
 def _compared(two_way: Model, one_way: Model, seeds: range) -> str:
     """Compare the two floors by paired runs."""
     from desim_warehouse.report.text import words
-    from desim_warehouse.study.statistics import paired
+    from desim_warehouse.study.statistics.comparison import paired
 
     key = _judged_by(two_way)
     kpis = [_runs(floor, key, seeds) for floor in (one_way, two_way)]

@@ -24,7 +24,7 @@ from desim_warehouse.cli.study_options import (
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.errors import ModelError, reason
-from desim_warehouse.study.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS, UNCERTAIN_RUNS
+from desim_warehouse.study.statistics.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model

@@ -17,9 +17,9 @@ from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.report.answer import Answer
 from desim_warehouse.report.text import race_words, size_words, words
-from desim_warehouse.study.limits import CAP, FIRST
 from desim_warehouse.study.procedures import SizeFound
 from desim_warehouse.study.search import Search
+from desim_warehouse.study.statistics.limits import CAP, FIRST
 from desim_warehouse.study.study import Study
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)

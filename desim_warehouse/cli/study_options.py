@@ -20,7 +20,7 @@ from desim_warehouse.cli.completion import keys_then
 from desim_warehouse.cli.options import TimeIn, with_confidence, with_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
-from desim_warehouse.study.limits import FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS
+from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS
 
 if TYPE_CHECKING:
     from desim_warehouse.model.messages import Keys

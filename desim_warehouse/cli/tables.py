@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.plants import Remark
     from desim_warehouse.study.results import Results
-    from desim_warehouse.study.statistics import QuantileEstimate
+    from desim_warehouse.study.statistics.intervals import QuantileEstimate
 
 
 NONE_MEETS = 3
@@ -41,7 +41,7 @@ def show_quantiles(results: Results, share: float) -> None:
     """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
     from desim_warehouse.report.text import sentences, words
     from desim_warehouse.study.factors import readable
-    from desim_warehouse.study.statistics import replications_for_quantile
+    from desim_warehouse.study.statistics.intervals import replications_for_quantile
 
     found = {
         name: results.quantiles(name, share) for name in results.chosen(results.plan.indicators or results.usual(4))

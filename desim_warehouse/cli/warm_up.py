@@ -10,7 +10,7 @@ from desim_warehouse.cli.answers import keep
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
 from desim_warehouse.report.plot.style import save
-from desim_warehouse.study.limits import MOST_REPLICATIONS
+from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS
 
 
 @click.command("warm-up")

@@ -21,7 +21,7 @@ from desim_warehouse.cli.study_options import (
 )
 from desim_warehouse.cli.tables import show_failures
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.study.limits import MOST_REPLICATIONS
+from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS
 
 if TYPE_CHECKING:
     from desim_warehouse.study.search import Search

@@ -12,7 +12,7 @@ from desim_warehouse.cli.completion import AtPath, indicators
 from desim_warehouse.cli.options import load_source, with_json, with_overrides
 from desim_warehouse.cli.study_options import interruptible, with_search
 from desim_warehouse.cli.warned import warn
-from desim_warehouse.study.limits import RELIEVED
+from desim_warehouse.study.statistics.limits import RELIEVED
 
 if TYPE_CHECKING:
     from desim_warehouse.study.search import Search

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout.way_home import Search, Stands, room
+from desim_warehouse.layout.way_home import HomeSearch, Stands, room
 from desim_warehouse.layout.zones import closed, zones_on
 
 if TYPE_CHECKING:
@@ -144,7 +144,7 @@ def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[
         stands.put(number, (here,))
         for step in trail[1:]:
             users.setdefault(step, []).append(number)
-    left = sorted(Search(stands, sorted(starts)).left)
+    left = sorted(HomeSearch(stands, sorted(starts)).left)
     if left:
         named = ", ".join(f"{number} {_where(starts[number])}" for number in left)
         yield Finding(

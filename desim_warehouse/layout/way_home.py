@@ -79,7 +79,7 @@ class Stands(Generic[R, S]):
             self.lines.setdefault(stand, []).insert(place, robot)
 
 
-class Search(Generic[R, S]):
+class HomeSearch(Generic[R, S]):
     """A plan for some robots and for all that stand in their way, directly or through others.
 
     `moves` are robots and positions on their trails, in order. `left` are the robots still out after them: none, if a

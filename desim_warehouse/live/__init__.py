@@ -27,7 +27,8 @@ from desim_warehouse.report.replay.page import colours
 from desim_warehouse.report.text import words
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
 from desim_warehouse.study.execution.progress import in_notebook
-from desim_warehouse.study.statistics import Target, looks_by
+from desim_warehouse.study.statistics.judge import looks_by
+from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.target import read_target
 
 HOME = "127.0.0.1"

@@ -31,7 +31,9 @@ from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target, looked_at, looks_by
+from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.statistics.judge import DesignVerdict, looked_at, looks_by
+from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.table import Row
 
 

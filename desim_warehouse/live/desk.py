@@ -37,7 +37,7 @@ from desim_warehouse.study.execution.work import Handle, Outcome, Wanted
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.record import read_record, write_record
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import Target
+from desim_warehouse.study.statistics.targets import Target
 
 Band = tuple[float, float | None, float | None]
 """A mean and the ends of its interval, if there is one."""

@@ -20,7 +20,7 @@ from desim_warehouse.study.factors import readable
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import Target
+from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.table import is_numeric, plain
 
 MOST = 120

@@ -131,9 +131,9 @@ def _saltelli(factors: Sequence[Factor], size: int, seed: int) -> list[Point]:
 
 def saltelli(factors: Sequence[Factor], size: int, seed: int) -> Any:
     """The `SaltelliDesign` over these factors."""
-    from desim_warehouse.study import statistics
+    from desim_warehouse.study.statistics.screening import saltelli_design
 
     given: dict[str, Any] = {
         factor.key: factor.between or [level.label for level in factor.levels] for factor in factors
     }
-    return statistics.saltelli_design(given, size, seed)
+    return saltelli_design(given, size, seed)

@@ -15,8 +15,8 @@ from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.model import Model
 from desim_warehouse.model.messages import Keys
 from desim_warehouse.model.schema import OUTLINE
-from desim_warehouse.study.limits import MOST_LEVELS
-from desim_warehouse.study.statistics import Between
+from desim_warehouse.study.statistics.limits import MOST_LEVELS
+from desim_warehouse.study.statistics.screening import Between
 from desim_warehouse.values.fields import Forms, Part, all_wrong, form, wrong
 
 Label: TypeAlias = str | int | float | bool | None

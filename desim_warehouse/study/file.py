@@ -58,7 +58,7 @@ from desim_warehouse.model.messages import Outline
 from desim_warehouse.outcome.indicators import INDICATORS, look_up
 from desim_warehouse.study.design import SAMPLED, Rule, baseline_point, count, points
 from desim_warehouse.study.factors import Factor, Form, Label, factor_of, label
-from desim_warehouse.study.limits import MOST_POINTS, MOST_REPLICATIONS, MOST_RUNS
+from desim_warehouse.study.statistics.limits import MOST_POINTS, MOST_REPLICATIONS, MOST_RUNS
 from desim_warehouse.study.target import read_target
 from desim_warehouse.values.fields import (
     NUMBER,

@@ -11,12 +11,22 @@ from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find, within
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.report.answer import Answer
-from desim_warehouse.study import statistics
 from desim_warehouse.study.design import Point
-from desim_warehouse.study.limits import CAP, LEAST_DELTA, RACED
 from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.statistics.cheapest import (
+    NOTHING,
+    Earlier,
+    Sizing,
+    line,
+    scout_steps,
+    smallest_meeting_steps,
+)
+from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError, looks
+from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, RACED
+from desim_warehouse.study.statistics.procedure import Procedure, request
+from desim_warehouse.study.statistics.selection import Selection, kn_steps
+from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.study import Study, with_answer
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
 
@@ -33,7 +43,7 @@ class Best:
     within: tuple[Point, ...]
     indicator: str
     maximise: bool
-    selection: statistics.Selection
+    selection: Selection
     study: Study = field(repr=False, compare=False)
 
     @property
@@ -54,7 +64,7 @@ class Best:
 
 
 @dataclass(frozen=True)
-class SizeFound(statistics.Sizing[Any]):
+class SizeFound(Sizing[Any]):
     """The smallest value that meets a target, and the study of all that were looked at."""
 
     study: Study = field(repr=False, compare=False, kw_only=True)
@@ -147,7 +157,7 @@ def _race(
     _refuse_other(study, search)
     first, cap = search.looks(*RACED)
 
-    def steps(exact: bool) -> statistics.Procedure[statistics.Selection]:
+    def steps(exact: bool) -> Procedure[Selection]:
         begin, end = (2, 2) if exact else (first, cap)  # designs without chance are compared by two runs each
         zone = delta
         if share:
@@ -155,7 +165,7 @@ def _race(
             sums = [abs(sum(values[at : at + begin])) for at in range(0, len(values), begin)]
             zone = max(share * max(sums) / begin, LEAST_DELTA)
         return (
-            yield from statistics.kn_steps(
+            yield from kn_steps(
                 designs, zone, study.plan.confidence, begin, maximise=more, cap=end, ahead=_AHEAD, deterministic=exact
             )
         )
@@ -199,13 +209,13 @@ def size(
     (key,) = (factor.key for factor in study.plan.factors)
     values = [point.labels[key] for point in study.points]
     zone = indifference(goal, zone, units)
-    designs, each = statistics.line(len(values)), statistics.Budget(len(values))
+    designs, each = line(len(values)), Budget(len(values))
     doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, search.under("scout"))
     with study.session(search) as runner:
 
-        def steps(exact: bool) -> statistics.Procedure[statistics.Sizing[Any]]:
+        def steps(exact: bool) -> Procedure[Sizing[Any]]:
             judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
-            return statistics.smallest_meeting_steps(values, judge, doubted or (), scan=scan)
+            return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
 
         found = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
     return with_answer(SizeFound(**vars(found), study=study), search)
@@ -221,13 +231,13 @@ def _refuse_other(study: Study, search: Search) -> None:
 
 def scouted(
     study: Study,
-    goal: statistics.Target,
+    goal: Target,
     designs: Sequence[tuple[int, ...]],
     cost: Callable[[tuple[int, ...]], tuple[float, ...]],
-    budget: statistics.Budget,
+    budget: Budget,
     search: Search,
     told: str = "",
-    known: statistics.Earlier = statistics.NOTHING,
+    known: Earlier = NOTHING,
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 
@@ -240,10 +250,10 @@ def scouted(
         def hopeless(number: int) -> bool:
             return cannot_last(scout, runner, number) is not None
 
-        def steps(_: bool) -> statistics.Procedure[set[int] | None]:
+        def steps(_: bool) -> Procedure[set[int] | None]:
             try:
-                return (yield from statistics.scout_steps(designs, cost, goal, budget, known, hopeless))
-            except statistics.RunsEndedError:
+                return (yield from scout_steps(designs, cost, goal, budget, known, hopeless))
+            except RunsEndedError:
                 return None
 
         runner.progress.tell(told)
@@ -253,14 +263,14 @@ def scouted(
 def judge_of(
     study: Study,
     runner: StudyRunner,
-    goal: statistics.Target,
+    goal: Target,
     search: Search,
     *,
     exact: bool,
     before: str = "",
     name: Callable[[int], str] | None = None,
     **how: Any,
-) -> statistics.Judge:
+) -> Judge:
     """Who judges the designs of a study in a session: those that cannot last fail, whatever their runs say.
 
     What is known after each look is shown with the progress of the session.
@@ -277,7 +287,7 @@ def judge_of(
     """
     named = name or (lambda number: str(study.points[number]))
     cap = search.cap or CAP
-    return statistics.Judge(
+    return Judge(
         goal,
         study.plan.confidence,
         first=search.first or first_look(goal, cap),
@@ -309,7 +319,7 @@ def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bo
 
     `glance`: these are the first few, so it may last if it did with half of what grows or falls in them.
     """
-    found = judge_design(runs, model, 1 / len(statistics.looks()))
+    found = judge_design(runs, model, 1 / len(looks()))
     why = next((verdict.text for verdict in found if verdict.is_lasting), None)
     if not glance or why is None:
         return why

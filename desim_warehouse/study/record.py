@@ -16,7 +16,7 @@ from desim_warehouse.study.execution.cache import versions
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import StudyPlan, models, run_seed
-from desim_warehouse.study.statistics import Between
+from desim_warehouse.study.statistics.screening import Between
 
 FORMAT = 1
 

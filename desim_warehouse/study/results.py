@@ -17,11 +17,12 @@ from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
 from desim_warehouse.outcome.verdicts import Verdict, judge_design
 from desim_warehouse.report.answer import Answer
-from desim_warehouse.study import rare, statistics
+from desim_warehouse.study import rare
 from desim_warehouse.study.design import Point, baseline_point, saltelli
 from desim_warehouse.study.factors import Label
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import StudyPlan, models
+from desim_warehouse.study.statistics import comparison, intervals, judge, screening, targets
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_numeric, level_column, rows_of
 from desim_warehouse.study.target import read_target
 
@@ -209,7 +210,7 @@ class Results:
 
         Where a search asked for runs, it asked the same at each of its looks.
         """
-        part = 1 / len(statistics.looks()) if isinstance(self.plan.replications, tuple) else 1.0
+        part = 1 / len(judge.looks()) if isinstance(self.plan.replications, tuple) else 1.0
         return {
             design: judge_design([row.indicators for row in self.runs(design)], model, part)
             for design, model in self.models.items()
@@ -255,14 +256,14 @@ class Results:
 
     # Statistics
 
-    def estimates(self, indicator: str) -> dict[int, statistics.Estimate | None]:
+    def estimates(self, indicator: str) -> dict[int, intervals.Estimate | None]:
         """Mean and interval of an indicator at each point, by its number, None where no run gave a value."""
-        found: dict[int, statistics.Estimate | None] = {}
+        found: dict[int, intervals.Estimate | None] = {}
         for number, rows in self.by_point.items():
             found[number] = self.estimate(rows, indicator)
         return found
 
-    def estimate(self, rows: Sequence[Row], indicator: str) -> statistics.Estimate | None:
+    def estimate(self, rows: Sequence[Row], indicator: str) -> intervals.Estimate | None:
         """Mean and interval of an indicator over runs of one design, None where none gave a value."""
         values = _known(rows, indicator)
         if not values:
@@ -270,9 +271,9 @@ class Results:
         exact = _deterministic(rows) or (
             indicator == "annual_cost" and is_fixed(self.base.prices) and len(set(values)) == 1
         )
-        return statistics.estimate(values, self.plan.confidence, deterministic=exact, within=within(indicator))
+        return intervals.estimate(values, self.plan.confidence, deterministic=exact, within=within(indicator))
 
-    def shown(self, design: str, indicator: str) -> statistics.Estimate | None:
+    def shown(self, design: str, indicator: str) -> intervals.Estimate | None:
         """Mean and interval of an indicator at a design; that of the target has the bounds of the verdict on it."""
         found, goal = self.estimate(self.runs(design), indicator), self.target
         if found is None or goal is None or goal.indicator != indicator:
@@ -280,15 +281,15 @@ class Results:
         one = self.judged[design]
         return found if one.low is None or one.high is None else replace(found, interval=(one.low, one.high))
 
-    def quantiles(self, indicator: str, share: float) -> dict[int, statistics.QuantileEstimate | None]:
+    def quantiles(self, indicator: str, share: float) -> dict[int, intervals.QuantileEstimate | None]:
         """What a share of all runs stay below, with its interval, at each point by number, or None."""
         self.chosen([indicator])
-        found: dict[int, statistics.QuantileEstimate | None] = {}
+        found: dict[int, intervals.QuantileEstimate | None] = {}
         for number, rows in self.by_point.items():
             values = _known(rows, indicator)
             exact = _deterministic(rows)
             found[number] = (
-                statistics.quantile(values, share, self.plan.confidence, deterministic=exact) if values else None
+                intervals.quantile(values, share, self.plan.confidence, deterministic=exact) if values else None
             )
         return found
 
@@ -314,7 +315,7 @@ class Results:
         indicator: str,
         baseline: Mapping[str, Any] | None = None,
         method: str = "bonferroni",
-    ) -> statistics.Comparison:
+    ) -> comparison.Comparison:
         """Paired differences of all designs to the baseline, with intervals that hold all at once.
 
         Designs whose runs are equal count once, so that copies cost no certainty; copies of the baseline have no row.
@@ -329,7 +330,7 @@ class Results:
         base = str(baseline_point(self.points, labels(baseline))) if baseline else self.baseline
         return self._compared({design: self.values(design, indicator) for design in self.designs}, base, method)
 
-    def compare_finished(self, indicator: str, baseline: str | None = None) -> statistics.Comparison | None:
+    def compare_finished(self, indicator: str, baseline: str | None = None) -> comparison.Comparison | None:
         """The same for the designs that have replications in common with the baseline, None where none has.
 
         `baseline`: a design by its text (default: the study's).
@@ -362,7 +363,7 @@ class Results:
         return of_study(self, path, command=command)
 
     @cached_property
-    def target(self) -> statistics.Target | None:
+    def target(self) -> targets.Target | None:
         """What designs should meet."""
         return read_target(self.plan.target, self.base.units.names) if self.plan.target else None
 
@@ -383,7 +384,7 @@ class Results:
         return found
 
     @cached_property
-    def judged(self) -> Mapping[str, statistics.DesignVerdict[str]]:
+    def judged(self) -> Mapping[str, judge.DesignVerdict[str]]:
         """Whether each design that has values meets the target: all of this is right at once, with the confidence.
 
         Where a search asked for more runs until it could tell, each time it looked counts. The search spends its error
@@ -397,13 +398,13 @@ class Results:
         known = {design: _known(self.runs(design), goal.indicator) for design in self.designs}
         counts = [len(given) for design, given in known.items() if given and design not in self.same]
         asked = isinstance(self.plan.replications, tuple) and counts
-        looks = len(statistics.looks(min(counts), max(counts))) if asked else 1
+        looks = len(judge.looks(min(counts), max(counts))) if asked else 1
         level = 1 - (1 - self.plan.confidence) / max(len(counts) * looks, 1)
         found = {}
         for design, given in known.items():
             if given:
                 exact = _deterministic(self.runs(design))
-                one = statistics.judged(design, given, goal, level, exact, within(goal.indicator))
+                one = judge.judged(design, given, goal, level, exact, within(goal.indicator))
                 lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
@@ -413,31 +414,31 @@ class Results:
         """Of designs that are too close to the target, how many runs in all would probably tell; None: too many."""
         goal = self.target
         return {
-            design: statistics.runs_to_tell(
+            design: judge.runs_to_tell(
                 _known(self.runs(design), goal.indicator), goal, one.level, within(goal.indicator)
             )
             for design, one in self.judged.items()
             if goal is not None and one.verdict == "undecided" and one.n > 1 and design not in self.same
         }
 
-    def _compared(self, table: Mapping[str, Any], base: str, method: str) -> statistics.Comparison:
+    def _compared(self, table: Mapping[str, Any], base: str, method: str) -> comparison.Comparison:
         first = self.same.get(base, base)
         once = {one: ours for one, ours in table.items() if one == base or (one not in self.same and one != first)}
         table = once if len(once) > 1 else table
         kind = cast("Literal['bonferroni', 'holm']", method)
         exact = [design for design in table if _deterministic(self.runs(design))]
-        return statistics.compare(table, base, kind, self.plan.confidence, deterministic=exact)
+        return comparison.compare(table, base, kind, self.plan.confidence, deterministic=exact)
 
-    def main_effects(self, indicator: str) -> statistics.MainEffects:
+    def main_effects(self, indicator: str) -> screening.MainEffects:
         """The main effect of each factor."""
-        return statistics.main_effects(self.frame([indicator]), self.factors, indicator)
+        return screening.main_effects(self.frame([indicator]), self.factors, indicator)
 
-    def first_order(self, indicator: str) -> statistics.FirstOrder:
+    def first_order(self, indicator: str) -> screening.FirstOrder:
         """The share of the indicator's variance that each factor explains alone, from any design."""
         table = self.frame([indicator])
-        return statistics.first_order(table, self.factors, indicator, confidence=self.plan.confidence)
+        return screening.first_order(table, self.factors, indicator, confidence=self.plan.confidence)
 
-    def sobol(self, indicator: str) -> statistics.SobolIndices:
+    def sobol(self, indicator: str) -> screening.SobolIndices:
         """First-order and total Sobol indices, with replications averaged. The design must be {saltelli: n}."""
         plan = self.plan
         if plan.rule.name != "saltelli":
@@ -453,7 +454,7 @@ class Results:
                 raise StudyError(f"Sobol indices: no run of design {self.points[number]} has a value")
             means.append(math.fsum(values) / len(values))
         design = saltelli(plan.factors, plan.rule.size, plan.seed)
-        return statistics.saltelli_indices(design, means, plan.confidence)
+        return screening.saltelli_indices(design, means, plan.confidence)
 
 
 def _known(rows: Sequence[Row], indicator: str) -> list[float]:
@@ -467,7 +468,7 @@ def _deterministic(rows: Sequence[Row]) -> bool:
     return bool(done) and all(outcome.deterministic for outcome in done)
 
 
-def _line(found: statistics.Estimate | None, runs: int) -> dict[str, Any]:
+def _line(found: intervals.Estimate | None, runs: int) -> dict[str, Any]:
     if found is None:
         nothing = dict.fromkeys(("mean", "half_width", "low", "high"), math.nan)
         return {"n": 0, "failed": runs, **nothing, "deterministic": False}

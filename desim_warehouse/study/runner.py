@@ -15,7 +15,7 @@ from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Handle, Wanted
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import StudyPlan, models, run_seed
-from desim_warehouse.study.statistics import Procedure
+from desim_warehouse.study.statistics.procedure import Procedure
 from desim_warehouse.study.table import Row
 
 T = TypeVar("T")
@@ -201,7 +201,7 @@ class StudyRunner:
 
     def _until(self, rule: Until) -> Iterator[Row]:
         """Replicate each point until its mean is known well enough, or its cap is reached."""
-        from desim_warehouse.study.statistics import PrecisionRule, check_precision
+        from desim_warehouse.study.statistics.precision import PrecisionRule, check_precision
 
         precision = PrecisionRule(rule.half_width, rule.confidence, rule.minimum, rule.cap)
         have = dict.fromkeys(self.keys, 0)

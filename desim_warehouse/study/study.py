@@ -20,13 +20,9 @@ from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import (
-    Comparison,
-    FirstOrder,
-    MainEffects,
-    Procedure,
-    SobolIndices,
-)
+from desim_warehouse.study.statistics.comparison import Comparison
+from desim_warehouse.study.statistics.procedure import Procedure
+from desim_warehouse.study.statistics.screening import FirstOrder, MainEffects, SobolIndices
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 

@@ -23,6 +23,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.goods import PoissonGoods
+from desim_warehouse.model.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
 from desim_warehouse.policies import catalogue
 from desim_warehouse.run import Run
@@ -30,7 +31,6 @@ from desim_warehouse.run.quick import nearer
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Phase, Queue, names, staff
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
-from desim_warehouse.study.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.values.distributions import mean_of, scaled
 
 if TYPE_CHECKING:

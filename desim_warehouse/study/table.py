@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
     from desim_warehouse.study.design import Point
-    from desim_warehouse.study.statistics import Estimate
+    from desim_warehouse.study.statistics.intervals import Estimate
 
 
 RESULTS = "results.parquet"
@@ -225,7 +225,7 @@ def cells(
     Raises:
         ReportError: an unknown column, or no run with a value.
     """
-    from desim_warehouse.study.statistics import estimate
+    from desim_warehouse.study.statistics.intervals import estimate
 
     rows = usable(table, factors, indicator)
     low, high = (scale * end for end in within(indicator))

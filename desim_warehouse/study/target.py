@@ -9,8 +9,8 @@ from dataclasses import replace
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import INDICATORS, find, look_up, within
-from desim_warehouse.study import statistics
-from desim_warehouse.study.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
+from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
+from desim_warehouse.study.statistics.targets import Target, parse_target
 from desim_warehouse.values.units import SECONDS, UnitNames, quantity
 
 _WITH_UNIT = re.compile(r"(?P<bound>.*[<>=≥≤]\s*)(?P<number>[+-]?[\d.]+)\s*(?!e[+-]?\d)(?P<unit>[A-Za-z%/].*?)\s*")
@@ -18,7 +18,7 @@ _KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}
 """Kinds of units of indicators that have units of their own; shares are in per cent."""
 
 
-def read_target(text: str, units: UnitNames | None = None) -> statistics.Target:
+def read_target(text: str, units: UnitNames | None = None) -> Target:
     """A target as users write it, such as `on_time >= 95 %` (or 0.95), `cycle_time_p95 <= 5 min` or `T <= 300`.
 
     Args:
@@ -31,9 +31,9 @@ def read_target(text: str, units: UnitNames | None = None) -> statistics.Target:
     if not isinstance(text, str):
         raise StudyError(f"target {shown(text):.60}: expected words such as 'on_time >= 95 %'")
     written = _WITH_UNIT.fullmatch(text)
-    goal = statistics.parse_target(f"{written['bound']}{written['number']}" if written else text)
+    goal = parse_target(f"{written['bound']}{written['number']}" if written else text)
     if look_up(goal.indicator) is None:
-        statistics.parse_target(goal.text, INDICATORS)  # says what is meant
+        parse_target(goal.text, INDICATORS)  # says what is meant
     if written:
         amount = f"{written['number']} {written['unit']}"
         goal = replace(goal, value=amount_of(goal.indicator, amount, units, f"target {text!r}"))
@@ -68,7 +68,7 @@ def check_zone(indicator: str, zone: float, aim: float | None = None) -> None:
     raise StudyError(f"indifference zone {said} of {indicator}: expected at most {least}{meant}")
 
 
-def indifference(goal: statistics.Target, zone: float | str | None, units: UnitNames) -> float:
+def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> float:
     """The indifference zone of a target: as given, or 0.01 of a share and else 1 %; at most half of what is possible.
 
     Raises:
@@ -83,7 +83,7 @@ def indifference(goal: statistics.Target, zone: float | str | None, units: UnitN
     return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
 
 
-def first_look(goal: statistics.Target, cap: int) -> int:
+def first_look(goal: Target, cap: int) -> int:
     """Replications at the first look at a design by default: at what has no upper end more, as it may be skewed."""
     return min(FIRST if find(goal.indicator).is_share else FIRST_OF_MEANS, cap)
 
@@ -102,7 +102,7 @@ def too_short(text: str, model: Model) -> str:
     )
 
 
-def _right_way_round(text: str, goal: statistics.Target) -> None:
+def _right_way_round(text: str, goal: Target) -> None:
     """Refuse a target that is met by doing worse."""
     better = find(goal.indicator).better
     if better is None or (better == "more") == (goal.sign > 0):

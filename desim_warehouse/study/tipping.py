@@ -20,10 +20,10 @@ from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.fleet.designs import Designs, refused
-from desim_warehouse.study.limits import UNCERTAIN_RUNS
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import Procedure, RunNumber, Target
-from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.statistics.limits import UNCERTAIN_RUNS
+from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
+from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.statistics.thresholds import Crossing, LinearNeed, Worth, crossing, linear_need, worth
 from desim_warehouse.study.study import searched, with_answer
 from desim_warehouse.study.target import read_target

@@ -17,11 +17,11 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.history import Spans, in_spans
 from desim_warehouse.run import simulate
-from desim_warehouse.study import statistics
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.work import Outcome, Wanted
 from desim_warehouse.study.plan import StudyPlan, run_seed
+from desim_warehouse.study.statistics.warmup import TAIL, WarmUp, averaged, mser
 
 if TYPE_CHECKING:
     import numpy as np
@@ -47,7 +47,7 @@ class Settling:
     observed: str
     unit: str
     time_unit: str
-    found: statistics.WarmUp
+    found: WarmUp
     series: NDArray[np.float64]
 
     def figure(self) -> Figure:
@@ -63,7 +63,7 @@ class Settling:
         below.plot(self.found.positions * self.width, self.found.statistic, color="#555555")
         below.set_ylabel("MSER-5")
         below.set_xlabel(f"Time ({self.time_unit})")
-        top = self.found.statistic[: max(1, len(self.found.statistic) - statistics.warmup.TAIL)].max()
+        top = self.found.statistic[: max(1, len(self.found.statistic) - TAIL)].max()
         below.set_ylim(0, 1.05 * float(top) or 1)
         for axes in (above, below):
             axes.axvline(self.found.truncate * self.width, color="#c9463d", linestyle="--")
@@ -91,7 +91,7 @@ def settle(
     Raises:
         StudyError: where the work of the model ends, so that it has no steady state.
 
-    Source: MSER-5, see `statistics.mser`.
+    Source: MSER-5, see `mser`.
     """
     length = steady_length(model)
     whole = model.replace({"log": "tasks", "run.warm_up": 0})
@@ -168,10 +168,10 @@ def _settling(model: Model, spans: Sequence[Spans], observed: Observed) -> Settl
         series = [[count / hours for count in counts] for counts, _ in spans]
     else:
         series = [_filled(counts, times) for counts, times in spans]
-    found = statistics.mser(series)
+    found = mser(series)
     unit = "tasks per hour" if observed == "throughput" else model.units.time
     time = found.truncate * width if found.valid else None
-    return Settling(time, width, observed, unit, model.units.time, found, statistics.averaged(series))
+    return Settling(time, width, observed, unit, model.units.time, found, averaged(series))
 
 
 def _filled(counts: Sequence[int], times: Sequence[float]) -> list[float]:

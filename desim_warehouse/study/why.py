@@ -22,11 +22,12 @@ from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report.answer import Answer
 from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
-from desim_warehouse.study import statistics
-from desim_warehouse.study.limits import RELIEVED
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import Estimate, Gain, Gains
+from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
+from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.statistics.limits import RELIEVED
+from desim_warehouse.study.statistics.procedure import Procedure
 from desim_warehouse.study.study import Study, searched, with_answer
 from desim_warehouse.study.suspects import MOST_UNTAKEN, Suspect, left_out, suspects
 
@@ -208,8 +209,8 @@ def _contest(
     scales = [None if suspect.beside else suspect.scale for suspect in looked_at]
 
     def gains(most: int) -> Gains:
-        def steps(exact: bool) -> statistics.Procedure[Gains]:
-            return statistics.gains_steps(
+        def steps(exact: bool) -> Procedure[Gains]:
+            return gains_steps(
                 scales,
                 LEAST * base,
                 search.confidence,

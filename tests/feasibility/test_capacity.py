@@ -6,7 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
-from desim_warehouse.feasibility.capacity import Network, Place
+from desim_warehouse.feasibility.estimate import Network, Place
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.run.quick import estimate
 

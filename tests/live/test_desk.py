@@ -21,7 +21,7 @@ from desim_warehouse.report.text.judged import within as told
 from desim_warehouse.report.write import report
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import looked_at
+from desim_warehouse.study.statistics.judge import looked_at
 from desim_warehouse.study.target import read_target
 from tests.live.client import TUTORIAL, Client, client
 

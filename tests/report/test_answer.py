@@ -29,7 +29,9 @@ from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import Designs, FleetPlan, Shown, Sized, plan_fleet
 from desim_warehouse.study.procedures import size
-from desim_warehouse.study.statistics import DesignVerdict, Estimate, Gain, Gains
+from desim_warehouse.study.statistics.effects import Gain, Gains
+from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.suspects import Suspect
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.why import Why, why

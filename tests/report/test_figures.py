@@ -14,7 +14,7 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.report import palette
 from desim_warehouse.report.plot import paths
 from desim_warehouse.report.plot.heat import edge_values
-from desim_warehouse.study.statistics import mser, welch
+from desim_warehouse.study.statistics.warmup import mser, welch
 from desim_warehouse.study.table import cells
 from desim_warehouse.study.warm_up import settle
 from tests.report.replay.floors import people_run, spurs_run

@@ -9,7 +9,7 @@ from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.report.page import example
 from desim_warehouse.report.text import sentences, standing
 from desim_warehouse.report.text.numbers import PERCENT, Scale
-from desim_warehouse.study.statistics import DesignVerdict
+from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.study import Study
 
 ONE = r"([<>]?[\d.,−]+)"

@@ -12,7 +12,7 @@ from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import estimate
+from desim_warehouse.study.statistics.intervals import estimate
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import read_target

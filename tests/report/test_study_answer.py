@@ -15,7 +15,7 @@ from desim_warehouse.report.page import example
 from desim_warehouse.report.text import compare_words
 from desim_warehouse.report.text.printed import printed
 from desim_warehouse.report.write import report
-from desim_warehouse.study.statistics import estimate
+from desim_warehouse.study.statistics.intervals import estimate
 from desim_warehouse.study.study import Study
 from tests.report.test_answer import is_everywhere
 from tests.report.test_report import Page, needs_nothing_from_outside

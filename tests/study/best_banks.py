@@ -13,7 +13,8 @@ from functools import cache
 
 from desim_warehouse.study.designs.best_of_many import first_meeting_steps
 from desim_warehouse.study.designs.local_search import Goal, LocalSearch
-from desim_warehouse.study.statistics import Budget, Judge, follow
+from desim_warehouse.study.statistics.judge import Budget, Judge
+from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import read_target
 
 TARGET = read_target("on_time >= 95 %")

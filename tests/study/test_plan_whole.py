@@ -13,7 +13,8 @@ from desim_warehouse.report.text.printed import printed
 from desim_warehouse.study.fleet import Designs, plan_fleet, plan_options
 from desim_warehouse.study.fleet.hours import by_hour, parts_of_the_day
 from desim_warehouse.study.fleet.plan import _Planner
-from desim_warehouse.study.statistics import Cheapest, DesignVerdict
+from desim_warehouse.study.statistics.cheapest import Cheapest
+from desim_warehouse.study.statistics.judge import DesignVerdict
 from tests.docs import pages
 from tests.study import plans
 

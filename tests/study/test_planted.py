@@ -5,7 +5,7 @@ import json
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study.statistics import Gain, Gains
+from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.suspects import Suspect, suspects
 from desim_warehouse.study.why import Why
 from tests.docs import pages

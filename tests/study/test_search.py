@@ -6,7 +6,7 @@ import random
 import pytest
 
 from desim_warehouse.study.designs.local_search import LocalSearch
-from desim_warehouse.study.statistics import follow
+from desim_warehouse.study.statistics.procedure import follow
 
 BITS = 9
 

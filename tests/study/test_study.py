@@ -9,7 +9,8 @@ import desim_warehouse as dw
 from desim_warehouse.policies.catalogue import OURS, find
 from desim_warehouse.study.execution import pool
 from desim_warehouse.study.plan import run_seed
-from desim_warehouse.study.statistics import estimate, paired
+from desim_warehouse.study.statistics.comparison import paired
+from desim_warehouse.study.statistics.intervals import estimate
 from tests.world.test_flows import RING
 
 from .conftest import MULTIBOTS

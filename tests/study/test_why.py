@@ -7,7 +7,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import StudyError
 from desim_warehouse.report.answer import load
-from desim_warehouse.study.statistics import Gain, Gains
+from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.suspects import Suspect, suspects
 from desim_warehouse.study.why import Why, usual_indicator, why
 from tests.docs import pages

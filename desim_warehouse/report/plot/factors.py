@@ -290,7 +290,7 @@ def throughput(
 
 def _marks(axes: Axes, found: list[Cell]) -> None:
     """The knee, and 95 % of the maximum."""
-    from desim_warehouse.study.statistics import knee, smallest_within
+    from desim_warehouse.study.statistics.knee import knee, smallest_within
 
     sizes, means = [float(cell.levels[0]) for cell in found], [cell.estimate.mean for cell in found]
     shape = knee(sizes, means)

@@ -13,7 +13,7 @@ from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.text.numbers import times
 from desim_warehouse.run import Run
-from desim_warehouse.study.statistics import WarmUp
+from desim_warehouse.study.statistics.warmup import WarmUp
 from desim_warehouse.study.warm_up import Settling
 
 if TYPE_CHECKING:
@@ -50,7 +50,7 @@ def warm_up(
         ReportError: a run with too few deliveries.
         StudyError: as `statistics.mser`.
     """
-    from desim_warehouse.study.statistics import mser
+    from desim_warehouse.study.statistics.warmup import mser
 
     if isinstance(source, Run):
         label = label or f"Cycle time ({source.model.units.time})"
@@ -91,8 +91,8 @@ def welch(
 
     Source: Welch (1983); Law (2015), section 9.5.1.
     """
-    from desim_warehouse.study.statistics import averaged
-    from desim_warehouse.study.statistics import welch as smooth
+    from desim_warehouse.study.statistics.warmup import averaged
+    from desim_warehouse.study.statistics.warmup import welch as smooth
 
     settling = None if isinstance(source, list | tuple) or hasattr(source, "shape") else cast("Settling", source)
     series = averaged(cast("Any", source)) if settling is None else settling.series

@@ -14,7 +14,7 @@ from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import BY_VERDICT, Standing
 from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes
-from desim_warehouse.study.statistics import Estimate
+from desim_warehouse.study.statistics.intervals import Estimate
 
 _LUCK = "Means of the search, few runs each, which flatter the best options slightly."
 _SHORT = 24

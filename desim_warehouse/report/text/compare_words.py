@@ -11,7 +11,7 @@ from desim_warehouse.report.text.numbers import Scale
 from desim_warehouse.report.text.sentences import apart_from, capital, name_of
 from desim_warehouse.report.text.standing import Standing
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import Comparison, Difference
+from desim_warehouse.study.statistics.comparison import Comparison, Difference
 
 _STANDING: dict[bool | None, Standing] = {True: "differs", False: "alike", None: "open"}
 

@@ -18,8 +18,8 @@ from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.hours import Hour
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.fleet.utilisation import TRIP
-from desim_warehouse.study.statistics import Estimate
 from desim_warehouse.study.statistics.cheapest import Counts, within_counts
+from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.tipping import TippingPoints
 
 _LISTED = 4

@@ -11,7 +11,8 @@ from desim_warehouse.report.answer import Bar, BigNumber, Rows, SaidNumber, Subj
 from desim_warehouse.report.text import words
 from desim_warehouse.report.text.numbers import Scale
 from desim_warehouse.study.plan import run_seed
-from desim_warehouse.study.statistics import DesignVerdict, Target
+from desim_warehouse.study.statistics.judge import DesignVerdict
+from desim_warehouse.study.statistics.targets import Target
 
 
 def number(one: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:

@@ -8,7 +8,7 @@ from desim_warehouse.report.text import judged, words
 from desim_warehouse.report.text.sentences import capital, sentence, wrong
 from desim_warehouse.report.text.standing import Standing
 from desim_warehouse.study.procedures import Best
-from desim_warehouse.study.statistics import Selection
+from desim_warehouse.study.statistics.selection import Selection
 
 
 def answer(found: Best, kind: str = "best", besides: tuple[str, ...] = ()) -> Answer:

@@ -81,7 +81,8 @@ def _levels(study: Results, design: str) -> dict[str, Any]:
 
 def knee_of_throughput(study: Results) -> list[str]:
     """Where more robots stop paying off, if throughput rises significantly up to there."""
-    from desim_warehouse.study.statistics import knee, paired
+    from desim_warehouse.study.statistics.comparison import paired
+    from desim_warehouse.study.statistics.knee import knee
 
     factor, indicator = "fleet.size", "throughput_per_hour"
     if study.plan.rule.sampled or factor not in study.factors or indicator not in study.moving:

@@ -14,7 +14,7 @@ from desim_warehouse.report.text.standing import Standing, instead, lasts_not, s
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.fleet.capped import KEY, Capped
 from desim_warehouse.study.procedures import SizeFound
-from desim_warehouse.study.statistics import DesignVerdict
+from desim_warehouse.study.statistics.judge import DesignVerdict
 
 
 def answer(found: SizeFound, besides: str = "") -> Answer:

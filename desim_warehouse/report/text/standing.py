@@ -13,7 +13,7 @@ from desim_warehouse.outcome.verdicts import PILES_UP, Verdict
 from desim_warehouse.report.text import numbers
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.statistics import DesignVerdict
+    from desim_warehouse.study.statistics.judge import DesignVerdict
 
 
 Standing = Literal[

@@ -25,7 +25,8 @@ from desim_warehouse.report.text.sentences import (
 )
 from desim_warehouse.report.text.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics import MOST_TO_TELL, first_order, main_effects
+from desim_warehouse.study.statistics.judge import MOST_TO_TELL
+from desim_warehouse.study.statistics.screening import first_order, main_effects
 
 _LISTED = 6
 """Options that are named one by one; of more, how many there are."""

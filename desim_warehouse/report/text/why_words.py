@@ -12,7 +12,7 @@ from desim_warehouse.report.text import judged, numbers, words
 from desim_warehouse.report.text.root_words import root
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import Standing
-from desim_warehouse.study.statistics import Gain
+from desim_warehouse.study.statistics.effects import Gain
 from desim_warehouse.study.suspects import Suspect
 
 if TYPE_CHECKING:

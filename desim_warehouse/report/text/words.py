@@ -19,7 +19,8 @@ from desim_warehouse.values.units import SECONDS
 if TYPE_CHECKING:
     from desim_warehouse.study.plan import StudyPlan
     from desim_warehouse.study.results import Results
-    from desim_warehouse.study.statistics import Estimate, Target
+    from desim_warehouse.study.statistics.intervals import Estimate
+    from desim_warehouse.study.statistics.targets import Target
 
 
 _COLUMNS = {"run_time": ("Computing time of a run", "s")}

@@ -12,7 +12,6 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.report.answer import Answer
-from desim_warehouse.study import statistics
 from desim_warehouse.study.designs.design_space import (
     AisleWays,
     ChargerNodes,
@@ -23,14 +22,17 @@ from desim_warehouse.study.designs.design_space import (
 )
 from desim_warehouse.study.designs.local_search import Goal, LocalSearch
 from desim_warehouse.study.factors import Factor, Label
-from desim_warehouse.study.limits import SEARCH_RUNS
 from desim_warehouse.study.procedures import ZONE, Best, judge_of, more_is_better, not_lasting
 from desim_warehouse.study.procedures import best as race
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.runner import StudyRunner, could_not_go_on
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import Estimate, Judge, Procedure, Target
-from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.statistics.comparison import paired
+from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError
+from desim_warehouse.study.statistics.limits import SEARCH_RUNS
+from desim_warehouse.study.statistics.procedure import Procedure, request
+from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.study import Study, searched, with_answer
 from desim_warehouse.study.target import check_zone, read_target
 
@@ -157,7 +159,7 @@ def best_of(  # half of it says what its arguments mean
         ModelError: a value that makes no model.
         StudyError: nothing to choose from, too few runs, a bad target, or an indicator of which neither is better.
 
-    Source: `designs.local_search`; verdicts as of `statistics.Judge`.
+    Source: `designs.local_search`; verdicts as of `Judge`.
     """
     find(indicator)
     more = more_is_better(indicator) if maximise is None else maximise
@@ -291,11 +293,11 @@ class _DesignSearch:
 
             fresh.follow(replicated, self.indicator, failed=math.nan, search=search)
             return 0, None
-        target, judges = self.goal, list[statistics.Judge]()
+        target, judges = self.goal, list[Judge]()
         with fresh.session(search) as runner:
 
             def judged(exact: bool) -> Procedure[int | None]:
-                budget = statistics.Budget(self.judged)
+                budget = Budget(self.judged)
                 judges.append(judge_of(fresh, runner, target, search, exact=exact, budget=budget))
                 return first_meeting_steps(len(fresh.points), judges[-1])
 
@@ -326,7 +328,7 @@ class _DesignSearch:
         if not common:
             return None
         ours, theirs = ([values[number][r] for r in sorted(common)] for number in (other, chosen))
-        return statistics.paired(ours, theirs, fresh.plan.confidence, deterministic=fresh.deterministic)
+        return paired(ours, theirs, fresh.plan.confidence, deterministic=fresh.deterministic)
 
     def _tried(self, scout: Results) -> list[TriedDesign]:
         found = []
@@ -353,7 +355,7 @@ def first_meeting_steps(candidates: int, judge: Judge) -> Procedure[int | None]:
                 if number == 0 and candidates > 1:
                     yield from judge.verdict(1)
                 break
-    except statistics.RunsEndedError:
+    except RunsEndedError:
         pass
     return found
 

@@ -17,10 +17,11 @@ from desim_warehouse.model.oriented import changes, orientation, oriented
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.designs.local_search import LocalSearch
-from desim_warehouse.study.limits import SEARCH_RUNS
 from desim_warehouse.study.procedures import more_is_better
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import Procedure, paired
+from desim_warehouse.study.statistics.comparison import paired
+from desim_warehouse.study.statistics.limits import SEARCH_RUNS
+from desim_warehouse.study.statistics.procedure import Procedure
 from desim_warehouse.study.study import Study, searched, with_answer
 
 Design: TypeAlias = "tuple[Way, ...]"

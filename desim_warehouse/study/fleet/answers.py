@@ -12,8 +12,10 @@ from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.fleet.capped import Capped
 from desim_warehouse.study.fleet.hours import Hour
 from desim_warehouse.study.fleet.most import Most
-from desim_warehouse.study.statistics import DesignVerdict, Estimate, Target
 from desim_warehouse.study.statistics.cheapest import Counts
+from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.statistics.judge import DesignVerdict
+from desim_warehouse.study.statistics.targets import Target
 
 if TYPE_CHECKING:
     from desim_warehouse.study.fleet.designs import Designs

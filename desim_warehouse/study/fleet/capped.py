@@ -15,11 +15,10 @@ from typing import Any
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.verdicts import LEAST_WAITING
-from desim_warehouse.study import statistics
-from desim_warehouse.study.limits import FIRST
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import Gain, Gains
-from desim_warehouse.study.statistics.procedure import request
+from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
+from desim_warehouse.study.statistics.limits import FIRST
+from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.study import searched
 
 KEY = "traffic.most_out"
@@ -80,11 +79,11 @@ def tried_cap(
     study = searched(model, {"cap": {"cases": cases}}, search, name="cap")
     first, most = search.looks(FIRST, MOST_RUNS)
 
-    def steps(exact: bool) -> statistics.Procedure[Gains]:
+    def steps(exact: bool) -> Procedure[Gains]:
         base = yield from request([(0, 0)], failing=True)
         least = LEAST * (abs(base[0]) if math.isfinite(base[0]) and base[0] else 1.0)
         return (
-            yield from statistics.gains_steps(
+            yield from gains_steps(
                 [1.0] * len(tried),
                 least,
                 search.confidence,

@@ -9,7 +9,7 @@ from typing import Any
 from desim_warehouse.errors import StudyError, got
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.study.factors import listed
-from desim_warehouse.study.limits import MOST_YEARS
+from desim_warehouse.study.statistics.limits import MOST_YEARS
 from desim_warehouse.values.units import UnitNames, quantity
 
 MOST_TIMES = 10.0

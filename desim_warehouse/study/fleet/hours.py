@@ -9,10 +9,8 @@ from itertools import pairwise
 from desim_warehouse.model import Model
 from desim_warehouse.model.sections.flows import ProfileArrivals
 from desim_warehouse.run import simulate
-from desim_warehouse.study import statistics
 from desim_warehouse.study.plan import run_seed
-from desim_warehouse.study.statistics import Estimate
-from desim_warehouse.study.statistics.intervals import TaskShare
+from desim_warehouse.study.statistics.intervals import Estimate, TaskShare, estimate
 from desim_warehouse.values.calendars import DAY, clock_of
 from desim_warehouse.working_day import clock
 
@@ -88,7 +86,7 @@ def by_hour(model: Model, seed: int, days: int, confidence: float) -> tuple[Hour
             begin,
             end,
             math.fsum(one.of for one in of_days if isinstance(one, TaskShare)) / len(of_days),
-            statistics.estimate(of_days, level, within=(0.0, 1.0)),
+            estimate(of_days, level, within=(0.0, 1.0)),
         )
         for (begin, end), of_days in zip(parts, shares, strict=True)
         if len(of_days) > 1

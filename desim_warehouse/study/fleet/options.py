@@ -14,12 +14,12 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Source, as_model
 from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.report.answer import Answer
-from desim_warehouse.study import statistics
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized
 from desim_warehouse.study.fleet.plan import plan_fleet
-from desim_warehouse.study.limits import PLAN_RUNS
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.cheapest import within_counts
+from desim_warehouse.study.statistics.comparison import paired
+from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.study import Study, with_answer
 
 DAYS = 10
@@ -138,7 +138,7 @@ def _against(
 ) -> Against:
     """An option against the first: on the same days, and as far as fewer could do of either."""
     fixed = all(is_fixed(plans[one].model.prices) for one in (name, first))
-    found = statistics.paired(values[name], values[first], confidence, deterministic=fixed)
+    found = paired(values[name], values[first], confidence, deterministic=fixed)
     low, high = found.interval or (found.mean, found.mean)
     return Against(name, found.mean, low - _could_save(plans[name]), high + _could_save(plans[first]))
 

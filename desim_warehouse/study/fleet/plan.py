@@ -1,6 +1,6 @@
 """How many robots, chargers and packers a warehouse needs, today and later, with which strategy, and what limits it.
 
-Sizes are found by `statistics.scout_steps` and shown by `statistics.cheapest_meeting_steps`; nothing else is judged
+Sizes are found by `scout_steps` and shown by `cheapest_meeting_steps`; nothing else is judged
 here. Designs that cannot keep up, or run down their batteries (see `outcome.verdicts`), do not count as meeting
 a target, however well the run looks.
 """
@@ -17,7 +17,6 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.outcome.indicators import within
-from desim_warehouse.study import statistics
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
@@ -27,13 +26,23 @@ from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, Hour, by_hour, parts_of_the_day
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
-from desim_warehouse.study.limits import PLAN_RUNS
 from desim_warehouse.study.procedures import judge_of, scouted
 from desim_warehouse.study.results import outcome_of
 from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics import Budget, Cheapest, DesignVerdict, Estimate, Procedure, Target
-from desim_warehouse.study.statistics.cheapest import Counts, within_counts
+from desim_warehouse.study.statistics.cheapest import (
+    NOTHING,
+    Cheapest,
+    Counts,
+    Earlier,
+    cheapest_meeting_steps,
+    within_counts,
+)
+from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.statistics.judge import GLANCE, Budget, DesignVerdict, Judge, runs_to_tell, verdict_steps
+from desim_warehouse.study.statistics.limits import PLAN_RUNS
+from desim_warehouse.study.statistics.procedure import Procedure
+from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.study import Study, searched, with_answer
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import first_look, indifference, read_target
@@ -78,7 +87,7 @@ class _Planner:
     known: str = ""
     """What is known of the demands before, as people who wait see it."""
 
-    def judge(self, study: Study, runner: StudyRunner, exact: bool) -> statistics.Judge:
+    def judge(self, study: Study, runner: StudyRunner, exact: bool) -> Judge:
         """Who judges the designs of a study."""
         return judge_of(
             study,
@@ -95,7 +104,7 @@ class _Planner:
     def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], **more: Any) -> Study:
         return searched(self.model, factors, self.search, changes=changes, target=self.target.text, name=name, **more)
 
-    def follow(self, study: Study, make: Callable[[statistics.Judge, StudyRunner], Procedure[Any]]) -> Any:
+    def follow(self, study: Study, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
         with study.session(self.search.under(study.plan.name)) as runner:
             runner.progress.tell(self.known)
@@ -154,7 +163,7 @@ class _Planner:
         ranges[0] = [size for size in ranges[0] if most is None or size <= most.up_to]
         counts = list(itertools.product(*ranges))
         study = self.study(name, self.designs.factors(ranges), changes)
-        known = statistics.NOTHING if year is None else self._known(growth, counts)
+        known = NOTHING if year is None else self._known(growth, counts)
         found, doubts = self._cheapest(study, counts, known)
         if year is not None:
             self._share(growth, found, doubts, counts)
@@ -219,7 +228,7 @@ class _Planner:
         answer = None if found.design is None or found.open else counts[found.design]
         self.shared.append(_Demand(growth, fails, frozenset(counts[n] for n in doubts), answer))
 
-    def _known(self, growth: float, counts: list[Counts]) -> statistics.Earlier:
+    def _known(self, growth: float, counts: list[Counts]) -> Earlier:
         """What other years say of designs: what fails with less demand fails, what is enough for more is enough.
 
         Larger designs are compared in the first and the last year alone, which are planned first.
@@ -234,7 +243,7 @@ class _Planner:
             smaller = (n for design in designs for n, one in enumerate(counts) if within_counts(one, design))
             return frozenset(n for n in smaller if counts[n] != largest)
 
-        return statistics.Earlier(
+        return Earlier(
             among(design for one in less for design in one.failing),
             among(design for one in less for design in one.doubted),
             min(enough, key=lambda n: self.designs.key(counts[n]), default=None),
@@ -270,17 +279,17 @@ class _Planner:
         self.budget.take(runs)
         return found
 
-    def _cheapest(self, study: Study, counts: list[Counts], known: statistics.Earlier) -> tuple[Cheapest, set[int]]:
+    def _cheapest(self, study: Study, counts: list[Counts], known: Earlier) -> tuple[Cheapest, set[int]]:
         """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
         where = self.search.under(f"{study.plan.name} scout")
         doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
-            self.follow(study, lambda judge, _: statistics.verdict_steps([], judge))
-            return statistics.Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
+            self.follow(study, lambda judge, _: verdict_steps([], judge))
+            return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
         found: Cheapest = self.follow(
             study,
-            lambda judge, _: statistics.cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known),
+            lambda judge, _: cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known),
         )
         found = self._as_cheap(study, found, counts)
         if found.design is not None:
@@ -315,7 +324,7 @@ class _Planner:
         to_tell = None
         if not verdict.closed:
             values = [row.measured(self.target.indicator) for row in study.results.by_point[number]]
-            to_tell = statistics.runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
+            to_tell = runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
         flat = next((row.outcome.error or "" for row in study.results.by_point[number] if ran_flat(row)), "")
         why = flat.partition(": ")[2]
         return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
@@ -336,16 +345,14 @@ class _Planner:
         own, same = self.sized[sized.name], set[int]()
 
         def changes_nothing(runner: StudyRunner, number: int) -> bool:
-            runs = [row for r in range(statistics.GLANCE) if (row := runner.found(number, r)) is not None]
+            runs = [row for r in range(GLANCE) if (row := runner.found(number, r)) is not None]
             if runs and all(map(self._alike, runs, own[fleets[number]])):
                 same.add(number)
             return number in same
 
         found = self.follow(
             study,
-            lambda judge, runner: statistics.verdict_steps(
-                list(fleets), judge, lambda number: changes_nothing(runner, number)
-            ),
+            lambda judge, runner: verdict_steps(list(fleets), judge, lambda number: changes_nothing(runner, number)),
         )
         known = same.union(found.verdicts)
         tried = {label: points for label, points in others.items() if all(point.number in known for point in points)}
@@ -439,7 +446,7 @@ def plan_fleet(
     Raises:
         StudyError: a bad target or zone, demand that cannot grow, a run that failed, too few runs to search.
 
-    Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
+    Source: see `cheapest_meeting_steps`, with what it promises and assumes.
     """
     model = as_model(model)
     goal = read_target(target, model.units.names)
@@ -447,5 +454,5 @@ def plan_fleet(
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
     zone = indifference(goal, zone, model.units.names)
-    planner = _Planner(model, goal, zone, Designs(model, *sides), search, statistics.Budget(search.runs or PLAN_RUNS))
+    planner = _Planner(model, goal, zone, Designs(model, *sides), search, Budget(search.runs or PLAN_RUNS))
     return with_answer(planner.plan(times, strategies, yearly=years is not None), search)

@@ -10,9 +10,8 @@ from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.flows import StorageEnd
 from desim_warehouse.outcome.resources import busy_share, on_duty, standing
 from desim_warehouse.states import WAITING
-from desim_warehouse.study import statistics
 from desim_warehouse.study.design import Point
-from desim_warehouse.study.statistics import Estimate
+from desim_warehouse.study.statistics.intervals import Estimate, estimate
 from desim_warehouse.study.study import Study
 from desim_warehouse.study.table import Row
 
@@ -62,7 +61,7 @@ def busy_shares(runs: Sequence[Row], model: Model, confidence: float) -> dict[st
     }
     exact = bool(rows) and all(row.outcome.deterministic for row in rows)
     found = {
-        name: statistics.estimate(given, confidence, deterministic=exact, within=(0.0, 1.0))
+        name: estimate(given, confidence, deterministic=exact, within=(0.0, 1.0))
         for name, given in values.items()
         if given and all(map(math.isfinite, given))
     }

@@ -10,10 +10,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.limits import FIRST
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import bounds, gaps
 from desim_warehouse.study.statistics.judge import schedule
+from desim_warehouse.study.statistics.limits import FIRST
 from desim_warehouse.study.statistics.procedure import Procedure, request
 
 if TYPE_CHECKING:

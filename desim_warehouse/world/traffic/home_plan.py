@@ -21,7 +21,7 @@ from collections import defaultdict
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import TYPE_CHECKING, TypeAlias
 
-from desim_warehouse.layout.way_home import Search, Stands
+from desim_warehouse.layout.way_home import HomeSearch, Stands
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
 
 if TYPE_CHECKING:
@@ -290,7 +290,7 @@ class Plan:
 
     def _search(self, robots: list[Body]) -> Collection[Body] | None:
         """Take a new plan for robots and all that are in their way; or the robots that none was found for."""
-        search = Search(self.stands, robots)
+        search = HomeSearch(self.stands, robots)
         if search.left:
             return search.left
         moves: dict[Body, list[Move]] = {}

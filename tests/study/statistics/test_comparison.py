@@ -7,7 +7,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import compare, estimate, holm, paired
+from desim_warehouse.study.statistics.comparison import compare, holm, paired
+from desim_warehouse.study.statistics.intervals import estimate
 
 P_VALUES = st.lists(st.floats(0, 1), min_size=1, max_size=12)
 

@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from desim_warehouse.study.statistics import PrecisionRule, check_precision, compare, estimate, paired
+from desim_warehouse.study.statistics.comparison import compare, paired
+from desim_warehouse.study.statistics.intervals import estimate
+from desim_warehouse.study.statistics.precision import PrecisionRule, check_precision
 from tests.study.statistics.coverage import CASES
 from tests.study.statistics.searches import kn, smallest
 

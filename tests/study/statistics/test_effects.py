@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import follow, gains_steps
+from desim_warehouse.study.statistics.effects import gains_steps
+from desim_warehouse.study.statistics.procedure import follow
 
 
 def days(gains, *, noise=1.0, common=10.0, seed=0):

@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from scipy.stats import binomtest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import estimate
+from desim_warehouse.study.statistics.intervals import estimate
 
 NUMBERS = st.lists(st.integers(-1000, 1000).map(float), min_size=2, max_size=30)
 

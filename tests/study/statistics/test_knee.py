@@ -5,7 +5,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import knee, smallest_within
+from desim_warehouse.study.statistics.knee import knee, smallest_within
 
 
 def test_five_fleets_worked_by_hand():

@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import PrecisionRule, check_precision, estimate, replications_needed
+from desim_warehouse.study.statistics.intervals import estimate
+from desim_warehouse.study.statistics.precision import PrecisionRule, check_precision, replications_needed
 
 
 def test_replications_needed_worked_by_hand():

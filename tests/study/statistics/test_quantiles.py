@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import quantile, replications_for_quantile
+from desim_warehouse.study.statistics.intervals import quantile, replications_for_quantile
 
 
 def test_the_median_of_six_lies_between_the_least_and_the_most():

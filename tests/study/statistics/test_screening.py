@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.stats import qmc
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import first_order, main_effects
+from desim_warehouse.study.statistics.screening import first_order, main_effects
 
 
 def grid(function, replications=1):

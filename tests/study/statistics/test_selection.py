@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import kn_constants, kn_steps
+from desim_warehouse.study.statistics.selection import kn_constants, kn_steps
 from tests.study.statistics.searches import kn
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import Between, saltelli_design, saltelli_indices
+from desim_warehouse.study.statistics.screening import Between, saltelli_design, saltelli_indices
 
 UNIT = {name: Between(0.0, 1.0) for name in "abc"}
 

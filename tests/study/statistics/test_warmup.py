@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.study.statistics import mser, welch
+from desim_warehouse.study.statistics.warmup import mser, welch
 
 SERIES = st.lists(st.integers(-50, 50), min_size=30, max_size=120)
 
