@@ -285,6 +285,7 @@ def _spread(names: tuple[str, ...], count: int) -> list[str]:
     return [names[math.floor((rank + 0.5) * step)] for rank in range(count)]
 
 
+# In one piece, long as it is: it looks like the file that it makes.
 def _text(words: Draft) -> str:
     """The model file of a complete draft."""
     assert words.robots is not None and words.chargers is not None and words.stations is not None  # noqa: PT018

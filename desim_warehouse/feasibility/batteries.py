@@ -324,6 +324,19 @@ def _battery(model: Model) -> BatterySpec:
     return model.battery
 
 
+def _wait_too_long(battery: BatterySpec, known: Levels, level: float, rounds: int) -> float | None:
+    """The wait in which batteries run flat where robots charge in turns from `level` on; None: they do not."""
+    wait, rate = 0.0, battery.draws.standing
+    for _ in range(rounds):
+        left = level - rate * wait
+        wait += (
+            known.swap_time if known.swap_time is not None else charging.charge_time(battery, left, known.sufficient)
+        )
+        if rate * wait > level + battery.reserve:
+            return wait
+    return None
+
+
 def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding | None:
     """All robots come to charge together, and those that wait run flat.
 
@@ -351,15 +364,8 @@ def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding
     ends = battery.capacity * low + battery.reserve
     if not rate or begins <= 0 or not _lasts(model, layout, ends / rate):
         return None
-    wait, rounds = 0.0, math.ceil(len(away) / count) - 1
-    for _ in range(rounds):
-        left = level - rate * wait
-        wait += (
-            known.swap_time if known.swap_time is not None else charging.charge_time(battery, left, known.sufficient)
-        )
-        if rate * wait > level + battery.reserve:
-            break
-    else:
+    wait = _wait_too_long(battery, known, level, math.ceil(len(away) / count) - 1)
+    if wait is None:
         return None
     zones = dict.fromkeys(layout.bays[node].zone for node in away)
     lasts = (level + battery.reserve) / rate

@@ -67,6 +67,7 @@ def least_needs(
     return _least_needs(model, layout, draws, tuple(begun.items()), tuple(ends), anywhere=anywhere)
 
 
+# The sums of one shortest path after another, which need each other's tables.
 @lru_cache(maxsize=8)
 def _least_needs(
     model: Model,

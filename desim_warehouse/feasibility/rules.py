@@ -194,6 +194,10 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
             ),
             f"at least {math.ceil(need)} robots are needed to keep up with it",
         )
+    yield from _demand_of_stations(model, found)
+
+
+def _demand_of_stations(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     handled = "unload_time" if found.pile_on is None else "stop_time"
     served = [(item.serve_busy or 0.0, item, item.servers, "server") for item in found.stations]
     worked = [(item.work_busy or 0.0, item, item.workers, "worker") for item in found.stations]

@@ -360,6 +360,18 @@ class Desk:
 
     # Looking
 
+    def _beside(self, other: RunsSoFar, pinned: Design, listener: Listener, by: float) -> tuple[Band | None, list[str]]:
+        """Where the pinned design lies on the scale, and what is said of it beside the one that is shown."""
+        at: Band | None = None
+        said: list[str] = []
+        found = other.estimate(self.main)
+        if found is not None:
+            at = _times(by, (found.mean, *(found.interval or (None, None))))
+            told = capital(other.reached(other.told(listener.target)))
+            said.append(f"Pinned: {told} with {pinned.named.words}.")
+        apart = self._difference(pinned, listener.design)
+        return at, said + ([] if apart is None else [f"Difference, run by run: {apart}."])
+
     def answer(self, listener: Listener) -> Watched:
         """All that is known of a listener's design."""
         with self.lock:
@@ -379,14 +391,8 @@ class Desk:
             sentence, more = design.hand.sentence, [design.hand.more]
         pinned_at = None
         if other is not None and pinned is not None and known.n:
-            found = other.estimate(self.main)
-            if found is not None:
-                ends = found.interval or (None, None)
-                pinned_at = _times(scale.by, (found.mean, *ends))
-                told = capital(other.reached(other.told(listener.target)))
-                more.append(f"Pinned: {told} with {pinned.named.words}.")
-            apart = self._difference(pinned, design)
-            more += [] if apart is None else [f"Difference, run by run: {apart}."]
+            pinned_at, beside = self._beside(other, pinned, listener, scale.by)
+            more += beside
         done = ""
         if self.error is not None:
             done = "fails"

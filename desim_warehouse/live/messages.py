@@ -154,6 +154,7 @@ class Refusal(Message):
     problems: list[str]
 
 
+# A list of calls, long as it is.
 def openapi() -> dict[str, Any]:
     """The calls and their types as OpenAPI 3.1."""
     types = (Ask, ShareAsk, About, Calculated, Watched, Refusal)

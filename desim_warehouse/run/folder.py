@@ -20,6 +20,7 @@ from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
     from desim_warehouse.layout import Layout
+    from desim_warehouse.outcome.log import Log
     from desim_warehouse.run import Run
 
 FORMAT = 1
@@ -119,6 +120,30 @@ def _kpis(folder: Path) -> dict[str, float]:
     return {name: math.nan if value is None else value for name, value in kept.items()}
 
 
+def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
+    """The log of a saved run: its rows, and what stands beside them."""
+    from desim_warehouse.outcome.log import Log
+
+    return Log(
+        level=kept["level"],
+        rows=rows,
+        rings=[(time, tuple(robots), tuple(edges)) for time, robots, edges in kept["rings"]],
+        robots=kept["robots"],
+        edges=kept["edges"],
+        nodes=kept["nodes"],
+        stations=kept.get("stations"),
+        due=dict(kept["due"]),
+        flows=dict(kept["flows"]),
+        orders=dict(kept["orders"]),
+        for_workers=None if kept.get("for_workers") is None else set(kept["for_workers"]),
+        energy=kept["energy"],
+        people=kept["people"],
+        begin=kept["begin"],
+        end=kept["end"],
+        version=version,
+    )
+
+
 def load_run(folder: str | Path) -> Run:
     """A run from the folder it was saved to, with the indicators that were saved if another version simulated it.
 
@@ -127,7 +152,7 @@ def load_run(folder: str | Path) -> Run:
     import pandas as pd
 
     from desim_warehouse.model import load
-    from desim_warehouse.outcome.log import Log, LogRow
+    from desim_warehouse.outcome.log import LogRow
     from desim_warehouse.run import Run
 
     folder = Path(folder)
@@ -145,24 +170,7 @@ def load_run(folder: str | Path) -> Run:
             table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
         else:
             table["edge"] = [None if number < 0 else edges[number] for number in numbers]
-        log = Log(
-            level=kept["level"],
-            rows=[tuple(row) for row in table.to_numpy().tolist()],
-            rings=[(time, tuple(robots), tuple(edges)) for time, robots, edges in kept["rings"]],
-            robots=kept["robots"],
-            edges=kept["edges"],
-            nodes=kept["nodes"],
-            stations=kept.get("stations"),
-            due=dict(kept["due"]),
-            flows=dict(kept["flows"]),
-            orders=dict(kept["orders"]),
-            for_workers=None if kept.get("for_workers") is None else set(kept["for_workers"]),
-            energy=kept["energy"],
-            people=kept["people"],
-            begin=kept["begin"],
-            end=kept["end"],
-            version=content["version"],
-        )
+        log = _log(kept, [tuple(row) for row in table.to_numpy().tolist()], content["version"])
         run = Run(model, content["seed"], log, layout, deterministic=content["deterministic"])
         if run.version != __version__:
             run.kpis = RunIndicators(run.kpis | _kpis(folder))  # another version may count otherwise

@@ -139,6 +139,7 @@ def clock_step(times: NDArray[np.float64]) -> float:
     return 0.0
 
 
+# A list of families, long as it is.
 def families() -> dict[str, Family]:
     """The families that are proposed, by our names."""
     from scipy import stats

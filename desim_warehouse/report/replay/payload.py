@@ -152,6 +152,7 @@ def payload(history: History, start: float, end: float) -> tuple[dict[str, Any],
     return _header(history, positions, shown, places, scale), columns
 
 
+# A list of what the page is given, long as it is.
 def _header(
     history: History, positions: Positions, shown: list[Tile], places: list[Resource], scale: MapScale
 ) -> dict[str, Any]:

@@ -63,6 +63,7 @@ class Robot:
     `doing`: its state, or that in which it broke down.
     """
 
+    # All that a robot has, in the order in which its parts need each other.
     def __init__(
         self,
         around: Surroundings,

@@ -112,6 +112,8 @@ class Body:
         self.speed = self.pace = speed
         self.at = at
         self.driver = driver or NoDriver()
+        self.task = -1
+        # Of its drive
         self.stretch: Stretch | None = None if motion is None else Stretch(motion)
         self.lane: Any = None  # a Lane; typed loosely, as the hot path knows when there is one
         self.held: Any = None  # an Intersection
@@ -119,26 +121,27 @@ class Body:
         self.ahead: Body | None = None
         self.behind: Body | None = None
         self.pos = self.target = self.goal = 0.0
-        self.since = self.until = self.entered_at = self.out_at = -math.inf
+        self.since = self.until = self.entered_at = self.out_at = self.line_at = self.ready_at = -math.inf
         self.out_pace = speed
+        self.limit = self.train_pace = math.inf
         self.look_ahead: LookAhead | None = None
         self.braking = 0.0
-        self.stands_at = self.line_at = -math.inf
+        self.stands_at = -math.inf
+        self.delays = delays
+        self.detours = self.moves = 0
+        self.driven = 0.0
+        # Of its waits
         self.claim: Claim | None = None
         self.waiting_behind: Drive | None = None
         self.waiting_since = 0.0
         self.waits_for: Body | None = None
         self.delay: Delay | None = None
-        self.recall_at = self.halts_at = self.train_pace = self.limit = math.inf
-        self.delays = delays
-        self.broken = self.cleared = False
-        self.ready_at = -math.inf
-        self.detours = 0
-        self.task = -1
-        self.moves = self.rear_ends = self.crossings = 0
-        self.driven = self.waited = 0.0
+        self.rear_ends = self.crossings = self.encounters = 0
+        self.waited = 0.0
         self.waited_apart: dict[str, float] = {}
-        self.encounters = 0
+        # Of a breakdown, and a call back to a charger
+        self.recall_at = self.halts_at = math.inf
+        self.broken = self.cleared = False
 
     # Where it is
 

@@ -329,6 +329,7 @@ class Drive:
         self.callbacks = ROLL
         heappush(env._queue, (time, NORMAL, next(env._eid), self))
 
+    # In one piece for speed: each part that is a call of its own costs about 1 % of a run.
     def roll(self) -> None:
         """The robot is where it was sure to get to, and drives on if it can.
 

@@ -49,6 +49,7 @@ class Routes:
     may be blocked.
     """
 
+    # All that a routing policy may ask, long as the list is.
     def __init__(
         self,
         env: Environment,
