@@ -11,7 +11,7 @@ import click
 @click.option("--study", is_flag=True, help="That of study files.")
 @click.option("--answer", is_flag=True, help="That of answer.json, which --out and --json write.")
 def command(study: bool, answer: bool) -> None:
-    """Print the JSON Schema of model files, or of study files, for editors; or that of answers."""
+    """Print the JSON Schema of model files, or of study files or answers, for editors."""
     from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.file import schema
 

@@ -466,10 +466,10 @@ class StationSpec(PlacesSpec):
         description="what has begun when it closes is finished, or pauses until it opens again",
     )
     load_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(
-        None, description="loading there; default: that of the flow or of tasks"
+        None, description="loading there; default: as the flow or tasks say"
     )
     unload_time: Annotated[Varying | None, Usual("1 s", "1 h")] = Field(
-        None, description="unloading there; default: that of the flow or of tasks"
+        None, description="unloading there; default: as the flow or tasks say"
     )
     # one piece into a tote takes 3 s or more; a pallet is repacked in hours
     work_time: Annotated[Varying | None, Usual("3 s", "8 h")] = Field(

@@ -61,7 +61,7 @@ class Stands(Generic[R, S]):
             self.lines.setdefault(stand, []).append(robot)
 
     def take(self, robot: R) -> list[tuple[S, int]]:
-        """A robot stands nowhere any more. Returned is where it stood, for `put_back`."""
+        """A robot no longer stands anywhere. Returned is where it stood, for `put_back`."""
         found = []
         for stand in self.held.pop(robot):
             line = self.lines[stand]

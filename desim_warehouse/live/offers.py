@@ -25,7 +25,7 @@ _DEMANDS = range(5, 21)
 
 @dataclass(frozen=True)
 class Offer:
-    """A key of the model and the values that the page offers for it: `values[today]` is that of the model.
+    """A key of the model and the values that the page offers for it: `values[today]` is the value in the model.
 
     `changes`: what each value changes in the model, `texts`: how it is written. Numbers have a slider.
     """

@@ -87,7 +87,7 @@ class History:
 
     @property
     def history(self) -> History:
-        """Itself, as a flow's history has that of the whole run."""
+        """Itself; the history of a flow has the history of the whole run here."""
         return self
 
     def since(self, begin: float) -> History:

@@ -149,7 +149,7 @@ def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | No
 
     Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
     from 0 (a t interval). `part`: of the error, where it is asked again as runs come in. Of a fleet that begins settled
-    nothing is said: what is left of a drift then is that of the one run in which it settled.
+    nothing is said: what is left of a drift then comes from the one run in which it settled.
     """
     if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
         return None

@@ -73,7 +73,7 @@ def read(path: Path, content: bytes, *, layout: str | None = None, graph: int | 
         path: the file.
         content: what stands in it.
         layout: the level to read; default: the one with most lanes.
-        graph: the graph_idx of the lanes to read; default: that of most lanes.
+        graph: the graph_idx of the lanes to read; default: the one with most lanes.
 
     Raises:
         ModelError: where it cannot be read, with the line.

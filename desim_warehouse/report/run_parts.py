@@ -131,7 +131,7 @@ def _floor(floor: Layout) -> str:
 
 
 def _batteries(model: Model) -> str:
-    """The battery of all robots, or that of each kind where they differ."""
+    """The battery of all robots, or of each kind where they differ."""
     if charge_alike(model):
         return _battery(model)
     return "; ".join(f"{said(kind)}: {_battery(alone)}" for kind, alone in by_kind(model).items())
@@ -172,7 +172,7 @@ _SPANS = 400
 
 
 def read(folder: str | Path | Run) -> Run:
-    """A run, or that of a folder, with everything logged: again if it was not."""
+    """A run, given or from a folder, with everything logged: simulated again if it was not."""
     from desim_warehouse.run import Run as Done
     from desim_warehouse.run.folder import load_run
 
@@ -185,7 +185,7 @@ def read(folder: str | Path | Run) -> Run:
 
 
 def page(folder: str | Path | Run, replay: str | None = None) -> ReportPage:
-    """The report of a run, or of that of a folder; `replay` is the file for its replay, which the first page links."""
+    """The report of a run, given or from a folder; `replay` is the file for its replay, which the first page links."""
     run = read(folder)
     return pages.ReportPage(
         title=run.model.name,

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class StoppedError(Interruption):
-    """A run was stopped: nobody wants it any more."""
+    """A run was stopped: nobody wants it now."""
 
 
 class StopSignal:

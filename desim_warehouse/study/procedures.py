@@ -133,7 +133,7 @@ def most(
         study: with one factor, its values upwards.
         indicator: what is done.
         share: a smaller difference, as a part of the largest mean, does not matter.
-        search: as of `best`.
+        search: see `best`.
 
     Raises:
         StudyError: unknown indicator, fewer than two designs, or a run that failed.
@@ -283,7 +283,7 @@ def judge_of(
         exact: the models use no random numbers.
         before: what was known before this session.
         name: what a design is called there (default: as in the study's table).
-        how: zone and budget, as of `statistics.Judge`.
+        how: zone and budget; see `judge.Judge`.
     """
     named = name or (lambda number: str(study.points[number]))
     cap = search.cap or CAP
@@ -306,7 +306,7 @@ _DRIFTS = ("backlog_growth_per_hour", "work_backlog", "energy_drift_per_hour")
 
 
 def cannot_last(study: Study, runner: StudyRunner, number: int, *, glance: bool = False) -> str | None:
-    """Why a design cannot last, by its runs so far, or None if it can; `glance`: as of `not_lasting`."""
+    """Why a design cannot last, by its runs so far, or None if it can; `glance`: see `not_lasting`."""
     rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
     if any(map(ran_flat, rows)):
         return "a robot runs flat"

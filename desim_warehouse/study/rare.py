@@ -17,7 +17,7 @@ FEW = 10
 def expected(model: Model, length: float) -> dict[str, float]:
     """How many of each kind of failure and closure are to be expected in a run of this length, in the model's time.
 
-    Robots break down while they operate, so that of breakdowns it is the most.
+    Robots break down while they operate, so for breakdowns it is an upper bound.
     """
     found: dict[str, float] = {}
     for robot in model.fleet.robots():

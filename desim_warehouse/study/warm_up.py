@@ -175,7 +175,7 @@ def _settling(model: Model, spans: Sequence[Spans], observed: Observed) -> Settl
 
 
 def _filled(counts: Sequence[int], times: Sequence[float]) -> list[float]:
-    """Mean cycle times. An interval without a delivery has that of the one before."""
+    """Mean cycle times. An interval without a delivery takes over the mean of the one before."""
     filled: list[float] = []
     for count, time in zip(counts, times, strict=True):
         filled.append(time / count if count else filled[-1] if filled else 0.0)

@@ -60,9 +60,9 @@ def quantity(text: str, kind: str, units: UnitNames, bare: str = "") -> float:
 
     Args:
         text: such as `5 min` or `300`.
-        kind: as of `converted`.
+        kind: see `converted`.
         units: those of the model.
-        bare: the unit of a number without one; empty: that of the model.
+        bare: the unit of a number without one; empty: the unit of the model.
 
     Raises:
         ValueError: no such quantity.

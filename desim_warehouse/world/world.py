@@ -357,7 +357,7 @@ class World:
             log.forget_moves()
 
     def _hours_change(self, robots: Sequence[int]) -> bool:
-        """The hours of some robots begin or end. False: nothing can come of it any more."""
+        """The hours of some robots begin or end. False: nothing more can come of it."""
         goes_on = not self.env.only_ticks
         for number in robots:
             self.robots[number].hours_change()
@@ -395,7 +395,7 @@ class World:
         )
 
     def _out_of_stock(self) -> str:
-        """The items that lines wait for and no pod has any more."""
+        """The items that lines wait for and that no pod has now."""
         gone = [] if self.pods is None else self.pods.out_of_stock()
         return f"; lines wait for items of which no pod has any left (pods.stock): {gone[:10]}" if gone else ""
 

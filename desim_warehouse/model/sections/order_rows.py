@@ -87,7 +87,7 @@ class Reading:
 
 
 def first_day(spec: OrdersFile, table: Table, how: Reading) -> dt.datetime | None:
-    """The day on which the run starts: said by the model, or that of the first order, where the file has dates."""
+    """The day on which the run starts: as the model says, or the day of the first order, where the file has dates."""
     stat = check_there(table.path)
     return _midnight(how.start) or _earliest_day(spec, (stat.st_mtime_ns, stat.st_size))
 
@@ -235,7 +235,7 @@ class Chunk:
         return np.where((found >= 0) & ~late, found, np.nan)
 
     def _check_zones(self, text: pd.Series[Any], column: str) -> None:
-        """Refuse times of another zone than those before; that of all is left out, and said."""
+        """Refuse times of another zone than those before; a zone that all have is left out, and named."""
         zones = text.str.extract(ZONE)[1].dropna()
         if len(zones):
             zone = self.found.zones.setdefault(column, zones.iloc[0])

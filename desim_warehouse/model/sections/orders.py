@@ -122,7 +122,7 @@ def _in_storage(end: str | int | None) -> bool | None:
 
 
 def files_of(flows: Mapping[str, FlowSpec]) -> list[OrdersFile]:
-    """The files of orders that flows name; one that is not there any more is left out."""
+    """The files of orders that flows name; one that is no longer there is left out."""
     named = [flow.when.orders for flow in flows.values() if isinstance(flow.when, OrdersArrivals)]
     return [spec for spec in named if Path(spec.file).exists()]
 

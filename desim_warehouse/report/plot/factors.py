@@ -108,7 +108,7 @@ def facets(
 ) -> Axes:
     """`by_factor` once for each combination of levels of further factors, side by side on one scale.
 
-    What is not named here is as of `by_factor`.
+    Arguments that are not named here: see `by_factor`.
 
     Args:
         by: the further factors; each combination of their levels that has runs is a panel, named by them.

@@ -156,7 +156,7 @@ def _values(found: BestOfMany, one: JudgedDesign) -> str:
 
 
 def _judged_by(found: BestOfMany) -> list[str]:
-    """The indicator, and that of the target."""
+    """The indicator, and the one that the target is about."""
     return [found.indicator, *([] if found.target is None else [found.target.indicator])]
 
 

@@ -159,7 +159,7 @@ def best_of(  # half of it says what its arguments mean
         ModelError: a value that makes no model.
         StudyError: nothing to choose from, too few runs, a bad target, or an indicator of which neither is better.
 
-    Source: `designs.local_search`; verdicts as of `Judge`.
+    Source: `designs.local_search`; verdicts: see `Judge`.
     """
     find(indicator)
     more = more_is_better(indicator) if maximise is None else maximise

@@ -78,11 +78,11 @@ class FactorLevels:
         return (rank for rank in near if rank != choice and 0 <= rank < len(self.levels))
 
     def allows(self, choice: int) -> bool:
-        """Every value is that of a model, as factors are checked before."""
+        """Every value is one that a model may have, as factors are checked before."""
         return 0 <= choice < len(self.levels)
 
     def effort(self, choice: int) -> int:
-        """Whether it is another value than that of the model."""
+        """Whether it differs from the value in the model."""
         return int(choice != self.now)
 
     def changes(self, choice: int) -> Mapping[str, Any]:

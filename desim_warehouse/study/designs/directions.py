@@ -177,7 +177,7 @@ def orient(model: Source, indicator: str | None = None, *, search: Search = USUA
 
     Raises:
         ModelError: no two-way lane, or goods and stations that cannot reach each other.
-        StudyError: as of `directions`.
+        StudyError: see `directions`.
     """
     model = as_model(model)
     if indicator is None:

@@ -137,7 +137,7 @@ class SharedExecutor(ABC):
         """These runs, each as soon as it has ended or was cancelled.
 
         Raises:
-            StudyError: where nothing can be simulated any more.
+            StudyError: where nothing more can be simulated.
             KeyboardInterrupt: on Ctrl-C.
         """
         told: SimpleQueue[Handle] = SimpleQueue()

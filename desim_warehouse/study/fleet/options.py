@@ -84,9 +84,9 @@ def plan_options(options: Mapping[str, Source], target: str, *, search: Search =
 
     Args:
         options: by name the warehouse with each of them, or its file.
-        target: as of `plan_fleet`, of all of them.
-        search: as of `plan_fleet`, for all plans together: each has an equal part of the error, and so have the days.
-        how: zone, robots, chargers, packers, strategies (default: none), as of `plan_fleet`.
+        target: see `plan_fleet`; one for all options.
+        search: see `plan_fleet`; for all plans together: each has an equal part of the error, and so have the days.
+        how: zone, robots, chargers, packers, strategies (default: none); see `plan_fleet`.
 
     Raises:
         StudyError: fewer than two options, some with prices and some without, or as `plan_fleet`.

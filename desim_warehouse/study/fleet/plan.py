@@ -156,7 +156,7 @@ class _Planner:
         return tuple(found[n] for n in sorted(found))
 
     def size(self, growth: float, changes: Mapping[str, Any], name: str, year: int | None = None) -> Sized:
-        """The cheapest design for a demand; for that of a year with what is known of other years."""
+        """The cheapest design for a demand; for a year's, with what is known of other years."""
         changes = {**changes, **more_demand(self.model, growth)}
         ranges = self.designs.counts(growth)
         most = self._most(ranges, changes, name) if self.model.pods is not None else None

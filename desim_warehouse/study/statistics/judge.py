@@ -182,7 +182,7 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
     """How many runs in all would probably tell whether a design meets the target; None: more than `MOST_TO_TELL`.
 
     Further runs are taken to be like those so far, whose mean lies 1.5 times as far from the target as the bounds
-    reach: were it the true one, five of six such designs would be told. At least two runs; `level` as of `judged`.
+    reach: were it the true one, five of six such designs would be told. At least two runs; `level`: see `judged`.
     """
     mean = float(np.mean(values))
     wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones

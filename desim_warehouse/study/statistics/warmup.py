@@ -80,7 +80,7 @@ def welch(values: Series, window: int) -> NDArray[np.float64]:
     """The moving average of Welch's plot: where it levels off, the warm-up is over.
 
     Args:
-        values: as of `mser`: shape (n,), or (replications, n), which are averaged first.
+        values: see `mser`; shape (n,), or (replications, n), which are averaged first.
         window: w; each point is the mean of itself and w observations on either side, near the start of as many as
             there are on both sides.
 

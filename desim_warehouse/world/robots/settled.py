@@ -32,7 +32,7 @@ if TYPE_CHECKING:
 
 
 SEED = 39_916_801
-"""Of the run that nobody counts: that of no run which is counted."""
+"""The seed of the run that nobody counts; no counted run has it."""
 LOOKS = 48
 """How often the fleet is looked at."""
 DAY = 24

@@ -115,7 +115,7 @@ class Traffic:
         node, lane = robot.held, robot.lane
         if lane is not None:
             robot.off_lane(now)
-            lane.out_at = -math.inf  # it is in the way of none any more
+            lane.out_at = -math.inf  # it blocks no robot now
         robot.into_bay(node)
         if self.rules.guard is not None:
             self.rules.guard.left(robot)
