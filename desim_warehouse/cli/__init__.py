@@ -128,13 +128,14 @@ class _Harmless:
 def main() -> None:
     """Run the command; an error of the package is one clear message and exit status 2, never a traceback."""
     from desim_warehouse.errors import WarehouseError, got, reason
-    from desim_warehouse.study.execution import process
 
     if "_DESIM_COMPLETE" in os.environ:
         from desim_warehouse.cli.completion import Bash
 
         add_completion_class(Bash)
-    gc.set_threshold(_GARBAGE)
+    gc.set_threshold(_GARBAGE)  # before anything else is imported
+    from desim_warehouse.study.execution import process
+
     process.alone()
     if sys.stdout is not None:  # it is None where the shell has closed it
         sys.stdout = _Harmless(sys.stdout)

@@ -8,7 +8,8 @@ import pytest
 
 from desim_warehouse import ModelError, PolicyError, load, simulate
 from desim_warehouse.policies.catalogue import OURS, problems
-from desim_warehouse.study.plan import models, read_study
+from desim_warehouse.study.plan import models
+from desim_warehouse.study.reading import read_study
 
 MULTIBOTS = "models/multibots.yaml"
 

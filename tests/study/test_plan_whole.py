@@ -46,7 +46,7 @@ def test_packers_are_sized_beside_robots_and_chargers(small):
 
 def test_the_estimate_says_which_packers_are_searched(small):
     designs = Designs(small.replace(SLOW_PACKING), packers=("packing", None))
-    assert designs.counts(1.0)[2] == [2, 3]  # work piles up before one
+    assert designs.counts(1.0)[2][:2] == [2, 3]  # work piles up before one
 
 
 def test_people_at_each_node_of_a_station_are_counted_together_and_cost_what_a_run_of_them_costs(small):
@@ -94,7 +94,7 @@ def test_the_worst_hour_of_a_day_is_said_and_is_the_peak():
 
 
 def test_years_are_a_table_and_equal_separate_plans(small):
-    how = {"strategies": {}, "robots": "1..5", "chargers": "1", "first": 4, "cap": 8}
+    how = {"strategies": {}, "robots": "1..5", "chargers": "1", "search": dw.Search(first=4, cap=8)}
     found = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=2, **how)
     alone = [plan_fleet(small.replace({"tasks.demand": 1.6**n}), "on_time >= 80 %", **how) for n in range(3)]
     assert [one.best.counts for one in found.demands] == [one.today.best.counts for one in alone]

@@ -8,7 +8,7 @@ from contextlib import contextmanager
 
 
 def alone() -> None:
-    """Starting them costs more than they save here; what users set is kept."""
+    """Numerical libraries imported later start no threads, which cost more than they save; what users set is kept."""
     for library in ("OPENBLAS", "OMP", "MKL"):
         os.environ.setdefault(f"{library}_NUM_THREADS", "1")
 
