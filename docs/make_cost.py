@@ -78,10 +78,9 @@ def lines(path: Path) -> int:
     return len(path.read_text(encoding="utf-8").splitlines())
 
 
-def rows() -> Iterator[list[str]]:
+def rows(package: dict[str, Path], imports: dict[str, set[str]]) -> Iterator[list[str]]:
     """A row for each command, and for some together: name, lines, lines of tests, options; and one of what is left."""
-    package, tests = modules(ROOT / "desim_warehouse"), modules(ROOT / "tests")
-    imports = {name: imported(path, package) for name, path in package.items()}
+    tests = modules(ROOT / "tests")
     of_tests = {name: imported(path, package) for name, path in tests.items()}
     reaches = {name: reached(f"desim_warehouse.cli.{module}", imports) for name, (module, _) in COMMANDS.items()}
     shared = {name for name in package if sum(name in mine for mine in reaches.values()) != 1}
@@ -104,26 +103,24 @@ def _rounded(where: dict[str, Path], names: set[str], step: int = _ROUND) -> str
     return f"{round(sum(lines(where[name]) for name in names) / step) * step:,}"
 
 
-def small() -> Iterator[str]:
+def small(package: dict[str, Path], imports: dict[str, set[str]]) -> Iterator[str]:
     """What is said of each small module that one file of its own folder alone imports."""
-    package = modules(ROOT / "desim_warehouse")
-    readers: dict[str, set[str]] = {name: set() for name in package}
-    for reader, path in package.items():
-        for name in imported(path, package):
-            readers[name].add(reader)
     for name, path in package.items():
-        near = [reader for reader in readers[name] if package[reader].parent == path.parent]
-        if path.name != "__init__.py" and len(readers[name]) == len(near) == 1 and lines(path) < SMALL:
+        readers = [reader for reader, needs in imports.items() if name in needs and reader != name]
+        near = [reader for reader in readers if package[reader].parent == path.parent]
+        if path.name != "__init__.py" and len(readers) == len(near) == 1 and lines(path) < SMALL:
             yield f"{path.relative_to(ROOT)}: {lines(path)} lines, read by {near[0]} alone: may be a part of it"
 
 
 def main(check: bool) -> int:
     """Write the table, or check it; the exit status."""
-    text = _INTRO + table(("command", "lines", "of tests", "options"), rows(), "lrrr")
+    package = modules(ROOT / "desim_warehouse")
+    imports = {name: imported(path, package) for name, path in package.items()}
+    text = _INTRO + table(("command", "lines", "of tests", "options"), rows(package, imports), "lrrr")
     if not check:
         PAGE.write_text(text, encoding="utf-8")
         return 0
-    for line in small():
+    for line in small(package, imports):
         print("warning:", line)
     if not PAGE.is_file() or PAGE.read_text(encoding="utf-8") != text:
         print("docs/dev/cost.md is not up to date: python -m docs.make_cost")

@@ -71,10 +71,10 @@ def arc_length(
         raise ValueError("weights that are not above 0")
     if degree == 1:  # along a straight line weights change the pace only
         return sum(math.dist(a, b) for a, b in pairwise(points))
-    return _arc_length(degree, knots, points, weights)
+    return _integrated(degree, knots, points, weights)
 
 
-def _arc_length(
+def _integrated(
     degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
 ) -> float:
     import numpy as np
