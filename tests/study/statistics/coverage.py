@@ -127,14 +127,27 @@ def compared(rng):
 
 def wrongly_met(target, tasks, alike, studies):
     """How often `desim plan` says of a fleet that misses a share by 0.05 points that it meets it."""
+    return _said("meets", target - 0.0005, target, tasks, alike, studies)
+
+
+def wrongly_missed(target, tasks, alike, studies):
+    """How often it says of a fleet that is better than a share by the indifference zone that it misses it."""
+    return _said("fails", target + _zone(target), target, tasks, alike, studies)
+
+
+def _said(wrong, true, target, tasks, alike, studies):
     rng = np.random.default_rng(int(1000 * target) + tasks)
-    return float(np.mean([verdict(rng, target - 0.0005, target, tasks, alike) == "meets" for _ in range(studies)]))
+    return float(np.mean([verdict(rng, true, target, tasks, alike) == wrong for _ in range(studies)]))
+
+
+def _zone(target):
+    return (1 - target) / 4
 
 
 def verdict(rng, true, target, tasks, alike):
     """What `desim plan` says of a fleet, with its looks from 5 to 40 days."""
     days = _shares(day_shares(rng, true, tasks, alike, CAP), tasks)
-    judge = Judge(parse_target(f"on_time >= {target}"), zone=(1 - target) / 4, within=(0.0, 1.0))
+    judge = Judge(parse_target(f"on_time >= {target}"), zone=_zone(target), within=(0.0, 1.0))
     follow(verdict_steps([0], judge), lambda _, replication: days[replication])
     return judge.verdicts[0].verdict
 

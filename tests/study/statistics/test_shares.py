@@ -10,7 +10,7 @@ from desim_warehouse.outcome.indicators import counted_in
 from desim_warehouse.study.statistics.intervals import TaskShare, estimate, share_bounds
 from desim_warehouse.study.statistics.judge import judged
 from desim_warehouse.study.statistics.targets import parse_target
-from tests.study.statistics.coverage import ON_TIME, verdict, wrongly_met
+from tests.study.statistics.coverage import ON_TIME, verdict, wrongly_met, wrongly_missed
 
 HALVES = (10, 20, 40, 80)
 SURE = 1 - 0.05 / 12  # what `Judge` asks of the first design and six looks
@@ -29,18 +29,29 @@ def test_days_without_a_late_task_count_tasks_and_not_days():
 
 
 def test_many_days_show_themselves_how_much_tasks_depend_on_each_other():
-    """80 days of 60 tasks: 4,800 over 1 + 59 x 0.04 / 4 = 1.59 are 3,018.9, not the 1,429 of eight times ten."""
+    """80 days of 60 tasks: 4,800 over 1 + 59 x 0.04 x 18 / 80 = 1.531 are 3,135, not the 1,429 of eight times ten."""
     low, _ = share_bounds(np.ones(80), np.full(80, 60.0), 0.975)
-    assert low == pytest.approx(0.025 ** (1.59 / 4800))
+    assert low == pytest.approx(0.025 ** (1.531 / 4800))
     reach = [0.96 - share_bounds(np.array([0.95, 0.97] * half), np.full(2 * half, 800.0), 0.99)[0] for half in HALVES]
-    assert [round(100 * one, 2) for one in reach] == [2.58, 1.18, 0.57, 0.29]  # halved by twice as many
+    assert [round(100 * one, 2) for one in reach] == [1.5, 0.56, 0.33, 0.22]
 
 
-def test_days_that_vary_as_the_binomial_says_are_worth_what_tasks_are_at_most():
-    """Five days of 0.9 and five of 0.94, of 60 tasks: they vary less than tasks would, so 178.6 of them again."""
+def test_from_18_days_on_they_may_show_that_they_differ_little():
+    """80 days of 0.95 and 0.97: s² / 80 = 1.27e-6, times 79 / 52.2 at most: 0.0384 / 1.92e-6 are 20,000 tasks."""
+    days = np.array([0.95, 0.97] * 40)
+    low, _ = share_bounds(days, np.full(80, 7000.0), 0.99)
+    assert low == pytest.approx(beta.ppf(0.01, 0.96 * 20_000, 0.04 * 20_000 + 1), abs=5e-4)
+    eighteen, _ = share_bounds(days[:18], np.full(18, 7000.0), 0.99)
+    sixteen, _ = share_bounds(days[:16], np.full(16, 7000.0), 0.99)  # at most 25 tasks a day
+    assert sixteen == pytest.approx(beta.ppf(0.01, 0.96 * 400, 0.04 * 400 + 1), abs=2e-3)
+    assert eighteen > sixteen + 0.005
+
+
+def test_the_upper_bound_of_days_that_vary_less_than_tasks_is_that_of_tasks():
+    """Five days of 0.9 and five of 0.94, of 60 tasks: they vary less than 600 tasks would that depend on nothing."""
     shares = np.array([0.9, 0.94] * 5)
     _, high = share_bounds(shares, np.full(10, 60.0), 0.975)
-    assert high == pytest.approx(beta.ppf(0.975, 0.92 * 178.6 + 1, 0.08 * 178.6), abs=1e-4)
+    assert high == pytest.approx(beta.ppf(0.975, 0.92 * 600 + 1, 0.08 * 600), abs=1e-6)
 
 
 def test_days_that_vary_more_are_worth_fewer_tasks():
@@ -78,7 +89,12 @@ def test_in_runs_before_0_4_the_tasks_of_flows_with_due_times_are_counted():
     assert counted_in("share_waiting", run) == []
 
 
-DAYS = st.lists(st.tuples(st.floats(0, 1), st.integers(1, 400)), min_size=2, max_size=12)
+DAYS = st.one_of(
+    *(
+        st.lists(st.tuples(st.floats(0, 1), st.integers(1, 400)), min_size=few, max_size=many)
+        for few, many in ((2, 12), (18, 20))
+    )
+)
 LEVELS = st.sampled_from([0.9, 0.975, SURE])
 
 
@@ -142,6 +158,19 @@ def test_a_run_that_alone_leaves_a_verdict_open_is_named():
 @pytest.mark.parametrize("alike", [0.01, 0.1])
 def test_a_design_that_just_misses_is_said_to_meet_in_at_most_5_per_cent_of_studies(tasks, target, alike):
     assert wrongly_met(target, tasks, alike, 100) <= 0.07  # 5 %, and a standard error
+
+
+@pytest.mark.parametrize("tasks", [50, 1000])
+@pytest.mark.parametrize("target", [0.95, 0.99])
+@pytest.mark.parametrize("alike", [0.01, 0.1])
+def test_a_design_that_is_better_by_the_zone_is_said_to_miss_in_at_most_5_per_cent_of_studies(tasks, target, alike):
+    assert wrongly_missed(target, tasks, alike, 100) <= 0.05
+
+
+def test_days_of_many_tasks_tell_of_a_miss_by_one_point_in_few_runs():
+    """The days of a hall with 7,000 orders differ by 0.65 points: five tell, and not twenty if each counted as 25."""
+    shares = np.array([0.8986, 0.8824, 0.8877, 0.8951, 0.8929])
+    assert judged("", of(shares, 7000), parse_target("on_time >= 0.9"), SURE, False, (0, 1), 0.01).verdict == "fails"
 
 
 @pytest.mark.parametrize("tasks", [50, 1000])
