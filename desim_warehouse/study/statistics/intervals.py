@@ -298,8 +298,8 @@ ALIKE = 0.04
 Days of drafts at and above their target show 0 to 0.008, overloaded ones 0.014 (docs/dev/performance.md)."""
 FEW = 18
 """Fewer days say little of how days differ. So many show it, and the least correlation falls in proportion."""
-SHOWN = 0.01
-"""The error of how much days may differ, where that is taken from what so many show."""
+RARE = 5
+"""Of the tasks that days count for at most, those that are taken to be missed at least, however many days show."""
 
 
 class TaskShare(float):
@@ -327,8 +327,8 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
     tasks as would make the mean vary as it does from day to day. It is never more than tasks that correlate by 0.04
     within a day are worth (Kish's design effect, 1 + (tasks - 1) 0.04), so each of up to 18 days counts for at most 25
     tasks; where all days are alike that is all that is known. Of n days from 18 on it is 0.04 times 18 / n: bad days
-    that are rarer matter less. From then on the lower one may also rest on what days show: as many independent tasks
-    as would make the mean vary by the most, by the chi-square bound of a variance, that days may differ.
+    that are rarer matter less. From then on as many tasks may count as days show by how they vary, but no bound is
+    above that of 5 tasks missed of that most: where nearly all are on time, days show little of how they vary.
 
     The upper one is the larger of Student's t over days, and Clopper and Pearson's for tasks that do not depend on each
     other. It needs no least correlation: what few days do not show are the rare bad ones, which lower the mean, and
@@ -354,38 +354,32 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
     worst_first = np.sort(shares)
     missed = 1.0 - worst_first
     high = max(_by_tasks_high(float(shares.mean()), alone, level), _by_days_high(worst_first, level))
-    low = _low(missed, most, _wider(n, level), level)
+    low = _low(missed, most, level)
     if n >= FEW:
-        low = max(low, _low(missed, alone, _varies_by(n), level))
+        low = max(low, min(_low(missed, alone, level), _by_tasks_low(most, level)))
     return min(low, (1.0 - level) ** (1.0 / most)), min(high, 1.0)
 
 
-def _wider(n: int, level: float) -> float:
-    """By what the variance of n values is to be multiplied, so that a normal bound is one of Student's t."""
-    from scipy.special import ndtri
-
-    return float((t_quantile(n - 1, level) / float(ndtri(level))) ** 2)
-
-
-def _varies_by(n: int) -> float:
-    """The same for the most that the variance of all days may be, by that of n."""
-    from scipy.special import chdtri
-
-    return float((n - 1) / chdtri(n - 1, 1.0 - SHOWN))
-
-
-def _low(missed: NDArray[np.float64], most: float, times: float, level: float) -> float:
-    """The lower bound from the share missed on each day, worst first: of `most` tasks, fewer where days vary more."""
-    from scipy.special import betaincinv
+def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
+    """The lower bound from the share of tasks missed on each day, the worst day first, of `most` tasks at most."""
+    from scipy.special import betaincinv, ndtri
 
     n = missed.size
     sums, squares = np.cumsum(missed), np.cumsum(missed**2)  # of the worst days, the others perfect
     means = np.clip(sums / n, 0.0, 1.0)
-    varies = times * np.maximum(squares / n - means**2, 0.0) / (n - 1)
+    wider = (t_quantile(n - 1, level) / float(ndtri(level))) ** 2
+    varies = wider * np.maximum(squares / n - means**2, 0.0) / (n - 1)
     binomial = means * (1.0 - means)
     tasks = np.where(varies * most > binomial, binomial / np.maximum(varies, 1e-300), most)
     met, not_met = np.maximum((1.0 - means) * tasks, 1e-12), means * tasks + 1.0
     return float(np.where(means < 1.0, betaincinv(met, not_met, 1.0 - level), 0.0).min())
+
+
+def _by_tasks_low(most: float, level: float) -> float:
+    """Clopper and Pearson's lower bound for a number of tasks, of which `RARE` were missed."""
+    from scipy.special import betaincinv
+
+    return float(betaincinv(max(most - RARE, 0.0), RARE + 1.0, 1.0 - level))
 
 
 def _by_tasks_high(mean: float, most: float, level: float) -> float:
