@@ -106,7 +106,7 @@ MISSES = """A fleet that misses a target by 0.05 points should be said to meet i
 to six times, after 5 to 40 days. That holds for correlations up to 0.1, nearly; beyond, a few days do not show how
 bad days can be:
 """
-BETTER = """A fleet that is better than its target by the indifference zone, here a quarter of what is possible beyond it,
+BETTER = """A fleet that is better than its target by the indifference zone, here a quarter of what is possible beyond,
 should be said to miss it in at most 5 % of plans. Upper ends rest on what the days show alone, as rare bad days only
 lower a mean:
 """
