@@ -97,7 +97,7 @@ class Motion:
         """From stand to stand, each as long as it takes at least."""
         gathers, brakes = self.robots[robot].motion
         state, since, pieces, place = "idle", 0.0, [], {}
-        for time, kind, _, _, _, edge, value, _, _ in rows:
+        for time, kind, _, _, _, edge, value, *_ in rows:
             if kind == "enter":
                 place = {edge: 0.0}
             elif kind == "drive":

@@ -64,7 +64,7 @@ class Recount:
     def count_rows(self):
         self.waits = defaultdict(list)
         self.rotations = 0
-        for time, kind, robot, _, node, edge, value, _, _ in self.rows:
+        for time, kind, robot, _, node, edge, value, *_ in self.rows:
             counts = self.begin <= time <= self.end
             if kind in APART:
                 self.waits[robot].append((time - value, time, kind))
@@ -94,7 +94,7 @@ class Recount:
             for robot, place in enumerate(self.model.fleet.start_on_lanes)
             if hasattr(place, "edge")
         }
-        for time, kind, robot, _, _, edge, value, until, _ in self.rows:
+        for time, kind, robot, _, _, edge, value, until, *_ in self.rows:
             if kind == "enter":
                 position[robot, edge] = 0.0
             elif kind == "drive":
@@ -113,7 +113,7 @@ class Recount:
         self.queued = Counter()
         self.lowest, self.gained = math.inf, 0.0
         self.batteries, self.swaps = batteries(self.model), swaps(self.model)
-        for time, kind, robot, task, node, _, _, _, _ in self.rows:
+        for time, kind, robot, task, node, *_ in self.rows:
             if kind in {"parked", "docked", "cleared"}:
                 place[robot] = node if kind == "parked" else None
             elif kind == "enter":
@@ -154,7 +154,7 @@ class Recount:
         visits, met = set(), set()
         self.people = Counter()
         last = 0.0
-        for time, kind, robot, _, _, edge, value, _, _ in [*self.rows, (self.end, "", *[None] * 7)]:
+        for time, kind, robot, _, _, edge, value, *_ in [*self.rows, (self.end, "", *[None] * 7)]:
             passed = self.within(last, time)
             for aisle in present.values() if passed else ():
                 self.people["time"] += passed

@@ -156,12 +156,17 @@ def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | No
     if model.fleet.start_energy == "settled":
         return None
     mean = -fmean(values)
-    if not abs(mean) >= LEAST_DRIFT or refills_overnight(model):
+    if not abs(mean) >= LEAST_DRIFT or _refills(mean, model):
         return None
     from scipy.special import stdtrit
 
     half = float(stdtrit(len(values) - 1, 1 - (1 - CONFIDENCE) * part / 2)) * stdev(values) / math.sqrt(len(values))
     return mean if abs(mean) > half else None
+
+
+def _refills(fall: float, model: Model) -> bool:
+    """Whether a night makes good what batteries fall in a day, by a share of the capacity an hour."""
+    return refills_overnight(model, fall * model.run.end / model.units.hour)
 
 
 def expected(kpis: Mapping[str, float], model: Model) -> str:
@@ -280,7 +285,7 @@ def _tasks_pile_up(kpis: Mapping[str, float], model: Model) -> float | None:
 def _batteries_fall(kpis: Mapping[str, float], model: Model) -> float | None:
     """Fall of the mean level per hour, as a share of the capacity."""
     fall = -kpis.get("energy_drift_per_hour", math.nan)
-    if model.battery is None or not model.tasks.never_end or not fall >= LEAST_FALL or refills_overnight(model):
+    if model.battery is None or not model.tasks.never_end or not fall >= LEAST_FALL or _refills(fall, model):
         return None
     if kpis.get("charger_utilisation", 0.0) >= CHARGERS_BUSY:
         return fall

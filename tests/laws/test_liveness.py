@@ -51,7 +51,7 @@ def crossings(run):
     visits = Audit(run)
     visits.rebuild()
     waits, stopped = {}, set()
-    for time, kind, robot, _, node, _, value, _, _ in run.record.rows:
+    for time, kind, robot, _, node, _, value, *_ in run.record.rows:
         if kind == "collision" and node is not None:
             waits[robot, node, round(time, 6)] = time - value
         elif kind in {"unloading", "returning"}:  # or called home

@@ -148,3 +148,13 @@ def test_every_policy_says_between_which_levels_batteries_move(warehouse, policy
     assert cycle_levels(warehouse.replace({"policies.charging": policy, "battery.threshold": 25})) == pytest.approx(
         levels
     )
+
+
+@pytest.mark.parametrize(("fall", "codes"), [(0.0449, []), (0.0451, ["BATTERIES_FALL"])])
+def test_a_night_need_only_give_what_batteries_lack_in_the_evening_and_draw_in_it(warehouse, fall, codes):
+    """Eight robots and a charger that gives 576 in 8 h: 72 each, of which 0.0288 are drawn, so 71.97 after 16 h."""
+    draws = {"standing": 1e-6, "empty": 0.005, "loaded": 0.005, "handling": 0.005}
+    model = warehouse.replace({**DAY, "battery.consumption": draws, "layout.bays.charging.total_chargers": 1})
+    assert not refills_overnight(model)
+    fallen = {"T": model.run.length, "energy": 1e9, "charger_utilisation": 0.99, "energy_drift_per_hour": -fall}
+    assert [verdict.code for verdict in judge_design([fallen] * 3, model)] == codes

@@ -132,11 +132,11 @@ def cycle_levels(model: Model) -> tuple[float, float]:
     return (battery.threshold, battery.capacity) if known is None else (known.critical, known.full)
 
 
-def refills_overnight(model: Model) -> bool:
+def refills_overnight(model: Model, lack: float = 1.0) -> bool:
     """Whether a run is a day that begins with full batteries, which its chargers fill again before the next.
 
     That is a run by the clock, counted from its start, of less than 24 hours. In the others of the 24 the chargers
-    could fill the whole fleet from empty.
+    give what batteries `lack` in the evening, as a share of the capacity, and draw until the morning.
     """
     night = 24 * model.units.hour - model.run.end
     flows = model.tasks.flows.values()
@@ -144,9 +144,10 @@ def refills_overnight(model: Model) -> bool:
     clocked = clocked or any(isinstance(flow.when, ProfileArrivals) for flow in flows)
     if model.battery is None or not clocked or model.run.warm_up or start_energy(model) != (1.0, 1.0) or night <= 0:
         return False
-    capacity = max(alone.battery.capacity for alone in by_kind(model).values() if alone.battery is not None)
+    batteries = [alone.battery for alone in by_kind(model).values() if alone.battery is not None]
+    each = max(min(lack * one.capacity + one.draws.standing * night, one.capacity) for one in batteries)
     chargers = min(sum(chargers_at(model, model.floor).values()), model.fleet.size)
-    return chargers * charging_rate(model) * night >= capacity * model.fleet.size
+    return chargers * charging_rate(model) * night >= each * model.fleet.size
 
 
 def start_levels(model: Model, streams: Streams) -> list[float]:

@@ -202,6 +202,7 @@ class _Proof:
         self.open: list[int] = []
         self.larger: tuple[Larger, ...] = ()
         self.monotone = True
+        self.halves = True
 
     def steps(self) -> Procedure[None]:
         """Judge candidates until a design meets the target and no cheaper one is left that might."""
@@ -281,9 +282,11 @@ class _Proof:
         """Of the cheaper designs that nothing rules out yet, the one to judge next."""
         first = self.designs[best][0]
         beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
-        if beside:  # halve them: the best is one that was judged for them all
-            return beside[_halving([self.designs[n] for n in beside])]
-        return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of all
+        if not beside:
+            return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of all
+        # By turns the cheapest, as one a little larger than a candidate that failed mostly meets, and half of them.
+        self.halves = not self.halves
+        return beside[_halving([self.designs[n] for n in beside]) if self.halves else 0]
 
     def _more(self, best: int) -> list[tuple[Counts, Counts]]:
         """The best design, with those that have one more of a count."""

@@ -222,11 +222,14 @@ class Budget:
 
 @dataclass
 class _Case:
-    """A design that is being judged: its share of the error, the looks still to come, and its values so far."""
+    """A design that is being judged: the looks still to come, its values so far, and its share of the error.
 
-    error: float
+    That is its own from its first look on, so those that their first few runs rule out leave it to the others.
+    """
+
     looks: list[tuple[int, float]]
     data: list[float] = field(default_factory=list)
+    error: float | None = None
     level: float = math.nan
 
 
@@ -250,8 +253,8 @@ class Judge:
         hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
         tell: called after each look, when `known` may have changed.
 
-    Source: one-sided bounds (`intervals.bounds`); the j-th design is judged at 1 - α / (j (j + 1) · looks), which
-    adds up to α (Bonferroni), however many are judged.
+    Source: one-sided bounds (`intervals.bounds`); the j-th design that is looked at is judged at
+    1 - α / (j (j + 1) · looks), which adds up to α (Bonferroni), however many are.
     Assumes: as `bounds`.
     """
 
@@ -309,6 +312,8 @@ class Judge:
             case.looks.clear()
             return
         yield from self._run(number, runs)
+        if case.error is None:
+            case.error = self._next_error()
         case.level = 1.0 - case.error * part
         self.verdicts[number] = self._judged(number)
         self._veto(number, self.veto(number))
@@ -323,10 +328,13 @@ class Judge:
 
     def _case(self, number: int) -> _Case:
         if number not in self._cases:
-            j = len(self._cases) + 1
-            error = (1.0 - self.confidence) / (j * (j + 1))
-            self._cases[number] = _Case(error, list(self._schedule), level=1.0 - error * self._schedule[0][1])
+            self._cases[number] = _Case(list(self._schedule), level=1.0 - self._next_error() * self._schedule[0][1])
         return self._cases[number]
+
+    def _next_error(self) -> float:
+        """The share of the error of the next design that is looked at."""
+        j = 1 + sum(case.error is not None for case in self._cases.values())
+        return (1.0 - self.confidence) / (j * (j + 1))
 
     def _run(self, number: int, runs: int) -> Procedure[None]:
         """Have a design run so many times in all."""

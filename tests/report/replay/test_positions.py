@@ -36,7 +36,7 @@ def test_a_robot_is_at_its_target_when_the_log_says_it_gets_there(name):
         if row[1] == "drive":
             last[row[2]] = row
     rows = [row for row in run.record.rows if row[1] == "drive" and row[7] > row[0] and row[7] <= run.record.end]
-    for time, _, robot, _, _, edge, value, until, _ in rows[:: max(len(rows) // 300, 1)]:
+    for time, _, robot, _, _, edge, value, until, *_ in rows[:: max(len(rows) // 300, 1)]:
         on, at = where.at(until - 1e-9)
         assert on[robot] == number[edge]
         assert at[robot] == pytest.approx(value, abs=1e-5)
