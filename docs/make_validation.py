@@ -99,16 +99,16 @@ COVERAGE = """## How often answers are right
 Studies of synthetic days whose truth is known, by the code of the commands, {studies} of each kind
 (`tests/study/statistics/coverage.py`). Each should be right in 95 %, which so many studies tell to about 2 points.
 Tasks of one day depend on each other: they correlate, more on floors that jam now and then. The lower ends of
-intervals of shares of tasks assume a correlation of at least 0.04 of up to 20 days, and of n days of 0.04 times 20 / n:
-few days that happen to be alike say little of the others.
+intervals of shares of tasks assume a correlation of at least 0.04 of up to 17 days: few days that happen to be
+alike say little of the others. More show it themselves.
 """
 MISSES = """A fleet that misses a target by 0.05 points should be said to meet it in at most 5 % of plans, which look up
 to six times, after 5 to 40 days. That holds for correlations up to 0.1, nearly; beyond, a few days do not show how
 bad days can be:
 """
-BETTER = """A fleet that is better than its target by the indifference zone, here a quarter of what is possible beyond,
-should be said to miss it in at most 5 % of plans. Upper ends rest on what the days show alone, as rare bad days only
-lower a mean:
+BETTER = """A fleet that is better than its target by the zone, here a quarter of what is possible beyond, should
+be said to miss it in at most 5 % of plans. Upper ends rest on what the days show alone, as rare bad days only lower a
+mean:
 """
 LIVE = """The live page looks again as days come in, first after ten. Of a design *exactly at* its target it should ever
 say "met" in at most 5 % of sessions, here of 120 days. Where a few days are much worse than the others, the first ten
