@@ -95,8 +95,8 @@ def test_the_hand_calculation_knows_the_destinations_of_the_list():
     """From B to C and back 10 and 30, from B to D and back 20 and 20."""
     model = dw.load(RING, {"tasks.goods": [{"good": 0, "to": "C"}, 0]})
     calculation = check(model).calculation
-    assert {item.node: item.share for item in calculation.stations} == pytest.approx({"C": 0.5, "D": 0.5}, abs=0.005)
-    assert (calculation.cycle.loaded, calculation.cycle.empty) == pytest.approx((15, 25), abs=0.05)
+    assert {item.node: item.share for item in calculation.stations} == pytest.approx({"C": 0.5, "D": 0.5}, abs=0.0025)
+    assert (calculation.cycle.loaded, calculation.cycle.empty) == pytest.approx((15, 25), abs=0.025)
 
 
 def test_a_battery_that_lasts_for_a_task_by_hand_does_in_a_run():

@@ -5,8 +5,9 @@ and those that rule out every cheaper one. So runs are spent where the answer is
 
 A fleet close to the target costs tens of runs, and with fewer robots than needed each number of chargers is
 close. So a candidate whose looks lean to failing waits for the design with as much of the first count and all of the
-others. If that fails, all are settled at once; if it meets the target, the others are halved. Going there after
-any open look costs more, as a candidate that leans to meeting the target mostly does.
+others. If that fails, all are settled at once; if it meets the target, the cheapest of the others and the one that
+halves them are tried by turns, as one a little larger than a candidate that failed mostly meets. Going there after any
+open look costs more, as a candidate that leans to meeting the target mostly does.
 
 A design is vetoed after three runs if half of what its backlog grows, or its batteries fall, is still too much. Where
 the backlog grows by just as much as is put down to chance (3 √n for n arrivals), and what leaves varies as what
@@ -279,12 +280,11 @@ class _Proof:
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
     def _next(self, best: int) -> int:
-        """Of the cheaper designs that nothing rules out yet, the one to judge next."""
+        """Of the cheaper designs that nothing rules out yet, the one to judge next: by turns (see the module)."""
         first = self.designs[best][0]
         beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
         if not beside:
             return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of all
-        # By turns the cheapest, as one a little larger than a candidate that failed mostly meets, and half of them.
         self.halves = not self.halves
         return beside[_halving([self.designs[n] for n in beside]) if self.halves else 0]
 

@@ -348,21 +348,24 @@ def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level:
     Assumes: days independent. docs/dev/validation.md has the error rates by how much tasks of a day correlate.
     """
     n = shares.size
-    alike = ALIKE * min(1.0, FEW / n)
-    alone = n * n / float((1.0 / tasks).sum())
-    most = n * n / float(((1.0 + (tasks - 1.0) * alike) / tasks).sum())
+    most, alone = (_worth(tasks, alike) for alike in (ALIKE * min(1.0, FEW / n), 0.0))
     worst_first = np.sort(shares)
     missed = 1.0 - worst_first
     high = max(_by_tasks_high(float(shares.mean()), alone, level), _by_days_high(worst_first, level))
     low = _low(missed, most, level)
     if n >= FEW:
-        low = max(low, min(_low(missed, alone, level), _by_tasks_low(most, level)))
-    return min(low, (1.0 - level) ** (1.0 / most)), min(high, 1.0)
+        low = max(low, min(_low(missed, alone, level), float(_by_tasks_low(RARE / most, most, level))))
+    return low, min(high, 1.0)
+
+
+def _worth(tasks: NDArray[np.float64], alike: float) -> float:
+    """As many independent tasks as those of all days are worth, where those of a day correlate."""
+    return tasks.size**2 / float(((1.0 + (tasks - 1.0) * alike) / tasks).sum())
 
 
 def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
     """The lower bound from the share of tasks missed on each day, the worst day first, of `most` tasks at most."""
-    from scipy.special import betaincinv, ndtri
+    from scipy.special import ndtri
 
     n = missed.size
     sums, squares = np.cumsum(missed), np.cumsum(missed**2)  # of the worst days, the others perfect
@@ -371,15 +374,15 @@ def _low(missed: NDArray[np.float64], most: float, level: float) -> float:
     varies = wider * np.maximum(squares / n - means**2, 0.0) / (n - 1)
     binomial = means * (1.0 - means)
     tasks = np.where(varies * most > binomial, binomial / np.maximum(varies, 1e-300), most)
-    met, not_met = np.maximum((1.0 - means) * tasks, 1e-12), means * tasks + 1.0
-    return float(np.where(means < 1.0, betaincinv(met, not_met, 1.0 - level), 0.0).min())
+    return float(_by_tasks_low(means, tasks, level).min())
 
 
-def _by_tasks_low(most: float, level: float) -> float:
-    """Clopper and Pearson's lower bound for a number of tasks, of which `RARE` were missed."""
+def _by_tasks_low(missed: Any, tasks: Any, level: float) -> NDArray[np.float64]:
+    """Clopper and Pearson's lower bound for numbers of tasks, of which a share was missed; shapes as given."""
     from scipy.special import betaincinv
 
-    return float(betaincinv(max(most - RARE, 0.0), RARE + 1.0, 1.0 - level))
+    met = np.maximum((1.0 - missed) * tasks, 1e-12)
+    return np.where(missed < 1.0, betaincinv(met, missed * tasks + 1.0, 1.0 - level), 0.0)
 
 
 def _by_tasks_high(mean: float, most: float, level: float) -> float:
