@@ -8,13 +8,14 @@ and the reference in the documentation all read this list.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Collection
 from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
 from desim_warehouse.outcome import account, measures
-from desim_warehouse.outcome.history import FlowHistory, History
+from desim_warehouse.outcome.history import History, PartHistory
 from desim_warehouse.states import APART, TIMES, State
 
 Unit = Literal[
@@ -41,6 +42,9 @@ Unit = Literal[
     "share of operating time",
 ]
 Better = Literal["less", "more"]
+AT = "@"
+"""Between an indicator and the part of the day that it is of."""
+_STRETCH = re.compile(r"\d\d:\d\d-\d\d:\d\d")
 
 
 @dataclass(frozen=True)
@@ -51,6 +55,7 @@ class Indicator:
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
     `by_flow`: where tasks flow, each flow that it `applies` to has it too, under `NAME:FLOW`, from its own tasks.
+    `by_time`: where orders come at rates by the clock, each part of the day has it too, under `NAME@11:30-13:00`.
     `signed`: whether it can be less than 0.
     """
 
@@ -61,12 +66,14 @@ class Indicator:
     better: Better | None
     compute: Callable[[History], float]
     applies: Callable[[Any], bool] = lambda _: True
-    by_flow: Callable[[FlowHistory], float] | None = None
+    by_flow: Callable[[PartHistory], float] | None = None
+    by_time: Callable[[PartHistory], float] | None = None
     signed: bool = False
 
-    def of_flow(self, flow: str) -> Indicator:
-        """The indicator of one flow."""
-        return replace(self, name=f"{self.name}:{flow}", title=f"{self.title}, {flow}", by_flow=None)
+    def of(self, mark: str, part: str) -> Indicator:
+        """The indicator of one flow (`:`), or of one part of the day (`@`)."""
+        title = f"{self.title}, {part.replace('-', ' to ') if mark == AT else part}"
+        return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=None)
 
     @property
     def is_share(self) -> bool:
@@ -288,6 +295,7 @@ INDICATORS = {
             measures.on_time,
             measures.has_due_times,
             by_flow=measures.on_time,
+            by_time=measures.on_time,
         ),
         Indicator(
             "tasks_due",
@@ -298,6 +306,7 @@ INDICATORS = {
             measures.tasks_due,
             measures.has_due_times,
             by_flow=measures.tasks_due,
+            by_time=measures.tasks_due,
         ),
         Indicator(
             "worked",
@@ -572,6 +581,9 @@ def kpis(history: History) -> RunIndicators:
         for name, indicator in INDICATORS.items():
             if indicator.by_flow is not None and indicator.applies(tasks):
                 found[f"{name}:{flow}"] = indicator.by_flow(tasks)
+    for name, indicator in INDICATORS.items():
+        if indicator.by_time is not None and indicator.applies(history):
+            found |= {f"{name}{AT}{part}": indicator.by_time(tasks) for part, tasks in history.by_day_part.items()}
     return found
 
 
@@ -608,12 +620,18 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
 
 
 def look_up(name: str) -> Indicator | None:
-    """An indicator of ours by its name, also of a flow (`on_time:outbound`), or None."""
-    base, colon, flow = name.partition(":")
+    """An indicator of ours by its name, also of a flow or a part of the day (`split`), or None."""
+    base, mark, part = split(name)
     indicator = INDICATORS.get(base)
-    if not colon or indicator is None:
+    if not mark or indicator is None:
         return indicator
-    return indicator.of_flow(flow) if indicator.by_flow is not None and flow else None
+    has = indicator.by_time is not None and _STRETCH.fullmatch(part) if mark == AT else indicator.by_flow and part
+    return indicator.of(mark, part) if has else None
+
+
+def split(name: str) -> tuple[str, str, str]:
+    """An indicator's name in three: `on_time`, `:` and `outbound`, or `on_time`, `@` and `11:30-13:00`."""
+    return name.partition(AT if AT in name.partition(":")[0] else ":")
 
 
 def within(name: str) -> tuple[float, float]:
@@ -644,12 +662,12 @@ def counted_in(name: str, has: Collection[str]) -> list[str]:
     Versions before 0.4.0 counted all tasks of the flows with due times; `has`: the indicators of the run.
     """
     indicator = look_up(name)
-    base, colon, flow = name.partition(":")
+    base, mark, flow = split(name)
     if indicator is None or indicator.unit not in _COUNTS:
         return []
     due, done = _COUNTS[indicator.unit]
-    if f"{due}{colon}{flow}" in has:
-        return [f"{due}{colon}{flow}"]
+    if f"{due}{mark}{flow}" in has:
+        return [f"{due}{mark}{flow}"]
     flows = [flow] if flow else [other.partition(":")[2] for other in has if other.startswith(f"{base}:")]
     return [f"{done}:{one}" for one in flows] or [done]
 

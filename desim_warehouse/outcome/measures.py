@@ -1,4 +1,4 @@
-"""What indicators measure: each function takes the history of a run, or of one of its flows, and gives a number.
+"""What indicators measure: each function takes the history of a run, or of a part of its tasks, and gives a number.
 
 The last ones are for goods to person: visits of pods, lines picked at each, idle pickers, and the way for a line.
 """
@@ -14,7 +14,7 @@ from desim_warehouse.outcome.records import Deadline, TaskHistory, Trip
 from desim_warehouse.states import BROKEN, OPERATING, SERVER, names
 
 if TYPE_CHECKING:
-    from desim_warehouse.outcome.history import FlowHistory, History
+    from desim_warehouse.outcome.history import History, PartHistory
 
 
 _QUEUEING = names(lambda state: state.queue == SERVER)
@@ -58,33 +58,33 @@ def share(state: str) -> Callable[[History], float]:
     return compute
 
 
-def tasks_of_flow(flow: FlowHistory) -> float:
+def tasks_of_flow(flow: PartHistory) -> float:
     return len(flow.counted_deliveries)
 
 
-def throughput_of_flow(flow: FlowHistory) -> float:
+def throughput_of_flow(flow: PartHistory) -> float:
     return len(flow.counted_deliveries) / flow.hours if flow.hours else math.nan
 
 
-def worked(tasks: History | FlowHistory) -> int:
+def worked(tasks: History | PartHistory) -> int:
     return len(counted_work(tasks))
 
 
-def worked_on_time(tasks: History | FlowHistory) -> float:
+def worked_on_time(tasks: History | PartHistory) -> float:
     return met(tasks.work_deadlines)
 
 
-def counted_work(tasks: History | FlowHistory) -> list[TaskHistory]:
+def counted_work(tasks: History | PartHistory) -> list[TaskHistory]:
     """The load units that were worked on by the end, from the end of the warm-up on."""
     whole = tasks.history
     return [task for task in tasks.put_down if whole.counts(task.worked) and task.worked <= whole.end]
 
 
-def worker_wait(tasks: History | FlowHistory) -> float:
+def worker_wait(tasks: History | PartHistory) -> float:
     return math.fsum(tasks.history.within(task.delivered, task.begun) for task in tasks.put_down)
 
 
-def worker_utilisation(tasks: History | FlowHistory) -> float:
+def worker_utilisation(tasks: History | PartHistory) -> float:
     """Work after the end of a station's hours, as `at_close: finish` has it, is not counted: it has no such time."""
     whole = tasks.history
     hours = {node: whole.model.hours(spec.hours) for node, spec in whole.workplaces.items()}
@@ -100,23 +100,23 @@ def worker_utilisation(tasks: History | FlowHistory) -> float:
     return busy / time if time else math.nan
 
 
-def work_backlog(tasks: History | FlowHistory) -> int:
+def work_backlog(tasks: History | PartHistory) -> int:
     return sum(task.worked > tasks.history.end for task in tasks.put_down)
 
 
-def backlog(tasks: History | FlowHistory) -> float:
+def backlog(tasks: History | PartHistory) -> float:
     return len(tasks.tasks) - len(tasks.done)
 
 
-def cycle_time(tasks: History | FlowHistory) -> float:
+def cycle_time(tasks: History | PartHistory) -> float:
     return mean(tasks.cycle_times)
 
 
-def cycle_time_median(tasks: History | FlowHistory) -> float:
+def cycle_time_median(tasks: History | PartHistory) -> float:
     return quantile(tasks.cycle_times, 0.5)
 
 
-def cycle_time_p95(tasks: History | FlowHistory) -> float:
+def cycle_time_p95(tasks: History | PartHistory) -> float:
     return quantile(tasks.cycle_times, 0.95)
 
 
@@ -125,19 +125,19 @@ def cycle_time_cv(history: History) -> float:
     return statistics.stdev(times) / statistics.fmean(times) if len(times) > 1 else math.nan
 
 
-def tardiness(tasks: History | FlowHistory) -> float:
+def tardiness(tasks: History | PartHistory) -> float:
     return mean([one.overrun(tasks.history.end) for one in tasks.deadlines])
 
 
-def on_time(tasks: History | FlowHistory) -> float:
+def on_time(tasks: History | PartHistory) -> float:
     return met(tasks.deadlines)
 
 
-def tasks_due(tasks: History | FlowHistory) -> int:
+def tasks_due(tasks: History | PartHistory) -> int:
     return len(tasks.deadlines)
 
 
-def loads_due(tasks: History | FlowHistory) -> int:
+def loads_due(tasks: History | PartHistory) -> int:
     return len(tasks.work_deadlines)
 
 
@@ -227,11 +227,11 @@ def has_due_orders(history: History) -> bool:
     return bool(history.order_deadlines)
 
 
-def has_work(tasks: History | FlowHistory) -> bool:
+def has_work(tasks: History | PartHistory) -> bool:
     return bool(tasks.put_down)
 
 
-def has_due_work(tasks: History | FlowHistory) -> bool:
+def has_due_work(tasks: History | PartHistory) -> bool:
     return bool(tasks.work_deadlines)
 
 
@@ -266,7 +266,7 @@ def shared_time(history: History) -> float:
     return people["shared"] / people["time"] if people["time"] else math.nan
 
 
-def has_due_times(tasks: History | FlowHistory) -> bool:
+def has_due_times(tasks: History | PartHistory) -> bool:
     return bool(tasks.deadlines)
 
 

@@ -11,7 +11,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.report.text.printed import printed
 from desim_warehouse.study.fleet import Designs, plan_fleet, plan_options
-from desim_warehouse.study.fleet.hours import by_hour, parts_of_the_day
+from desim_warehouse.study.fleet.hours import DAYS
 from desim_warehouse.study.fleet.plan import _Planner
 from desim_warehouse.study.statistics.cheapest import Cheapest
 from desim_warehouse.study.statistics.judge import DesignVerdict
@@ -22,6 +22,7 @@ HOUR = {"run.length": 3600, "run.warm_up": 600, "fleet.start_energy": 1, "batter
 """An hour, in which batteries last: settled ones are found in a long run of each fleet."""
 SLOW_PACKING = {**HOUR, "tasks.unload_time": 80, "tasks.goods.due_within": 900}
 """60 orders an hour of 80 s each: 1.3 packers are busy."""
+AT_NINE = "on_time@09:00-09:30"
 PRICES = {"hours": 4000, "robot": 6000, "charger": 800}
 
 
@@ -42,6 +43,16 @@ def test_packers_are_sized_beside_robots_and_chargers(small):
     assert " and 2 packers are the smallest fleet shown to be enough" in answer.answer[0]
     assert [tile.what for tile in answer.tiles][2] == "packers"
     assert answer.content()["today"]["best"]["packers"] == 2
+
+
+def test_a_larger_fleet_whose_robots_run_flat_is_not_said_to_do_worse_by_an_amount(small):
+    """One charger lasts for two robots, which draw 0.1 a second of the 0.12 that it gives, and not for three."""
+    model = small.replace({"battery": {"capacity": 30, "consumption": 0.05, "charge_rate": 0.12}})
+    found = plan_fleet(model, "on_time >= 80 %", strategies={}, robots="1..3", chargers="1")
+    assert found.today.best.robots == 2
+    assert found.today.worse == (((3, 1), (2, 1), None),)
+    said = "with 3 robots and 1 charger robots run flat, with 2 robots and 1 charger they do not."
+    assert found.answer.answer[0].endswith(f"More is not always better here: {said}")
 
 
 def test_the_estimate_says_which_packers_are_searched(small):
@@ -75,22 +86,35 @@ def test_packers_that_cannot_be_are_one_message(small, packers, said):
         plan_fleet(small, "on_time >= 90 %", packers=packers)
 
 
-def test_the_worst_hour_of_a_day_is_said_and_is_the_peak():
+def busy_from_nine():
     """Orders from 08:00 to 11:00, three times as many from 09:00 on for half an hour, of which many are late."""
     rates = [0] * 16 + [60, 60, 180, 60, 60, 60] + [0] * 26
     flow = {"from": "storage", "to": ["packing"], "due_within": 240}
     flow["arrivals"] = {"profile": {"every": 1800, "per_hour": rates}}
     base = dw.Model.model_validate(read_yaml(draft(Draft((16, 14), orders=60)), "draft").data)
     tasks = {"flows": {"orders": flow}, "unload_time": 20, "load_time": 10}
-    model = base.replace({"tasks": tasks, "run": {"start": "08:00", "length": 10_800}})
-    assert parts_of_the_day(model) == [(0.0, 3600.0), (3600.0, 5400.0), (5400.0, 10_800.0)]
-    hours = by_hour(model, 0, 4, 0.95)
-    assert [one.named(model) for one in hours] == ["08:00 to 09:00", "09:00 to 09:30", "09:30 to 11:00"]
-    assert [one.orders for one in hours] == pytest.approx([60, 90, 90], rel=0.3)
-    found = plan_fleet(model, "on_time >= 70 %", strategies={}, robots="2..5", chargers="1")
+    return base.replace({"tasks": tasks, "run": {"start": "08:00", "length": 10_800}})
+
+
+def test_the_worst_hour_of_a_day_is_said_and_is_the_peak():
+    found = plan_fleet(busy_from_nine(), "on_time >= 70 %", strategies={}, robots="2..5", chargers="1")
+    hours = found.today.hours
+    assert [one.named for one in hours] == ["08:00 to 09:00", "09:00 to 09:30", "09:30 to 11:00"]
+    assert [one.orders for one in hours] == pytest.approx([60, 90, 90], rel=0.2)
+    assert {one.share.n for one in hours} == {max(DAYS, found.today.best.verdict.n)}
+    assert min(hours, key=lambda one: one.share.mean).named == "09:00 to 09:30"
     assert " 09:00 to 09:30: " in found.answer.answer[0]
     (table,) = found.answer.tables
     assert (table.title, len(table.rows)) == ("On time by the hour", 3)
+    assert f'--target "{AT_NINE} >= 0.7"' in table.note
+
+
+def test_the_worst_hour_may_be_the_target():
+    """The fleet that is enough over all is not for the peak, which one more robot at least is."""
+    how = {"strategies": {}, "robots": "1..6", "chargers": "1"}
+    over_all, peak = (plan_fleet(busy_from_nine(), f"{name} >= 85 %", **how) for name in ("on_time", AT_NINE))
+    assert peak.today.best.robots > over_all.today.best.robots
+    assert "09:00 to 09:30" in peak.answer.answer[0]
 
 
 def test_years_are_a_table_and_equal_separate_plans(small):

@@ -4,18 +4,19 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import asdict
+from dataclasses import asdict, replace
 from typing import Any
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
+from desim_warehouse.outcome.indicators import AT
 from desim_warehouse.report.answer import Answer, BigNumber, Folded, Option, PairGrid, Subject
 from desim_warehouse.report.text import judged, numbers, size_words, tipping_words, words
 from desim_warehouse.report.text.sentences import capital, sentence
 from desim_warehouse.report.text.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
-from desim_warehouse.study.fleet.hours import Hour
+from desim_warehouse.study.fleet.hours import ON_TIME, Hour
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.fleet.utilisation import TRIP
 from desim_warehouse.study.statistics.cheapest import Counts, within_counts
@@ -26,7 +27,6 @@ _LISTED = 4
 """Fleets that are named one by one."""
 _BUSY = {"robots": "robots", "traffic": "lanes", "chargers": "chargers", "stations": "packers"}
 """What may be the bottleneck."""
-ON_TIME = "on_time"
 _WHAT = ("robot", "charger", "packer")
 """What is counted."""
 
@@ -172,12 +172,14 @@ class _Planned:
         """Larger designs that do worse than a smaller one."""
         if not sized.worse:
             return ""
-        scale = words.scale(self.goal.indicator, self.model, (one.mean for *_, one in sized.worse))
-        said = [
-            f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(one.mean))}"
-            for more, less, one in sized.worse
-        ]
+        said = [self._does_worse(*one) for one in sized.worse]
         return f" More is not always better here: {spoken(said)}."
+
+    def _does_worse(self, more: Counts, less: Counts, by: Estimate | None) -> str:
+        if by is None:
+            return f"with {self._fleet(more)} robots run flat, with {self._fleet(less)} they do not"
+        scale = words.scale(self.goal.indicator, self.model, (by.mean,))
+        return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}"
 
     def _most(self, sized: Sized) -> str:
         """With pods, which fleet does most, where more robots do worse."""
@@ -393,8 +395,11 @@ class _Planned:
         """The worst part of the day with the fleet of an answer: `11:30 to 13:00: 97 % (95 to 98).`."""
         if not sized.hours:
             return ""
-        worst = min(sized.hours, key=lambda one: one.share.mean)
-        return f" {worst.named(self.model)}: {words.reached(ON_TIME, self._on_time(worst))}."
+        worst = self._worst_of(sized)
+        return f" {worst.named}: {words.reached(ON_TIME, self._on_time(worst))}."
+
+    def _worst_of(self, sized: Sized) -> Hour:
+        return min(sized.hours, key=lambda one: one.share.mean)
 
     def _on_time(self, hour: Hour) -> str:
         low, high = hour.share.interval or (None, None)
@@ -406,8 +411,11 @@ class _Planned:
         sized = self.answered
         if sized is None or sized.best is None or not sized.hours:
             return []
-        rows = [(one.named(self.model), numbers.number(one.orders), self._on_time(one)) for one in sized.hours]
+        rows = [(one.named, numbers.number(one.orders), self._on_time(one)) for one in sized.hours]
         note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold at once."
+        if self.goal.indicator == ON_TIME:
+            worst = replace(self.goal, indicator=f"{ON_TIME}{AT}{self._worst_of(sized).part}")
+            note += f' A fleet for the worst part: --target "{worst.text}".'
         return [
             Folded(title="On time by the hour", note=note, head=("time", "orders", "done on time"), rows=tuple(rows))
         ]

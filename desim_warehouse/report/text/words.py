@@ -10,7 +10,7 @@ from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.keys import about
 from desim_warehouse.model.schema import Units
-from desim_warehouse.outcome.indicators import look_up
+from desim_warehouse.outcome.indicators import look_up, split
 from desim_warehouse.report.text.numbers import PERCENT, Scale, duration, number, plural, times
 from desim_warehouse.states import TIMES
 from desim_warehouse.study.table import plain
@@ -241,9 +241,9 @@ def target(goal: Target) -> str:
 
 def reached(indicator: str, value: str) -> str:
     """A value of an indicator in a sentence: `97.4 % on time`, `mean cycle time 3.7 min`."""
-    base, _, flow = indicator.partition(":")
+    base, _, _ = split(indicator)
     if base in _AIMS:
-        return f"{_AIMS[base].format(value)}{f', {flow}' if flow else ''}"
+        return f"{_AIMS[base].format(value)}{indicator_name(indicator).removeprefix(indicator_name(base))}"
     return f"{in_sentence(indicator)} {value}"
 
 

@@ -69,7 +69,8 @@ class Sized:
     hours (`in_hours`) only the time within them counts. It follows from the indicators `shown_by`, and is empty where
     no design was judged.
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
-    `worse`: designs that do worse than one with fewer robots or chargers, with that one, and by how much.
+    `worse`: designs that do worse than one with fewer robots or chargers, with that one, and by how much; None: their
+    robots ran flat.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
     `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
     `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
@@ -87,7 +88,7 @@ class Sized:
     shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
     open: tuple[Counts, ...] = ()
-    worse: tuple[tuple[Counts, Counts, Estimate], ...] = ()
+    worse: tuple[tuple[Counts, Counts, Estimate | None], ...] = ()
     capped: Capped | None = None
     trip: Estimate | None = None
     counts: tuple[Counts, ...] = ()

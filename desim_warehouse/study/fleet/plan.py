@@ -15,6 +15,7 @@ from typing import Any
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model, Source, as_model
+from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.outcome.indicators import within
 from desim_warehouse.study.design import Point
@@ -23,7 +24,7 @@ from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strateg
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
-from desim_warehouse.study.fleet.hours import DAYS, Hour, by_hour, parts_of_the_day
+from desim_warehouse.study.fleet.hours import DAYS, by_hour
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.procedures import judge_of, scouted
@@ -41,7 +42,7 @@ from desim_warehouse.study.statistics.cheapest import (
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import GLANCE, Budget, DesignVerdict, Judge, runs_to_tell, verdict_steps
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
-from desim_warehouse.study.statistics.procedure import Procedure
+from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.study import Study, searched, with_answer
 from desim_warehouse.study.table import Row
@@ -177,7 +178,11 @@ class _Planner:
         base = study.plan.base
         used, trip, shown_by = self._used(study, found, counts) if shown else ({}, None, ())
         left = tuple(counts[number] for number in found.open)
-        worse = tuple((counts[one.number], counts[one.base], one.difference) for one in found.larger if one.worse)
+        worse = tuple(
+            (counts[one.number], counts[one.base], None if self._ran_flat(study, one.number) else one.difference)
+            for one in found.larger
+            if one.worse
+        )
         capped = self._capped(study, below[-1], name, changes) if best is None and below and not left else None
         return Sized(
             name,
@@ -194,7 +199,7 @@ class _Planner:
             capped,
             trip,
             tuple(counts),
-            self._by_hour(study, best),
+            () if best is None else by_hour(base, study.results.by_point[best.verdict.value], self.search.confidence),
             year,
             frozenset(counts[number] for number in known.failing),
             most,
@@ -212,15 +217,15 @@ class _Planner:
         trip = study.results.estimate(study.results.by_point[busiest], TRIP)
         return used, trip, (*by, *(() if trip is None else (TRIP,)))
 
-    def _by_hour(self, study: Study, best: Shown | None) -> tuple[Hour, ...]:
-        """How orders fare by the hour with the design that was found, where they come by the clock."""
-        if best is None or due_within(self.model) is None:
-            return ()
-        model = study.plan.base.replace(best.overrides)
-        if not parts_of_the_day(model) or not self.budget.allows(DAYS):
-            return ()
-        self.budget.take(DAYS)
-        return by_hour(model, self.search.seed, DAYS, self.search.confidence)
+    def _with_its_days(self, found: Procedure[Cheapest], judge: Judge) -> Procedure[Cheapest]:
+        """A search, and where orders come by the clock some days of what it finds, which show how they fare by hour."""
+        cheapest = yield from found
+        if cheapest.design is not None and due_within(self.model) is not None and parts_of_the_day(self.model):
+            days = range(judge.runs(cheapest.design), DAYS)
+            if days and self.budget.allows(len(days)):
+                self.budget.take(len(days))
+                yield from request([(cheapest.design, day) for day in days])
+        return cheapest
 
     def _share(self, growth: float, found: Cheapest, doubts: set[int], counts: list[Counts]) -> None:
         """Keep what is known of a year for the others."""
@@ -289,7 +294,9 @@ class _Planner:
             return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
         found: Cheapest = self.follow(
             study,
-            lambda judge, _: cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known),
+            lambda judge, _: self._with_its_days(
+                cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known), judge
+            ),
         )
         found = self._as_cheap(study, found, counts)
         if found.design is not None:
@@ -312,20 +319,25 @@ class _Planner:
         below = tuple(number for number in found.below if number not in alike)
         return replace(found, design=cheapest, below=below, verdicts=verdicts)
 
+    def _ran_flat(self, study: Study, number: int) -> bool:
+        """Whether robots of a design ran flat in one of its runs."""
+        return any(ran_flat(row) for row in study.results.by_point[number])
+
     def _shown(
         self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
     ) -> Shown:
-        mean = study.results.estimate(study.results.by_point[number], self.target.indicator)
+        rows = [row for row in study.results.by_point[number] if row.replication < verdict.n]  # those it rests on
+        mean = study.results.estimate(rows, self.target.indicator)
         if mean is not None and mean.interval is not None and verdict.low is not None and verdict.high is not None:
             mean = replace(mean, interval=(verdict.low, verdict.high))
         cost = self.designs.cost(counts)
         wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
-        done = study.results.estimate(study.results.by_point[number], "throughput_per_hour")
+        done = study.results.estimate(rows, "throughput_per_hour")
         to_tell = None
         if not verdict.closed:
-            values = [row.measured(self.target.indicator) for row in study.results.by_point[number]]
+            values = [row.measured(self.target.indicator) for row in rows]
             to_tell = runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
-        flat = next((row.outcome.error or "" for row in study.results.by_point[number] if ran_flat(row)), "")
+        flat = next((row.outcome.error or "" for row in rows if ran_flat(row)), "")
         why = flat.partition(": ")[2]
         return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
 

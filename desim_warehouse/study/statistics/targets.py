@@ -12,7 +12,7 @@ from desim_warehouse.errors import StudyError, nearest
 Sense = Literal[">=", "<=", ">", "<"]
 
 _TARGET = re.compile(
-    r"\s*(?P<indicator>[A-Za-z_](?:[\w. -]*[\w.-])?(?::[^<>=≥≤]*[^<>=≥≤\s])?)\s*(?P<sense>>=|<=|>|<|≥|≤)\s*"
+    r"\s*(?P<indicator>[A-Za-z_](?:[\w. -]*[\w.-])?(?:[:@][^<>=≥≤]*[^<>=≥≤\s])?)\s*(?P<sense>>=|<=|>|<|≥|≤)\s*"
     r"(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
 )
 

@@ -1,0 +1,107 @@
+"""The parts of the day in which orders come at one rate, and what a run has of each."""
+
+import math
+from itertools import pairwise
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+import desim_warehouse as dw
+from desim_warehouse.errors import NoIndicatorError
+from desim_warehouse.model.facts.day_parts import MOST, parts_of_the_day
+from desim_warehouse.outcome.indicators import counted_in, look_up, split
+from desim_warehouse.report.text import words
+from desim_warehouse.study.target import read_target
+from tests.world.test_flows import RING
+
+HOUR = 3600.0
+QUIET_THEN_BUSY = [0] * 8 + [10, 10, 10, 60] + [0] * 12
+"""Orders an hour from 08:00 to 12:00, of which most come in the last hour."""
+
+
+def ring(per_hour, *, every=None, start="08:00", length=4 * HOUR, warm_up=0.0):
+    """The ring of `test_flows`, whose robot needs 80 s for an order that is due in 150."""
+    profile = {"per_hour": per_hour, **({} if every is None else {"every": every})}
+    flow = {"from": "storage", "to": ["pack"], "due_within": 150, "arrivals": {"profile": profile}}
+    run = {"start": start, "length": length, "warm_up": warm_up}
+    return dw.load({**RING, "tasks": {**RING["tasks"], "flows": {"out": flow}}, "run": run})
+
+
+def test_long_stretches_of_one_rate_are_cut_at_full_hours():
+    model = ring(QUIET_THEN_BUSY)
+    assert parts_of_the_day(model) == {
+        "08:00-09:00": [(0, HOUR)],
+        "09:00-10:00": [(HOUR, 2 * HOUR)],
+        "10:00-11:00": [(2 * HOUR, 3 * HOUR)],
+        "11:00-12:00": [(3 * HOUR, 4 * HOUR)],
+    }
+
+
+def test_hours_are_those_of_the_clock_and_the_warm_up_is_no_part():
+    model = ring(QUIET_THEN_BUSY, start="07:45", length=4.25 * HOUR, warm_up=0.5 * HOUR)
+    assert next(iter(parts_of_the_day(model).items())) == ("08:15-09:00", [(0.5 * HOUR, 1.25 * HOUR)])
+    assert list(parts_of_the_day(model))[1:] == ["09:00-10:00", "10:00-11:00", "11:00-12:00"]
+
+
+def test_a_part_of_a_run_of_several_days_is_the_same_on_each():
+    model = ring(QUIET_THEN_BUSY, length=48 * HOUR)
+    parts = parts_of_the_day(model)
+    assert list(parts) == ["08:00-09:00", "09:00-10:00", "10:00-11:00", "11:00-12:00"]
+    assert parts["11:00-12:00"] == [(3 * HOUR, 4 * HOUR), (27 * HOUR, 28 * HOUR)]
+
+
+def test_there_are_none_where_the_rate_stays():
+    assert parts_of_the_day(ring([30] * 24)) == {}
+    goods = {**RING["tasks"], "goods": [0], "unload_at": ["pack"]}
+    assert parts_of_the_day(dw.load({**RING, "tasks": goods})) == {}
+
+
+@given(
+    rates=st.lists(st.integers(0, 3), min_size=1, max_size=60).filter(any),
+    every=st.sampled_from([300, 900, 1800, 3600, 5400]),
+    start=st.sampled_from(["00:00", "06:30", "23:15"]),
+    hours=st.integers(1, 60),
+    warm_up=st.sampled_from([0, 0.25, 0.6]),
+)
+def test_parts_hold_all_orders_once_and_are_no_more_than_a_table_holds(rates, every, start, hours, warm_up):
+    model = ring(rates, every=every, start=start, length=hours * HOUR, warm_up=warm_up * hours * HOUR)
+    parts = parts_of_the_day(model)
+    assert len(parts) <= MOST + 2  # the first and the last hour may be parts of one
+    stretches = sorted(stretch for found in parts.values() for stretch in found)
+    assert all(one[1] <= other[0] for one, other in pairwise(stretches))
+    one = model.rates(model.tasks.flows["out"].when.profile)
+    whole = one.expected(model.run.end) - one.expected(model.run.warm_up)
+    if parts:
+        inside = math.fsum(one.expected(end) - one.expected(begin) for begin, end in stretches)
+        assert inside == pytest.approx(whole, abs=1e-9)
+
+
+def test_each_part_has_the_orders_that_come_in_it_and_those_of_them_on_time():
+    run = dw.simulate(ring(QUIET_THEN_BUSY, length=48 * HOUR), 3)
+    for part, stretches in parts_of_the_day(run.history.model).items():
+        came = [
+            task
+            for task in run.history.tasks.values()
+            if any(begin <= task.released < end for begin, end in stretches) and task.due < run.history.end
+        ]
+        assert run.kpis[f"tasks_due@{part}"] == len(came)
+        assert run.kpis[f"on_time@{part}"] == pytest.approx(sum(task.done <= task.due for task in came) / len(came))
+    parts = [name for name in run.kpis if name.startswith("tasks_due@")]
+    assert sum(run.kpis[name] for name in parts) == run.kpis["tasks_due"]
+    assert run.kpis["on_time@11:00-12:00"] < run.kpis["on_time"] < run.kpis["on_time@08:00-09:00"]
+
+
+def test_a_part_is_an_indicator_as_any_other():
+    name = "on_time@11:00-12:00"
+    assert split(name) == ("on_time", "@", "11:00-12:00")
+    assert split("on_time:a@b") == ("on_time", ":", "a@b")  # a flow may be called so
+    assert look_up(name).title == "Done on time, 11:00 to 12:00"
+    assert look_up(name).is_share
+    assert counted_in(name, [name, "tasks_due@11:00-12:00", "tasks_due"]) == ["tasks_due@11:00-12:00"]
+    assert read_target(f"{name} >= 90 %").indicator == name
+    assert words.target(read_target(f"{name} >= 90 %")) == "at least 90 % on time, 11:00 to 12:00"
+    for wrong in ("on_time@11", "on_time@", "T@11:00-12:00"):
+        assert look_up(wrong) is None
+    with pytest.raises(NoIndicatorError, match="does not have it"):
+        dw.simulate(ring(QUIET_THEN_BUSY)).kpis["on_time@03:00-04:00"]
