@@ -303,8 +303,8 @@ def indicators() -> str:
     said = f"\nEach flow (`tasks.flows`) has some of them of its own, as in `on_time:outbound`: {of_flows}.\n"
     of_parts = " and ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_time is not None)
     said += (
-        f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day in which they "
-        "come, as in `on_time@11:30-13:00`: the stretches of one rate, those of more than two hours by the hour.\n"
+        f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day in which "
+        "they come, as in `on_time@11:30-13:00`: the stretches of one rate, those of more than two hours by the hour.\n"
     )
     return table(("indicator", "unit", "what it is"), rows) + said
 
