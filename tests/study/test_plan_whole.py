@@ -13,7 +13,7 @@ from desim_warehouse.report.text.printed import printed
 from desim_warehouse.study.fleet import Designs, plan_fleet, plan_options
 from desim_warehouse.study.fleet.hours import DAYS
 from desim_warehouse.study.fleet.plan import _Planner
-from desim_warehouse.study.statistics.cheapest import Cheapest
+from desim_warehouse.study.statistics.cheapest import NOTHING, Cheapest, ruling_out
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from tests.docs import pages
 from tests.study import plans
@@ -200,25 +200,40 @@ def test_a_fleet_that_runs_flat_is_told_with_the_cause():
     assert "Nothing is scarce" not in said
 
 
-def test_of_designs_with_equal_runs_the_cheapest_is_named():
-    """Six chargers for five robots are shown to be enough; five, which gave the same on each day, were left open."""
+def named_of(counts, said, runs):
+    """What is named of designs, the last of which meets the target, given their verdicts and values on some days."""
+    verdicts = {
+        number: DesignVerdict(number, what, 2, 0.98, 0.96, 0.99, 0.99, deterministic=False)
+        for number, what in enumerate(said)
+    }
 
-    def verdict(number, what):
-        return DesignVerdict(number, what, 2, 0.98, 0.96, 0.99, 0.99, deterministic=False)
-
-    def rows(*values):
+    def rows(values):
         ended = SimpleNamespace(error=None)
         return [
             SimpleNamespace(replication=r, outcome=ended, indicators={"on_time": value})
             for r, value in enumerate(values)
         ]
 
-    counts = [(4, 6), (5, 4), (5, 5), (5, 6)]
-    verdicts = {3: verdict(3, "meets"), 2: verdict(2, "undecided"), 1: verdict(1, "undecided"), 0: verdict(0, "fails")}
-    found = Cheapest(3, (0, 1, 2), verdicts, {}, 8, 0.95, 0.01)
-    runs = {0: rows(0.8, 0.9), 1: rows(0.97, 0.98), 2: rows(0.97, 0.99), 3: rows(0.97, 0.99, 1.0)}
+    best = len(counts) - 1
+    below = ruling_out(counts, set(range(best)), {n for n, what in enumerate(said) if what == "fails"})
+    found = Cheapest(best, tuple(below), verdicts, {}, 8, 0.95, 0.01)
     planner = SimpleNamespace(designs=SimpleNamespace(key=lambda design: design))
-    study = SimpleNamespace(results=SimpleNamespace(by_point=runs))
-    named = _Planner._as_cheap(planner, study, found, counts)
+    study = SimpleNamespace(results=SimpleNamespace(by_point=dict(enumerate(map(rows, runs)))))
+    return _Planner._as_cheap(planner, study, found, counts, NOTHING)
+
+
+def test_of_designs_with_equal_runs_the_cheapest_is_named():
+    """Six chargers for five robots are shown to be enough; five, which gave the same on each day, were left open."""
+    counts = [(4, 6), (5, 4), (5, 5), (5, 6)]
+    said = ["fails", "undecided", "undecided", "meets"]
+    named = named_of(counts, said, [(0.8, 0.9), (0.97, 0.98), (0.97, 0.99), (0.97, 0.99, 1.0)])
     assert (named.design, named.below) == (2, (0, 1))
     assert named.verdicts[2].verdict == "meets"
+
+
+def test_a_design_that_the_one_named_ruled_out_is_left_open_by_itself():
+    """As (5, 3, 2) is named for (5, 3, 3), it no longer stands for (5, 3, 1), which is open too."""
+    counts = [(4, 3, 3), (5, 2, 3), (5, 3, 1), (5, 3, 2), (5, 3, 3)]
+    said = ["fails", "undecided", "undecided", "undecided", "meets"]
+    named = named_of(counts, said, [(0.8, 0.9), (0.9, 0.98), (0.9, 0.98), (0.97, 0.99), (0.97, 0.99)])
+    assert (named.design, named.below) == (3, (0, 1, 2))

@@ -37,6 +37,7 @@ from desim_warehouse.study.statistics.cheapest import (
     Counts,
     Earlier,
     cheapest_meeting_steps,
+    ruling_out,
     within_counts,
 )
 from desim_warehouse.study.statistics.intervals import Estimate
@@ -298,12 +299,12 @@ class _Planner:
                 cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known), judge
             ),
         )
-        found = self._as_cheap(study, found, counts)
+        found = self._as_cheap(study, found, counts, known)
         if found.design is not None:
             self.known += f"{study.plan.name}: {_named(study.points[found.design])}; "
         return found, doubts
 
-    def _as_cheap(self, study: Study, found: Cheapest, counts: list[Counts]) -> Cheapest:
+    def _as_cheap(self, study: Study, found: Cheapest, counts: list[Counts], known: Earlier) -> Cheapest:
         """The same, naming the cheapest of the designs whose runs are day by day those of the design that was found.
 
         So are those of fleets with a charger for each robot and with more; the first may be open when the other is not.
@@ -311,13 +312,19 @@ class _Planner:
         best, runs = found.design, study.results.by_point
         if best is None:
             return found
-        alike = [number for number in found.close if _equal(runs[number], runs[best])]
-        if not alike:
+
+        def dear(number: int) -> tuple[float, ...]:
+            return self.designs.key(counts[number])
+
+        open_ = [n for n, one in found.verdicts.items() if one.verdict == "undecided" and dear(n) < dear(best)]
+        cheapest = min((n for n in open_ if _equal(runs[n], runs[best])), key=dear, default=best)
+        if cheapest == best:
             return found
-        cheapest = min(alike, key=lambda number: self.designs.key(counts[number]))
         verdicts = {**found.verdicts, cheapest: replace(found.verdicts[best], value=cheapest)}
-        below = tuple(number for number in found.below if number not in alike)
-        return replace(found, design=cheapest, below=below, verdicts=verdicts)
+        cheaper = {n: one.verdict for n, one in verdicts.items() if dear(n) < dear(cheapest)}
+        told = {n for n, verdict in cheaper.items() if verdict == "fails"}.union(known.failing)
+        below = ruling_out(counts, told.union(cheaper), told) - known.failing
+        return replace(found, design=cheapest, below=tuple(sorted(below, key=dear)), verdicts=verdicts)
 
     def _ran_flat(self, study: Study, number: int) -> bool:
         """Whether robots of a design ran flat in one of its runs."""

@@ -135,6 +135,16 @@ def within_counts(one: Counts, other: Counts) -> bool:
     return all(map(int.__le__, one, other))
 
 
+def _covered(designs: Sequence[Counts], number: int, by: Collection[int]) -> bool:
+    """Whether a design has no more of any count than one of others."""
+    return any(within_counts(designs[number], designs[other]) for other in by)
+
+
+def ruling_out(designs: Sequence[Counts], failing: set[int], told: set[int]) -> set[int]:
+    """The failing designs that no other rules out; one that was told to fail is not ruled out by one that was not."""
+    return {n for n in failing if not _covered(designs, n, (told if n in told else failing) - {n})}
+
+
 def _halving(designs: Sequence[Counts]) -> int:
     """Which of designs, the cheapest first, leaves fewest of them: those cheaper if it meets, none smaller if not."""
     places = [np.unique(side, return_inverse=True)[1] for side in zip(*designs, strict=True)]
@@ -263,7 +273,8 @@ class _Proof:
         """Judge a candidate, and where that does not tell, the design with most of all counts but the first beside it.
 
         If that fails, all with as much of the first count do. It is judged as soon as looks at the candidate lean to a
-        failure that is not clear, or where the candidate is not told in the end: those between would not be, either.
+        failure that is not clear, or where the candidate is not told in the end: those between would not be, either. Of
+        three counts the last one, packers, comes next, and one more of them mostly tells.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -273,9 +284,11 @@ class _Proof:
                 number = most
         if (yield from self._meets(number)) or number == most:
             return
+        three = len(self.designs[number]) > 2  # noqa: PLR2004
         if not self._told(number):
-            yield from self._meets(most)
-        elif len(self.designs[number]) > 2:  # noqa: PLR2004 - with all packers, as with one more so little changes
+            if not (three and judge.target.met_by(judge.verdicts[number].mean)):
+                yield from self._meets(most)
+        elif three:  # with all packers, as with one more so little changes
             as_many = [n for n in self.order if self.designs[n][:-1] == self.designs[number][:-1]]
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
@@ -348,13 +361,9 @@ class _Proof:
         self.open = [number for number in self._before_best() if not self._ruled_out(number)]
 
     def needed(self) -> tuple[int, ...]:
-        """The failing designs that rule out designs cheaper than the best and are not ruled out by another.
-
-        One that was shown to fail is not ruled out by one that was not told.
-        """
+        """The failing designs that rule out designs cheaper than the best and are not ruled out by another."""
         among = self.failing & set(self._before_best())
-        told = set(filter(self._told, among))
-        kept = (n for n in among - self.known.failing if not self._covers(n, (told if n in told else among) - {n}))
+        kept = ruling_out(self.designs, among, set(filter(self._told, among))) - self.known.failing
         return tuple(sorted(kept, key=self.order.index))
 
     def _meets(self, number: int) -> Generator[list[RunNumber], Sequence[float], bool]:
@@ -379,7 +388,7 @@ class _Proof:
         return self._covers(number, self.failing.union(doubts)) if self.monotone else number in self.failing
 
     def _covers(self, number: int, by: set[int]) -> bool:
-        return any(within_counts(self.designs[number], self.designs[other]) for other in by)
+        return _covered(self.designs, number, by)
 
 
 V = TypeVar("V")

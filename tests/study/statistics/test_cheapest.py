@@ -278,3 +278,21 @@ def test_what_is_known_to_fail_is_not_judged_again():
     assert GRID[found.design] == (5, 2)
     assert {design[0] for design, _ in asked} == {5}
     assert [GRID[number] for number in found.below] == [(5, 1)]
+
+
+@pytest.mark.parametrize(("mean", "then"), [(0.92, (3, 1, 2)), (0.88, (3, 3, 3))])
+def test_where_runs_do_not_tell_of_a_fleet_that_leans_to_meeting_a_packer_more_is_next(mean, then):
+    """A packer more is clearly enough here. One that leans to failing waits for the design with most of all."""
+    number = {design: n for n, design in enumerate(CUBE)}
+    doubted = [number[design] for design in CUBE if design[0] < 3]
+    steps = cheapest_meeting_steps(CUBE, fewest, Judge(ENOUGH, zone=0.01), doubted)
+
+    def sample(n, r):
+        noise = (0.2 if CUBE[n] == (3, 1, 1) else 0.001) * (-1) ** r
+        return (0.5 if CUBE[n][0] < 3 else mean if CUBE[n] == (3, 1, 1) else 0.97) + noise
+
+    found = follow(steps, sample)
+    assert CUBE[found.design] == (3, 1, 2)
+    judged = [CUBE[n] for n in found.verdicts]
+    assert judged[judged.index((3, 1, 1)) + 1] == then
+    assert found.verdicts[number[3, 1, 1]].verdict == "undecided"
