@@ -10,10 +10,10 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Callable, Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from functools import cached_property
 from itertools import islice, zip_longest
-from operator import attrgetter, itemgetter
+from operator import attrgetter
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.layout import Layout
@@ -21,7 +21,6 @@ from desim_warehouse.layout.spec import StationSpec
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts import charging
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, start_levels
-from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.sections.fleet import BatterySpec, Start
 from desim_warehouse.outcome.log import KINDS, NONE, PLACES, STATES, Log, LogRow
 from desim_warehouse.outcome.records import (
@@ -241,26 +240,6 @@ class History:
     def counted_orders(self) -> list[OrderHistory]:
         """The orders of which the last task was done in the counted time."""
         return [one for one in self.orders if self.counts(one.done) and one.done <= self.end]
-
-    def of_flow(self, flow: str) -> PartHistory:
-        """The tasks of one flow."""
-        return PartHistory(self, lambda task: task.flow == flow)
-
-    @cached_property
-    def by_day_part(self) -> dict[str, PartHistory]:
-        """The tasks that come in each part of the day (`parts_of_the_day`), by its name; without those of no task."""
-        named = parts_of_the_day(self.model)
-        stretches = sorted((*stretch, name) for name, found in named.items() for stretch in found)
-        of: dict[int, str] = {}
-        for number, task in self.tasks.items():
-            place = bisect_right(stretches, task.released, key=itemgetter(0)) - 1
-            if place >= 0 and task.released < stretches[place][1]:
-                of[number] = stretches[place][2]
-
-        def part(name: str) -> PartHistory:
-            return PartHistory(self, lambda task: of.get(task.number) == name)
-
-        return {name: part(name) for name in named if name in set(of.values())}
 
     @cached_property
     def assignments(self) -> list[Assignment]:
@@ -522,50 +501,6 @@ class History:
         if self._kinds[robot] in self._swapped:
             return 0.0
         return charging.charge_gain(self.batteries[robot], level, time)
-
-
-class PartHistory:
-    """Some of the tasks of a run, such as those of one flow: what `History` says of all."""
-
-    def __init__(self, history: History, belongs: Callable[[TaskHistory], bool]) -> None:
-        self.history = history
-        self._belongs = belongs
-        self.hours = history.counted / history.model.units.hour
-
-    @cached_property
-    def tasks(self) -> dict[int, TaskHistory]:
-        """They, by number."""
-        return {number: task for number, task in self.history.tasks.items() if self._belongs(task)}
-
-    @cached_property
-    def done(self) -> list[TaskHistory]:
-        """Those that were done."""
-        return list(filter(self._belongs, self.history.done))
-
-    @cached_property
-    def counted_deliveries(self) -> list[TaskHistory]:
-        """Those delivered in the counted time."""
-        return [task for task in self.history.delivered if self._belongs(task) and self.history.counts(task.delivered)]
-
-    @cached_property
-    def cycle_times(self) -> list[float]:
-        """The cycle times of those done in the counted time, shortest first."""
-        return sorted(task.cycle_time for task in self.done if self.history.counts(task.done))
-
-    @cached_property
-    def deadlines(self) -> list[Deadline]:
-        """The due times of those that were done or came due in the counted time, in that order."""
-        return self.history.settled(task.deadline for task in self.tasks.values())
-
-    @cached_property
-    def put_down(self) -> list[TaskHistory]:
-        """Those put down at stations with workers."""
-        return list(filter(self._belongs, self.history.put_down))
-
-    @cached_property
-    def work_deadlines(self) -> list[Deadline]:
-        """The due times of the work on them, as `deadlines`."""
-        return self.history.settled(task.work_deadline for task in self.history.for_workers if self._belongs(task))
 
 
 Spans = tuple[list[int], list[float]]

@@ -15,7 +15,8 @@ from typing import Any, Literal
 
 from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
 from desim_warehouse.outcome import account, measures
-from desim_warehouse.outcome.history import History, PartHistory
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.parts import PartHistory, by_day_part, of_flow
 from desim_warehouse.states import APART, TIMES, State
 
 Unit = Literal[
@@ -576,14 +577,13 @@ def kpis(history: History) -> RunIndicators:
     """All indicators that a run has, in the units of its model file."""
     has = ((name, indicator) for name, indicator in INDICATORS.items() if indicator.applies(history))
     found = RunIndicators({name: indicator.compute(history) for name, indicator in has})
-    for flow in history.model.tasks.flows:
-        tasks = history.of_flow(flow)
+    parts = [(":", flow, of_flow(history, flow)) for flow in history.model.tasks.flows]
+    parts += [(AT, part, tasks) for part, tasks in by_day_part(history).items()]
+    for mark, part, tasks in parts:
         for name, indicator in INDICATORS.items():
-            if indicator.by_flow is not None and indicator.applies(tasks):
-                found[f"{name}:{flow}"] = indicator.by_flow(tasks)
-    for name, indicator in INDICATORS.items():
-        if indicator.by_time is not None and indicator.applies(history):
-            found |= {f"{name}{AT}{part}": indicator.by_time(tasks) for part, tasks in history.by_day_part.items()}
+            compute = indicator.by_time if mark == AT else indicator.by_flow
+            if compute is not None and indicator.applies(tasks):
+                found[f"{name}{mark}{part}"] = compute(tasks)
     return found
 
 

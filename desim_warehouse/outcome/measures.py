@@ -14,7 +14,8 @@ from desim_warehouse.outcome.records import Deadline, TaskHistory, Trip
 from desim_warehouse.states import BROKEN, OPERATING, SERVER, names
 
 if TYPE_CHECKING:
-    from desim_warehouse.outcome.history import History, PartHistory
+    from desim_warehouse.outcome.history import History
+    from desim_warehouse.outcome.parts import PartHistory
 
 
 _QUEUEING = names(lambda state: state.queue == SERVER)

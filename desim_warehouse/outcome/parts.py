@@ -1,0 +1,77 @@
+"""Parts of the tasks of a run: those of one flow, or those that come in one part of the day."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from functools import cached_property
+from operator import itemgetter
+
+from desim_warehouse.model.facts.day_parts import parts_of_the_day
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.records import Deadline, TaskHistory
+
+
+class PartHistory:
+    """Some of the tasks of a run: what `History` says of all."""
+
+    def __init__(self, history: History, belongs: Callable[[TaskHistory], bool]) -> None:
+        self.history = history
+        self._belongs = belongs
+        self.hours = history.counted / history.model.units.hour
+
+    @cached_property
+    def tasks(self) -> dict[int, TaskHistory]:
+        """They, by number."""
+        return {number: task for number, task in self.history.tasks.items() if self._belongs(task)}
+
+    @cached_property
+    def done(self) -> list[TaskHistory]:
+        """Those that were done."""
+        return list(filter(self._belongs, self.history.done))
+
+    @cached_property
+    def counted_deliveries(self) -> list[TaskHistory]:
+        """Those delivered in the counted time."""
+        return [task for task in self.history.delivered if self._belongs(task) and self.history.counts(task.delivered)]
+
+    @cached_property
+    def cycle_times(self) -> list[float]:
+        """The cycle times of those done in the counted time, shortest first."""
+        return sorted(task.cycle_time for task in self.done if self.history.counts(task.done))
+
+    @cached_property
+    def deadlines(self) -> list[Deadline]:
+        """The due times of those that were done or came due in the counted time, in that order."""
+        return self.history.settled(task.deadline for task in self.tasks.values())
+
+    @cached_property
+    def put_down(self) -> list[TaskHistory]:
+        """Those put down at stations with workers."""
+        return list(filter(self._belongs, self.history.put_down))
+
+    @cached_property
+    def work_deadlines(self) -> list[Deadline]:
+        """The due times of the work on them, as `deadlines`."""
+        return self.history.settled(task.work_deadline for task in self.history.for_workers if self._belongs(task))
+
+
+def of_flow(history: History, flow: str) -> PartHistory:
+    """The tasks of one flow."""
+    return PartHistory(history, lambda task: task.flow == flow)
+
+
+def by_day_part(history: History) -> dict[str, PartHistory]:
+    """The tasks that come in each part of the day (`parts_of_the_day`), by its name; without parts of no task."""
+    named = parts_of_the_day(history.model)
+    stretches = sorted((*stretch, name) for name, found in named.items() for stretch in found)
+    of: dict[int, str] = {}
+    for number, task in history.tasks.items():
+        place = bisect_right(stretches, task.released, key=itemgetter(0)) - 1
+        if place >= 0 and task.released < stretches[place][1]:
+            of[number] = stretches[place][2]
+
+    def part(name: str) -> PartHistory:
+        return PartHistory(history, lambda task: of.get(task.number) == name)
+
+    return {name: part(name) for name in named if name in set(of.values())}
