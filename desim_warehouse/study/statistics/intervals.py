@@ -307,8 +307,8 @@ class TaskShare(float):
 
     of: float
 
-    def __new__(cls, share: float, of: float) -> Self:
-        """A share of a number of tasks."""
+    def __new__(cls, share: float, of: float = 0.0) -> Self:
+        """A share of a number of tasks; 0: that is not known, as of the mean that `statistics` makes of several."""
         made = super().__new__(cls, share)
         made.of = of
         return made

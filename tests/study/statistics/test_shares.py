@@ -1,5 +1,7 @@
 """Shares of tasks: bounds worked by hand, the law of better days, and how often verdicts and intervals are right."""
 
+import statistics
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -7,7 +9,7 @@ from hypothesis import strategies as st
 from scipy.stats import beta
 
 from desim_warehouse.outcome.indicators import counted_in
-from desim_warehouse.study.statistics.intervals import TaskShare, estimate, share_bounds
+from desim_warehouse.study.statistics.intervals import TaskShare, estimate, share_bounds, tasks_of
 from desim_warehouse.study.statistics.judge import judged
 from desim_warehouse.study.statistics.targets import parse_target
 from tests.study.statistics.coverage import ON_TIME, verdict, wrongly_met, wrongly_missed
@@ -192,3 +194,10 @@ def test_a_design_beyond_the_zone_fails_in_at_most_5_per_cent_of_studies_and_a_b
 @pytest.mark.parametrize("case", ON_TIME, ids=str)
 def test_95_per_cent_intervals_of_shares_cover(case):
     assert case.covered(400) >= 0.93
+
+
+def test_a_share_of_tasks_is_a_number_for_all_who_reckon_with_it():
+    days = [TaskShare(0.9, 100), TaskShare(0.8, 300)]
+    assert statistics.mean(days) == pytest.approx(0.85)
+    assert tasks_of([statistics.mean(days)]) is None
+    assert tasks_of(days).tolist() == [100, 300]
