@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ReportError, StudyError, reason
-from desim_warehouse.outcome.indicators import INDICATORS, counted_in, within
+from desim_warehouse.outcome.indicators import INDICATORS, chosen, counted_in, within
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import RESERVED, Label
 
@@ -52,11 +52,9 @@ class Row(NamedTuple):
         """An indicator of a run that did not fail.
 
         Raises:
-            StudyError: where the run has no such indicator.
+            StudyError: where the run has no such indicator, naming the nearest.
         """
-        if indicator not in self.indicators:
-            have = ", ".join(self.indicators)
-            raise StudyError(f"indicator {indicator!r}: the runs have none; they have {have}")
+        chosen([indicator], self.indicators)
         return self.value(indicator)
 
 

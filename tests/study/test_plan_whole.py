@@ -114,7 +114,9 @@ def test_the_worst_hour_may_be_the_target():
     how = {"strategies": {}, "robots": "1..6", "chargers": "1"}
     over_all, peak = (plan_fleet(busy_from_nine(), f"{name} >= 85 %", **how) for name in ("on_time", AT_NINE))
     assert peak.today.best.robots > over_all.today.best.robots
-    assert "09:00 to 09:30" in peak.answer.answer[0]
+    assert peak.answer.answer[0].count("09:00 to 09:30") == 1
+    with pytest.raises(StudyError, match="no run has it, did you mean 'on_time@09:"):
+        plan_fleet(busy_from_nine(), "on_time@09:00-10:00 >= 85 %", **how)
 
 
 def test_years_are_a_table_and_equal_separate_plans(small):

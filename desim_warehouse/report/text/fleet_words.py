@@ -392,8 +392,8 @@ class _Planned:
         return f", {number_of(packers[0] * self.packers.nodes, 'packer')}" if packers and self.packers else ""
 
     def _worst(self, sized: Sized) -> str:
-        """The worst part of the day with the fleet of an answer: `11:30 to 13:00: 97 % (95 to 98).`."""
-        if not sized.hours:
+        """The worst part of the day with the fleet of an answer, unless one is the target: `11:30 to 13:00: 97 %.`."""
+        if not sized.hours or AT in self.goal.indicator:
             return ""
         worst = self._worst_of(sized)
         return f" {worst.named}: {words.reached(ON_TIME, self._on_time(worst))}."
