@@ -301,7 +301,7 @@ def indicators() -> str:
     rows = ((f"`{one.name}`", _UNITS.get(one.unit, one.unit), one.meaning) for one in INDICATORS.values())
     of_flows = ", ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_flow is not None)
     said = f"\nEach flow (`tasks.flows`) has some of them of its own, as in `on_time:outbound`: {of_flows}.\n"
-    of_parts = " and ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_time is not None)
+    of_parts = " and ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_time)
     said += (
         f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day in which "
         "they come, as in `on_time@11:30-13:00`: the stretches of one rate, those of more than two hours by the hour.\n"

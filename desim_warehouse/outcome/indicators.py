@@ -56,7 +56,7 @@ class Indicator:
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
     `by_flow`: where tasks flow, each flow that it `applies` to has it too, under `NAME:FLOW`, from its own tasks.
-    `by_time`: where orders come at rates by the clock, each part of the day has it too, under `NAME@11:30-13:00`.
+    `by_time`: where orders come at rates by the clock, each part of the day has that too, under `NAME@11:30-13:00`.
     `signed`: whether it can be less than 0.
     """
 
@@ -68,13 +68,13 @@ class Indicator:
     compute: Callable[[History], float]
     applies: Callable[[Any], bool] = lambda _: True
     by_flow: Callable[[PartHistory], float] | None = None
-    by_time: Callable[[PartHistory], float] | None = None
+    by_time: bool = False
     signed: bool = False
 
     def of(self, mark: str, part: str) -> Indicator:
         """The indicator of one flow (`:`), or of one part of the day (`@`)."""
-        title = f"{self.title}, {part.replace('-', ' to ') if mark == AT else part}"
-        return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=None)
+        title = f"{self.title}, {said_part(part) if mark == AT else part}"
+        return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=False)
 
     @property
     def is_share(self) -> bool:
@@ -296,7 +296,7 @@ INDICATORS = {
             measures.on_time,
             measures.has_due_times,
             by_flow=measures.on_time,
-            by_time=measures.on_time,
+            by_time=True,
         ),
         Indicator(
             "tasks_due",
@@ -307,7 +307,7 @@ INDICATORS = {
             measures.tasks_due,
             measures.has_due_times,
             by_flow=measures.tasks_due,
-            by_time=measures.tasks_due,
+            by_time=True,
         ),
         Indicator(
             "worked",
@@ -581,9 +581,9 @@ def kpis(history: History) -> RunIndicators:
     parts += [(AT, part, tasks) for part, tasks in by_day_part(history).items()]
     for mark, part, tasks in parts:
         for name, indicator in INDICATORS.items():
-            compute = indicator.by_time if mark == AT else indicator.by_flow
-            if compute is not None and indicator.applies(tasks):
-                found[f"{name}{mark}{part}"] = compute(tasks)
+            asked_for = indicator.by_time or mark != AT
+            if indicator.by_flow is not None and asked_for and indicator.applies(tasks):
+                found[f"{name}{mark}{part}"] = indicator.by_flow(tasks)
     return found
 
 
@@ -613,10 +613,15 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
     """
     for name in wanted:
         if name != "all" and has and name not in has:
-            near = nearest(name, has)
-            hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(has)}"
-            raise StudyError(f"indicator {name!r}: no run has it, {hint}")
+            raise StudyError(no_run_has(name, has))
     return list(has) if "all" in wanted else list(wanted)
+
+
+def no_run_has(name: str, has: Collection[str]) -> str:
+    """What is said where runs lack an indicator, naming the nearest of those that they have."""
+    near = nearest(name, has)
+    hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(has)}"
+    return f"indicator {name!r}: no run has it, {hint}"
 
 
 def look_up(name: str) -> Indicator | None:
@@ -625,8 +630,13 @@ def look_up(name: str) -> Indicator | None:
     indicator = INDICATORS.get(base)
     if not mark or indicator is None:
         return indicator
-    has = indicator.by_time is not None and _STRETCH.fullmatch(part) if mark == AT else indicator.by_flow and part
+    has = indicator.by_time and _STRETCH.fullmatch(part) if mark == AT else indicator.by_flow and part
     return indicator.of(mark, part) if has else None
+
+
+def said_part(part: str) -> str:
+    """A part of the day in words: `11:30 to 13:00`."""
+    return part.replace("-", " to ")
 
 
 def split(name: str) -> tuple[str, str, str]:

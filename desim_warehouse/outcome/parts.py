@@ -64,6 +64,8 @@ def of_flow(history: History, flow: str) -> PartHistory:
 def by_day_part(history: History) -> dict[str, PartHistory]:
     """The tasks that come in each part of the day (`parts_of_the_day`), by its name; without parts of no task."""
     named = parts_of_the_day(history.model)
+    if not named:
+        return {}
     stretches = sorted((*stretch, name) for name, found in named.items() for stretch in found)
     of: dict[int, str] = {}
     for number, task in history.tasks.items():
@@ -74,4 +76,5 @@ def by_day_part(history: History) -> dict[str, PartHistory]:
     def part(name: str) -> PartHistory:
         return PartHistory(history, lambda task: of.get(task.number) == name)
 
-    return {name: part(name) for name in named if name in set(of.values())}
+    asked_for = set(of.values())
+    return {name: part(name) for name in named if name in asked_for}

@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.errors import ReportError, StudyError, reason
-from desim_warehouse.outcome.indicators import INDICATORS, chosen, counted_in, within
+from desim_warehouse.outcome.indicators import INDICATORS, counted_in, no_run_has, within
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import RESERVED, Label
 
@@ -54,7 +54,8 @@ class Row(NamedTuple):
         Raises:
             StudyError: where the run has no such indicator, naming the nearest.
         """
-        chosen([indicator], self.indicators)
+        if indicator not in self.indicators:
+            raise StudyError(no_run_has(indicator, self.indicators))
         return self.value(indicator)
 
 

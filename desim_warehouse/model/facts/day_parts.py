@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.model.sections.flows import ProfileArrivals
 from desim_warehouse.values.calendars import DAY, clock_of
+from desim_warehouse.working_day import clock
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -44,19 +45,17 @@ def parts_of_the_day(model: Model) -> dict[str, list[Stretch]]:
             found.append((one, rate))
     if len(found) == 1:
         return {}
-    hour = model.units.hour
-    long = [stretch[1] - stretch[0] > LONG * hour for stretch, _ in found]
-    parts = (by_hour for (one, _), is_long in zip(found, long, strict=True) for by_hour in _cut(model, one, is_long))
+    parts: list[Stretch] = []
+    for one, _ in found:
+        parts += _by_the_hour(model, one) if one[1] - one[0] > LONG * model.units.hour else [one]
     named = _by_the_clock(model, (one for one in parts if expected(one) > 0))
     if len(named) <= MOST:
         return named
-    return _by_the_clock(model, (one for one in _cut(model, (begin, end), True) if expected(one) > 0))
+    return _by_the_clock(model, (one for one in _by_the_hour(model, (begin, end)) if expected(one) > 0))
 
 
-def _cut(model: Model, stretch: Stretch, by_hour: bool) -> list[Stretch]:
-    """A stretch, or its pieces between full hours."""
-    if not by_hour:
-        return [stretch]
+def _by_the_hour(model: Model, stretch: Stretch) -> list[Stretch]:
+    """The pieces of a stretch between full hours."""
     hour, (begin, end) = model.units.hour, stretch
     first = -clock_of(model.run.start) / 3600 % 1.0
     full = range(math.floor(begin / hour - first) + 1, math.ceil(end / hour - first))
@@ -72,5 +71,4 @@ def _by_the_clock(model: Model, stretches: Iterable[Stretch]) -> dict[str, list[
 
 def _clock(model: Model, time: float) -> str:
     """The time of day, of a time of the run."""
-    minute = round((clock_of(model.run.start) + time / model.units.hour * 3600) % DAY / 60) % (24 * 60)
-    return f"{minute // 60:02}:{minute % 60:02}"
+    return clock(round((clock_of(model.run.start) + time / model.units.hour * 3600) % DAY / 60) % (24 * 60))

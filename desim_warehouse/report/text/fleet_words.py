@@ -414,7 +414,7 @@ class _Planned:
         rows = [(one.named, numbers.number(one.orders), self._on_time(one)) for one in sized.hours]
         note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold at once."
         if self.goal.indicator == ON_TIME:
-            worst = replace(self.goal, indicator=f"{ON_TIME}{AT}{self._worst_of(sized).part}")
+            worst = replace(self.goal, indicator=self._worst_of(sized).indicator)
             note += f' A fleet for the worst part: --target "{worst.text}".'
         return [
             Folded(title="On time by the hour", note=note, head=("time", "orders", "done on time"), rows=tuple(rows))

@@ -8,28 +8,30 @@ from dataclasses import dataclass
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
-from desim_warehouse.outcome.indicators import AT
-from desim_warehouse.study.statistics.intervals import Estimate, estimate
+from desim_warehouse.outcome.indicators import AT, said_part, split
+from desim_warehouse.study.statistics.intervals import Estimate, TaskShare, estimate
 from desim_warehouse.study.table import Row
 
 DAYS = 10
 """Days that are looked at by the hour, at least."""
 ON_TIME = "on_time"
-DUE = "tasks_due"
 
 
 @dataclass(frozen=True)
 class Hour:
-    """A part of the day (`parts_of_the_day`): of the orders that come in it, how many a day, and the share on time."""
+    """A part of the day (`parts_of_the_day`): of the orders that come in it, how many a day, and the share on time.
 
-    part: str
+    `indicator`: whose mean the share is, such as `on_time@11:30-13:00`.
+    """
+
+    indicator: str
     orders: float
     share: Estimate
 
     @property
     def named(self) -> str:
         """It by the clock: `11:30 to 13:00`."""
-        return self.part.replace("-", " to ")
+        return said_part(split(self.indicator)[2])
 
 
 def by_hour(model: Model, days: Sequence[Row], confidence: float) -> tuple[Hour, ...]:
@@ -41,9 +43,10 @@ def by_hour(model: Model, days: Sequence[Row], confidence: float) -> tuple[Hour,
     level = 1 - (1 - confidence) / max(len(parts), 1)
     found = []
     for part in parts:
-        rows = [row for row in days if f"{ON_TIME}{AT}{part}" in row.indicators]
-        if len(rows) > 1:
-            orders = math.fsum(row.value(f"{DUE}{AT}{part}") for row in rows) / len(rows)
-            shares = [row.value(f"{ON_TIME}{AT}{part}") for row in rows]
-            found.append(Hour(part, orders, estimate(shares, level, within=(0.0, 1.0))))
+        indicator = f"{ON_TIME}{AT}{part}"
+        values = [row.value(indicator) for row in days]
+        shares = [value for value in values if isinstance(value, TaskShare)]  # of the days on which orders came then
+        if len(shares) > 1:
+            orders = math.fsum(share.of for share in shares) / len(shares)
+            found.append(Hour(indicator, orders, estimate(shares, level, within=(0.0, 1.0))))
     return tuple(found)

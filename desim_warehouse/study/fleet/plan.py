@@ -180,7 +180,11 @@ class _Planner:
         used, trip, shown_by = self._used(study, found, counts) if shown else ({}, None, ())
         left = tuple(counts[number] for number in found.open)
         worse = tuple(
-            (counts[one.number], counts[one.base], None if self._ran_flat(study, one.number) else one.difference)
+            (
+                counts[one.number],
+                counts[one.base],
+                None if _first_flat(study.results.by_point[one.number]) else one.difference,
+            )
             for one in found.larger
             if one.worse
         )
@@ -326,10 +330,6 @@ class _Planner:
         below = ruling_out(counts, told.union(cheaper), told) - known.failing
         return replace(found, design=cheapest, below=tuple(sorted(below, key=dear)), verdicts=verdicts)
 
-    def _ran_flat(self, study: Study, number: int) -> bool:
-        """Whether robots of a design ran flat in one of its runs."""
-        return any(ran_flat(row) for row in study.results.by_point[number])
-
     def _shown(
         self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
     ) -> Shown:
@@ -344,8 +344,7 @@ class _Planner:
         if not verdict.closed:
             values = [row.measured(self.target.indicator) for row in rows]
             to_tell = runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
-        flat = next((row.outcome.error or "" for row in rows if ran_flat(row)), "")
-        why = flat.partition(": ")[2]
+        why = _first_flat(rows).partition(": ")[2]
         return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
@@ -405,6 +404,11 @@ class _Planner:
             if any(point.overrides.get(key) != own[key] for key in factors):
                 found.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
         return found
+
+
+def _first_flat(rows: Iterable[Row]) -> str:
+    """The error of the first run in which a robot ran flat; empty: none did."""
+    return next((row.outcome.error or "" for row in rows if ran_flat(row)), "")
 
 
 def _equal(ours: Sequence[Row], others: Sequence[Row]) -> bool:

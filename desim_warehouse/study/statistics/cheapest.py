@@ -116,7 +116,7 @@ def scout_steps(
     if known.enough is not None:
         order = order[: order.index(known.enough)]
     failed = {*known.failing, *known.doubted}
-    order = [n for n in order if not any(within_counts(designs[n], designs[other]) for other in failed)]
+    order = [n for n in order if not _covered(designs, n, failed)]
     while order:
         rank = _halving([designs[number] for number in order])
         probe = order[rank]
@@ -284,11 +284,10 @@ class _Proof:
                 number = most
         if (yield from self._meets(number)) or number == most:
             return
-        three = len(self.designs[number]) > 2  # noqa: PLR2004
-        if not self._told(number):
-            if not (three and judge.target.met_by(judge.verdicts[number].mean)):
-                yield from self._meets(most)
-        elif three:  # with all packers, as with one more so little changes
+        told, three = self._told(number), len(self.designs[number]) > 2  # noqa: PLR2004
+        if not told and not (three and judge.target.met_by(judge.verdicts[number].mean)):
+            yield from self._meets(most)
+        elif told and three:  # with all packers, as with one more so little changes
             as_many = [n for n in self.order if self.designs[n][:-1] == self.designs[number][:-1]]
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
