@@ -5,6 +5,7 @@ Public names are imported on first use, so that `import desim_warehouse` is quic
 
 from __future__ import annotations
 
+import sys
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from desim_warehouse.fleet_log.validate import validate
     from desim_warehouse.learn.asktell import steps
     from desim_warehouse.live import serve
+    from desim_warehouse.live.frozen import what_if_page
     from desim_warehouse.model import Model, load
     from desim_warehouse.model.order_day import order_day
     from desim_warehouse.model.overrides import UNSET
@@ -68,6 +70,7 @@ _HOME = {
     "fleet_log.validate": ("validate",),
     "learn.asktell": ("steps",),
     "live": ("serve",),
+    "live.frozen": ("what_if_page",),
     "model": ("Model", "load"),
     "model.order_day": ("order_day",),
     "model.overrides": ("UNSET",),
@@ -130,6 +133,7 @@ __all__ = [
     "steps",
     "tipping_points",
     "validate",
+    "what_if_page",
     "why",
     "write_layout",
 ]
@@ -142,7 +146,12 @@ def __getattr__(name: str) -> Any:
     if name in _PACKAGES:
         value: Any = import_module(f"{__name__}.{_PACKAGES[name]}")
     elif (there := _CALLED.get(name, name)) in _MODULE_OF:
-        value = getattr(import_module(f"{__name__}.{_MODULE_OF[there]}"), there)
+        module = _MODULE_OF[there]
+        if "IPython" in sys.modules:
+            import_module(f"{__name__}.report.in_cells")  # how Jupyter shows things
+        if module.startswith("study."):
+            import_module(f"{__name__}.questions")  # what a search finds is worded there
+        value = getattr(import_module(f"{__name__}.{module}"), there)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value

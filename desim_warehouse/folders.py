@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import errno
+import os
 from pathlib import Path
 
 _DEEPEST = 200
@@ -34,3 +35,14 @@ def shipped(kind: str) -> Path:
 def gallery() -> dict[str, Path]:
     """The model files of the gallery, by name."""
     return {path.stem: path for path in sorted(shipped("gallery").glob("*.yaml"))}
+
+
+ANSWER = "answer.json"
+"""The answer to a question, in the folder of its runs."""
+
+
+def write_whole(path: Path, text: str) -> None:
+    """Write a file atomically."""
+    partial = path.with_name(f".{path.name}.{os.getpid()}")
+    partial.write_text(text, encoding="utf-8")
+    partial.replace(path)

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 import desim_warehouse as dw
-from desim_warehouse.report.palette import COLOURS, FAINT
+from desim_warehouse.look.palette import COLOURS, FAINT
 from docs.make_reference import table
 from tests.reference import rawsimo
 from tests.reference.paper import CELLS, GROUPS, changes, settings

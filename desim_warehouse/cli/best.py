@@ -134,8 +134,8 @@ def _race(
 
 def _say_what_is_replaced(folder: str | Path | None) -> None:
     """A folder has one answer: say which other one it no longer has."""
-    from desim_warehouse.report.answer import load
-    from desim_warehouse.run.folder import ANSWER
+    from desim_warehouse.answer.answer import load
+    from desim_warehouse.folders import ANSWER
 
     if folder is not None and Path(folder, ANSWER).is_file() and load(folder).kind != "best":
         click.echo(f"{Path(folder, ANSWER)}: replaced; it answered: {load(folder).question}", err=True)

@@ -23,9 +23,9 @@ def command(logs: tuple[str, ...], model: str, orders: str | None, out: str, for
 
     A LOG is a file of VDA 5050 state messages (JSON lines), of trips (CSV), or the folder of a run.
     """
+    from desim_warehouse.answer import numbers, words
     from desim_warehouse.cli.tables import sheet, show
     from desim_warehouse.fleet_log.calibrate import calibrate
-    from desim_warehouse.report.text import numbers, words
 
     found = calibrate(model, logs, orders=orders)
     write_files(found.files(Path(out)), force=force)

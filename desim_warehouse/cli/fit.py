@@ -21,7 +21,7 @@ def command(file: str, column: str, unit: str, out: str | None) -> None:
 
     Example: desim fit picks.csv --column load_s --out out/fit
     """
-    from desim_warehouse.report.text import input_words
+    from desim_warehouse.questions import input_words
     from desim_warehouse.study.fit import fit, read_times
 
     found = fit(read_times(Path(file), column))

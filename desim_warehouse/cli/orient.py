@@ -83,7 +83,7 @@ def command(
 
 def _search(model: str, file: str, indicator: str, search: Search, *, force: bool) -> None:
     from desim_warehouse.model.oriented import turned_files
-    from desim_warehouse.report.text import direction_words
+    from desim_warehouse.questions import direction_words
     from desim_warehouse.study.designs.directions import directions
 
     base = load_model(model, ())
@@ -131,8 +131,8 @@ def _said(found: Orientation) -> list[str]:
 
 def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
     """Write the best of the floors by paired runs, and say how each of them does."""
+    from desim_warehouse.answer import words
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
-    from desim_warehouse.report.text import words
     from desim_warehouse.study.statistics.comparison import paired
 
     base = load_model(path, ())
@@ -177,7 +177,7 @@ def _runs(floor: Model, key: str, seeds: range) -> list[float]:
 
 def _compared(two_way: Model, one_way: Model, seeds: range) -> str:
     """Compare the two floors by paired runs."""
-    from desim_warehouse.report.text import words
+    from desim_warehouse.answer import words
     from desim_warehouse.study.statistics.comparison import paired
 
     key = _judged_by(two_way)

@@ -27,8 +27,8 @@ from desim_warehouse.errors import ModelError, reason
 from desim_warehouse.study.statistics.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS, UNCERTAIN_RUNS
 
 if TYPE_CHECKING:
+    from desim_warehouse.answer.answer import Answer
     from desim_warehouse.model import Model
-    from desim_warehouse.report.answer import Answer
     from desim_warehouse.study.fleet import FleetPlan, OptionsPlan
     from desim_warehouse.study.search import Search
     from desim_warehouse.study.tipping import TippingPoints
@@ -152,7 +152,7 @@ def _of_options(
 def _planned(
     loaded: Model, target: str, how: Mapping[str, Any], ranges: Mapping[str, tuple[float, float]], search: Search
 ) -> tuple[FleetPlan, Answer]:
-    from desim_warehouse.report.text import fleet_words
+    from desim_warehouse.questions import fleet_words
     from desim_warehouse.study.fleet import plan_fleet
 
     found = plan_fleet(loaded, target, search=search, **how)

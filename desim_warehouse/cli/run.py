@@ -64,8 +64,9 @@ def command(
 
 
 def _show(run: Run, indicators: tuple[str, ...]) -> None:
+    from desim_warehouse.answer import words
     from desim_warehouse.outcome.indicators import chosen, judged_by
-    from desim_warehouse.report.text import run_words, words
+    from desim_warehouse.report import run_words
 
     for line in run_words.sentences(run):
         click.echo(line)

@@ -32,7 +32,7 @@ def command(folder: str, indicators: tuple[str, ...]) -> None:
 
 
 def _show(study: Results, indicator: str) -> None:
-    from desim_warehouse.report.text import words
+    from desim_warehouse.answer import words
 
     effects = study.main_effects(indicator)
     total = study.sobol(indicator) if study.plan.rule.name == "saltelli" else None

@@ -9,14 +9,15 @@ from typing import Any
 
 import click
 
+from desim_warehouse.answer import words
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_values, study_of, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.report.answer import Answer
-from desim_warehouse.report.text import race_words, size_words, words
+from desim_warehouse.questions import race_words, size_words
 from desim_warehouse.study.procedures import SizeFound
 from desim_warehouse.study.search import Search
 from desim_warehouse.study.statistics.limits import CAP, FIRST

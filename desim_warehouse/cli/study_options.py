@@ -272,5 +272,7 @@ def refuse_page(page: str | None, plan: StudyPlan) -> None:
 def write_page(page: str | None, results: Results) -> None:
     """Write the page of `--page`, if one is asked for, and say so."""
     if page is not None:
-        made = results.page(page, command=typed())
+        from desim_warehouse.live.frozen import what_if_page
+
+        made = what_if_page(results, page, command=typed())
         click.echo(f"{page}: {len(made.html) / 1e3:,.0f} kB; open it in a browser")

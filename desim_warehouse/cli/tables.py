@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse._version import simulated_with
+from desim_warehouse.answer.numbers import NONE, Scale
 from desim_warehouse.errors import StudyError, number_of
-from desim_warehouse.report.text.numbers import NONE, Scale
 
 if TYPE_CHECKING:
     from rich.table import Table
@@ -32,16 +32,17 @@ _NAMED = 6
 
 def _factors(results: Results) -> list[str]:
     """Heads of the columns of the factors, with their units."""
-    from desim_warehouse.report.text import words
+    from desim_warehouse.answer import words
 
     return [words.factor_head(factor, results.base.units) for factor in results.factors]
 
 
 def show_quantiles(results: Results, share: float) -> None:
     """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
-    from desim_warehouse.report.text import sentences, words
-    from desim_warehouse.study.factors import readable
+    from desim_warehouse.answer import words
+    from desim_warehouse.questions import sentences
     from desim_warehouse.study.statistics.intervals import replications_for_quantile
+    from desim_warehouse.values.labels import readable
 
     found = {
         name: results.quantiles(name, share) for name in results.chosen(results.plan.indicators or results.usual(4))

@@ -56,7 +56,7 @@ def command(
     seed: int,
 ) -> None:
     """Find how long lifelong MODEL takes to settle (MSER-5), for its key run.warm_up."""
-    from desim_warehouse.report.text import input_words
+    from desim_warehouse.questions import input_words
     from desim_warehouse.study.warm_up import settle
 
     read = load_model(model, assignments)

@@ -73,7 +73,7 @@ def command(  # as long as its options are many
     --replications 20 --workers 2
     """
     from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.report.text import study_words
+    from desim_warehouse.questions import study_words
 
     often: Any = read_yaml(replications, "--replications").data
     if until is not None:

@@ -4,14 +4,111 @@ from __future__ import annotations
 
 import math
 from itertools import pairwise
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from pydantic import Field, ValidationInfo, field_validator
 
 from desim_warehouse.layout.layout import StoragePlace
 from desim_warehouse.layout.naming import block_nodes
-from desim_warehouse.layout.spec import Blocks, Directions
+from desim_warehouse.values.fields import (
+    SECTION,
+    Count,
+    Forms,
+    Length,
+    Part,
+    Usual,
+    at_most,
+    by_type,
+    form,
+    known,
+    wrong,
+)
 
 if TYPE_CHECKING:
     import networkx as nx
+
+
+Rule = Literal["alternating", "ring", "two-way"]
+_LINES = Forms("'ring', 'alternating', 'two-way', or a list of directions", pick=by_type(rule=str, list=(list, tuple)))
+
+
+class Directions(Part):
+    """How rows and columns of aisles are driven: by a rule, or spelt out for every one of them."""
+
+    rows: Annotated[
+        Annotated[Rule, form("rule")] | Annotated[tuple[Literal["east", "west", "two-way"], ...], form("list")], _LINES
+    ] = Field(description="a rule, or one for each row of nodes, top first: east, west or two-way")
+    columns: Annotated[
+        Annotated[Rule, form("rule")] | Annotated[tuple[Literal["north", "south", "two-way"], ...], form("list")],
+        _LINES,
+    ] = Field(description="a rule, or one for each column of nodes, left first: north, south or two-way")
+
+
+class Blocks(Part):
+    """Blocks of goods with one-way aisles around each: nodes where aisles cross, edges between neighbours."""
+
+    columns: Count = Field(description="blocks side by side")
+    rows: Count = Field(description="blocks one below the other")
+    block_width: Annotated[int, Field(strict=True, ge=1, le=2)] = Field(2, description="goods across a block: 1 or 2")
+    block_depth: Count = Field(description="goods in a block's depth")
+    goods_size: Annotated[Length, Usual("10 cm", "10 m")] = Field(description="side of a good's square")
+    aisle_width: Annotated[Length, Usual("20 cm", "20 m")] = Field(description="width of the aisles (columns)")
+    cross_aisle_width: Annotated[Length | None, Usual("20 cm", "50 m")] = Field(
+        None, description="width of the rows; default: aisle_width"
+    )
+    directions: Annotated[
+        Annotated[Rule, form("rule")] | Annotated[Directions, form("hand")],
+        Forms(
+            "'ring', 'alternating', 'two-way', or a section with rows and columns", pick=by_type(rule=str, hand=SECTION)
+        ),
+    ] = Field(
+        "ring",
+        description="ring: outer aisles clockwise, inner ones alternating; alternating; two-way: one lane for both "
+        "directions; or rows and columns apart, each by a rule or a list",
+    )
+
+    @property
+    def two_way(self) -> bool:
+        """Whether some of its aisles have one lane for both directions."""
+        chosen = self.directions
+        lines = (chosen.rows, chosen.columns) if isinstance(chosen, Directions) else (chosen,)
+        return any("two-way" in line for line in lines)
+
+    @property
+    def places(self) -> int:
+        """How many goods there is room for."""
+        return self.columns * self.rows * self.block_width * self.block_depth
+
+    @field_validator("rows")
+    @classmethod
+    def _names(cls, rows: int, info: ValidationInfo) -> int:
+        if "columns" in info.data:
+            at_most("nodes", (info.data["columns"] + 1) * (rows + 1))
+            names = enumerate(block_nodes(info.data["columns"], rows))
+            known(info).nodes = {name: (c, r) for r, row in names for c, name in enumerate(row)}
+        return rows
+
+    @field_validator("block_depth")
+    @classmethod
+    def _places(cls, depth: int, info: ValidationInfo) -> int:
+        data = info.data
+        if {"columns", "rows", "block_width"} <= data.keys():
+            places = data["columns"] * data["rows"] * data["block_width"] * depth
+            at_most("places", places)
+            known(info).places = places
+        return depth
+
+    @field_validator("directions")
+    @classmethod
+    def _one_each(cls, directions: str | Directions, info: ValidationInfo) -> str | Directions:
+        if isinstance(directions, Directions) and {"columns", "rows"} <= info.data.keys():
+            nodes = info.data["rows"] + 1, info.data["columns"] + 1
+            listed = zip((directions.rows, directions.columns), nodes, strict=True)
+            given = tuple(number if isinstance(lines, str) else len(lines) for lines, number in listed)
+            if given != nodes:
+                said = "{} rows and {} columns given for {} rows and {} columns of nodes".format(*given, *nodes)
+                raise wrong(f"{said}, expected one for each: blocks and one more")
+        return directions
 
 
 def directions(blocks: Blocks) -> tuple[tuple[str, ...], tuple[str, ...]]:

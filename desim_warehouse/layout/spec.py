@@ -18,7 +18,7 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout import naming
-from desim_warehouse.layout.naming import block_nodes
+from desim_warehouse.layout.blocks import Blocks, highways
 from desim_warehouse.values.calendars import CalendarName
 from desim_warehouse.values.distributions import Varying
 from desim_warehouse.values.disturbances import OutageSpec
@@ -39,7 +39,6 @@ from desim_warehouse.values.fields import (
     Usual,
     Whole,
     at_most,
-    by_type,
     form,
     known,
     limited,
@@ -116,89 +115,6 @@ def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
     if all(end in nodes for end in name.split(">")):
         hint = f"; an edge is written [{', '.join(name.split('>'))}]"
     raise wrong(f"no such {kind} (got {got(name)}), expected {expected}{hint}")
-
-
-Rule = Literal["alternating", "ring", "two-way"]
-_LINES = Forms("'ring', 'alternating', 'two-way', or a list of directions", pick=by_type(rule=str, list=(list, tuple)))
-
-
-class Directions(Part):
-    """How rows and columns of aisles are driven: by a rule, or spelt out for every one of them."""
-
-    rows: Annotated[
-        Annotated[Rule, form("rule")] | Annotated[tuple[Literal["east", "west", "two-way"], ...], form("list")], _LINES
-    ] = Field(description="a rule, or one for each row of nodes, top first: east, west or two-way")
-    columns: Annotated[
-        Annotated[Rule, form("rule")] | Annotated[tuple[Literal["north", "south", "two-way"], ...], form("list")],
-        _LINES,
-    ] = Field(description="a rule, or one for each column of nodes, left first: north, south or two-way")
-
-
-class Blocks(Part):
-    """Blocks of goods with one-way aisles around each: nodes where aisles cross, edges between neighbours."""
-
-    columns: Count = Field(description="blocks side by side")
-    rows: Count = Field(description="blocks one below the other")
-    block_width: Annotated[int, Field(strict=True, ge=1, le=2)] = Field(2, description="goods across a block: 1 or 2")
-    block_depth: Count = Field(description="goods in a block's depth")
-    goods_size: Annotated[Length, Usual("10 cm", "10 m")] = Field(description="side of a good's square")
-    aisle_width: Annotated[Length, Usual("20 cm", "20 m")] = Field(description="width of the aisles (columns)")
-    cross_aisle_width: Annotated[Length | None, Usual("20 cm", "50 m")] = Field(
-        None, description="width of the rows; default: aisle_width"
-    )
-    directions: Annotated[
-        Annotated[Rule, form("rule")] | Annotated[Directions, form("hand")],
-        Forms(
-            "'ring', 'alternating', 'two-way', or a section with rows and columns", pick=by_type(rule=str, hand=SECTION)
-        ),
-    ] = Field(
-        "ring",
-        description="ring: outer aisles clockwise, inner ones alternating; alternating; two-way: one lane for both "
-        "directions; or rows and columns apart, each by a rule or a list",
-    )
-
-    @property
-    def two_way(self) -> bool:
-        """Whether some of its aisles have one lane for both directions."""
-        chosen = self.directions
-        lines = (chosen.rows, chosen.columns) if isinstance(chosen, Directions) else (chosen,)
-        return any("two-way" in line for line in lines)
-
-    @property
-    def places(self) -> int:
-        """How many goods there is room for."""
-        return self.columns * self.rows * self.block_width * self.block_depth
-
-    @field_validator("rows")
-    @classmethod
-    def _names(cls, rows: int, info: ValidationInfo) -> int:
-        if "columns" in info.data:
-            at_most("nodes", (info.data["columns"] + 1) * (rows + 1))
-            names = enumerate(block_nodes(info.data["columns"], rows))
-            known(info).nodes = {name: (c, r) for r, row in names for c, name in enumerate(row)}
-        return rows
-
-    @field_validator("block_depth")
-    @classmethod
-    def _places(cls, depth: int, info: ValidationInfo) -> int:
-        data = info.data
-        if {"columns", "rows", "block_width"} <= data.keys():
-            places = data["columns"] * data["rows"] * data["block_width"] * depth
-            at_most("places", places)
-            known(info).places = places
-        return depth
-
-    @field_validator("directions")
-    @classmethod
-    def _one_each(cls, directions: str | Directions, info: ValidationInfo) -> str | Directions:
-        if isinstance(directions, Directions) and {"columns", "rows"} <= info.data.keys():
-            nodes = info.data["rows"] + 1, info.data["columns"] + 1
-            listed = zip((directions.rows, directions.columns), nodes, strict=True)
-            given = tuple(number if isinstance(lines, str) else len(lines) for lines, number in listed)
-            if given != nodes:
-                said = "{} rows and {} columns given for {} rows and {} columns of nodes".format(*given, *nodes)
-                raise wrong(f"{said}, expected one for each: blocks and one more")
-        return directions
 
 
 def _short_edge(value: Any) -> Any:
@@ -547,8 +463,6 @@ class LayoutSpec(Part):
     @property
     def _meets_blocks(self) -> bool:
         """Whether an edge beside blocks leads back along one of their aisles, so that the two are one lane."""
-        from desim_warehouse.layout.blocks import highways
-
         aisles = () if self.blocks is None or not self.edges else highways(self.blocks).edges
         return any((edge.target, edge.source) in aisles and not edge.side_by_side for edge in self.edges)
 
@@ -569,8 +483,6 @@ class LayoutSpec(Part):
         if known(info).blocks and value and info.field_name != "edges":
             raise wrong(f"blocks make their own {info.field_name}, expected blocks, or nodes, edges and storage")
         if info.field_name == "edges" and value and (blocks := info.data.get("blocks")) is not None:
-            from desim_warehouse.layout.blocks import highways
-
             known(info).edges.update({(a, b): length for a, b, length in highways(blocks).edges(data="length")})
         limit = "places" if info.field_name == "storage" else str(info.field_name)
         at_most(limit, len(value) if isinstance(value, list | Mapping) else 0)

@@ -11,7 +11,7 @@ from desim_warehouse.layout.blocks import highways
 from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.orient import Aisles
-from desim_warehouse.layout.spec import Blocks
+from desim_warehouse.layout.blocks import Blocks
 
 if TYPE_CHECKING:
     from random import Random

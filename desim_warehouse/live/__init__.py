@@ -15,6 +15,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Self
 
+from desim_warehouse.answer import words
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.feasibility.mistakes.unused import has_due
 from desim_warehouse.folders import make_folder
@@ -23,12 +24,11 @@ from desim_warehouse.live.desk import RUNS, Desk
 from desim_warehouse.live.messages import About, Aim, Knob
 from desim_warehouse.live.offers import Offer, offers
 from desim_warehouse.model import Model, Source, as_model
-from desim_warehouse.report.replay.page import colours
-from desim_warehouse.report.text import words
+from desim_warehouse.outcome.targets import Target
+from desim_warehouse.replay.page import colours
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
 from desim_warehouse.study.execution.progress import in_notebook
 from desim_warehouse.study.statistics.judge import looks_by
-from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.target import read_target
 
 HOME = "127.0.0.1"

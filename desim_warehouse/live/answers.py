@@ -11,6 +11,9 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import NamedTuple
 
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.numbers import Scale, number, percent
+from desim_warehouse.answer.standing import instead, lasts_not, standing
 from desim_warehouse.errors import CheckError, number_of
 from desim_warehouse.feasibility import errors
 from desim_warehouse.feasibility.estimate import QuickEstimate
@@ -19,12 +22,10 @@ from desim_warehouse.live.offers import ROBOTS
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import judged_by
 from desim_warehouse.outcome.indicators import within as bounds_of
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict as Wrong
 from desim_warehouse.outcome.verdicts import judge_design
-from desim_warehouse.report.text import numbers, sentences, words
-from desim_warehouse.report.text.judged import within
-from desim_warehouse.report.text.numbers import Scale, number, percent
-from desim_warehouse.report.text.standing import instead, lasts_not, standing
+from desim_warehouse.questions.judged import within
 from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
@@ -33,7 +34,6 @@ from desim_warehouse.study.plan import StudyPlan, run_seed
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict, looked_at, looks_by
-from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.table import Row
 
 
@@ -232,13 +232,13 @@ class RunsSoFar:
         if self.lasting is not None:
             done = self.estimate("throughput_per_hour")
             said = instead([self.lasting], None if done is None else done.mean, self.model)
-            return Said(verdict, f"{sentences.capital(said)} with {design}.")
+            return Said(verdict, f"{numbers.capital(said)} with {design}.")
         if verdict == "first run":
             told = self.reached(self.scale(self.main).value(found.mean))
-            said = f"{sentences.capital(told)} with {design}, in the first run."
+            said = f"{numbers.capital(told)} with {design}, in the first run."
             return Said(verdict, said, ("One run says nothing about chance yet.",))
         aim = () if target is None else (f"Target: {words.target(target)}.",)
-        told = sentences.capital(self.reached(self.told(target)))
+        told = numbers.capital(self.reached(self.told(target)))
         return Said(verdict, f"{told} with {design}{self._year()}.", aim)
 
     def _year(self) -> str:
@@ -305,4 +305,4 @@ def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], 
 
 def _short(error: str) -> str:
     """An error without the name of its type."""
-    return sentences.sentence(error.partition(": ")[2] or error)
+    return numbers.sentence(error.partition(": ")[2] or error)

@@ -25,12 +25,12 @@ from starlette.responses import HTMLResponse, JSONResponse, Response, StreamingR
 from starlette.routing import Route
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from desim_warehouse.answer.words import scale
 from desim_warehouse.errors import CheckError, ModelError, StudyError, WarehouseError
 from desim_warehouse.live.desk import MOST_RUNS, Design, Desk, Listener, asked
 from desim_warehouse.live.messages import About, Ask, Message, ShareAsk, openapi
+from desim_warehouse.look.web import joined
 from desim_warehouse.model.json_text import JsonError, value_of
-from desim_warehouse.report.text.words import scale
-from desim_warehouse.report.web import joined
 
 if TYPE_CHECKING:
     from asyncio import TimerHandle, Transport

@@ -20,14 +20,15 @@ from queue import Empty, SimpleQueue
 from time import monotonic
 from typing import Any
 
+from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.live.answers import FEWEST, ByHand, Named, RunsSoFar, by_hand, results_of
 from desim_warehouse.live.frozen import FrozenPage
 from desim_warehouse.live.messages import About, Calculated, Tried, Watched
 from desim_warehouse.live.offers import Offer, levels_of, spoken_design
 from desim_warehouse.model import Model
-from desim_warehouse.report.text.compare_words import difference
-from desim_warehouse.report.text.sentences import capital
+from desim_warehouse.outcome.targets import Target
+from desim_warehouse.questions.compare_words import difference
 from desim_warehouse.run.folder import STUDY
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.execution.pool import Pool
@@ -37,7 +38,6 @@ from desim_warehouse.study.execution.work import Handle, Outcome, Wanted
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.record import read_record, write_record
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics.targets import Target
 
 Band = tuple[float, float | None, float | None]
 """A mean and the ends of its interval, if there is one."""

@@ -9,19 +9,19 @@ from pathlib import Path
 from typing import Any
 
 from desim_warehouse._version import __version__
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.answer import Option, SaidNumber
+from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import ReportError
 from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched, label
-from desim_warehouse.report.answer import Option, SaidNumber
-from desim_warehouse.report.text import numbers, words
-from desim_warehouse.report.text.compare_words import difference
-from desim_warehouse.report.text.sentences import capital
-from desim_warehouse.report.web import WebPage, joined, safe_json
-from desim_warehouse.study.factors import readable
+from desim_warehouse.look.web import WebPage, joined, safe_json
+from desim_warehouse.outcome.targets import Target
+from desim_warehouse.questions.compare_words import difference
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import Results
-from desim_warehouse.study.statistics.targets import Target
-from desim_warehouse.study.table import is_numeric, plain
+from desim_warehouse.study.table import is_numeric
+from desim_warehouse.values.labels import plain, readable
 
 MOST = 120
 """Designs of a page: it holds the differences of every two of them."""
@@ -94,7 +94,7 @@ def _kept(knob: Knob, values: set[Any]) -> Knob:
     return knob.model_copy(update={**found, "today": today})
 
 
-def of_study(study: Results, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
+def what_if_page(study: Results, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
     """The page of a study, with the sentences and numbers of its answer.
 
     Args:

@@ -8,8 +8,8 @@ from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import models_json_schema
 
 from desim_warehouse._version import __version__
-from desim_warehouse.report.text.sentences import capital
-from desim_warehouse.report.text.standing import WORDS, Standing
+from desim_warehouse.answer.numbers import capital
+from desim_warehouse.answer.standing import WORDS, Standing
 
 Verdict = Standing | Literal["estimate", "first run", "early"]
 _APART: dict[Verdict, str] = {

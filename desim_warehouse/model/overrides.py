@@ -7,7 +7,7 @@ from enum import Enum
 from typing import Any
 
 from desim_warehouse.errors import ModelError, got
-from desim_warehouse.layout.spec import Blocks
+from desim_warehouse.layout.blocks import Blocks
 from desim_warehouse.model.messages import FilePositions, Keys, Outline, Problem, dotted
 from desim_warehouse.model.parse import Document, plain, read_yaml
 from desim_warehouse.model.sections.policy import Policies

@@ -14,20 +14,18 @@ from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from desim_warehouse.answer.answer import Answer, Folded, PairGrid, Rows, how_sure, load, table
+from desim_warehouse.answer.numbers import NONE, capital, number
+from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError, reason
+from desim_warehouse.folders import ANSWER
+from desim_warehouse.look import html
+from desim_warehouse.look.html import Html
 from desim_warehouse.model import load as load_model
-from desim_warehouse.report import html
-from desim_warehouse.report.answer import Answer, Folded, PairGrid, Rows, load
-from desim_warehouse.report.html import Html
 from desim_warehouse.report.page import in_full, style
 from desim_warehouse.report.run_parts import lost_time, made_with, model_facts, resources
 from desim_warehouse.report.svg import account, floor, rows
-from desim_warehouse.report.text.numbers import NONE, number
-from desim_warehouse.report.text.printed import how_sure, table
-from desim_warehouse.report.text.sentences import capital
-from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.run import Run
-from desim_warehouse.run.folder import ANSWER
 from desim_warehouse.study.record import read_record
 from desim_warehouse.study.results import Results
 from desim_warehouse.study.table import RESULTS

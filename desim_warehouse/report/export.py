@@ -8,11 +8,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
+from desim_warehouse.answer import words
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.fleet_log.vda5050 import messages
 from desim_warehouse.folders import make_folder
 from desim_warehouse.outcome.log import NONE
-from desim_warehouse.report.text import words
 from desim_warehouse.run import Run
 from desim_warehouse.run.spreadsheet import as_csv
 

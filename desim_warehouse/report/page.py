@@ -11,10 +11,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import WarehouseError
-from desim_warehouse.report import html
-from desim_warehouse.report.html import Html
-from desim_warehouse.report.palette import HEAT
-from desim_warehouse.report.web import colours
+from desim_warehouse.look import html
+from desim_warehouse.look.html import Html
+from desim_warehouse.look.palette import HEAT
+from desim_warehouse.look.web import colours
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -49,9 +49,7 @@ def style() -> Html:
     """The style of a page, with the colours of waiting as on the floors of replays."""
     light, dark = (" ".join(f"--w{n}: {colour};" for n, colour in enumerate(HEAT[ground], 1)) for ground in HEAT)
     heat = f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
-    return Html(
-        colours() + heat + files("desim_warehouse.report").joinpath("templates", "report.css").read_text("utf-8")
-    )
+    return Html(colours() + heat + files("desim_warehouse.look").joinpath("templates", "report.css").read_text("utf-8"))
 
 
 def _shown(parts: Parts) -> Html:

@@ -11,9 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.root_words import root as root_in_words
 from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.feasibility import errors
 from desim_warehouse.layout import Layout
+from desim_warehouse.look import html
+from desim_warehouse.look.html import Html
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, said
 from desim_warehouse.model.facts.disturbances import closures, disturbances
@@ -23,13 +27,10 @@ from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
-from desim_warehouse.report import html, plot
 from desim_warehouse.report import page as pages
-from desim_warehouse.report.html import Html
+from desim_warehouse.report import plot, run_words
 from desim_warehouse.report.page import ReportPage
 from desim_warehouse.report.svg import account, floor
-from desim_warehouse.report.text import numbers, run_words, words
-from desim_warehouse.report.text.root_words import root as root_in_words
 from desim_warehouse.run import Run
 from desim_warehouse.states import staff
 from desim_warehouse.values.units import SECONDS

@@ -9,16 +9,16 @@ from base64 import b64encode
 from bisect import bisect_right
 from collections import defaultdict
 
+from desim_warehouse.answer import numbers
+from desim_warehouse.answer.answer import Bar, Rows
 from desim_warehouse.errors import number_of
+from desim_warehouse.look import html
+from desim_warehouse.look.html import Html
+from desim_warehouse.look.palette import WAITED_STEPS
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, By, counted_tasks
-from desim_warehouse.report import html
-from desim_warehouse.report.answer import Bar, Rows
-from desim_warehouse.report.html import Html
-from desim_warehouse.report.palette import WAITED_STEPS
+from desim_warehouse.outcome.zones import Zone, zones
 from desim_warehouse.report.plot.floor import ends, step_of
 from desim_warehouse.report.plot.heat import edge_values, node_values, step_words
-from desim_warehouse.report.text import numbers
-from desim_warehouse.report.zones import Zone, zones
 from desim_warehouse.run import Run
 
 _MARGIN = 0.03

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+from desim_warehouse.answer import words
+from desim_warehouse.answer.numbers import capital
 from desim_warehouse.fleet_log.measures import MEASURES
 from desim_warehouse.fleet_log.validate import Validation
-from desim_warehouse.report import html, plot
+from desim_warehouse.look import html
 from desim_warehouse.report import page as pages
+from desim_warehouse.report import plot
 from desim_warehouse.report.plot.days import farthest
-from desim_warehouse.report.text import words
-from desim_warehouse.report.text.sentences import capital
 
 _METHOD = (
     "Each real day is simulated many times, and measured from the same messages by the same code.",

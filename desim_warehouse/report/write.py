@@ -6,11 +6,11 @@ import json
 from pathlib import Path
 
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import make_folder, shipped
+from desim_warehouse.folders import ANSWER, make_folder, shipped, write_whole
 from desim_warehouse.report import run_parts
 from desim_warehouse.report.answer_page import PLAN, WHY
 from desim_warehouse.run import Run
-from desim_warehouse.run.folder import ANSWER, RUN, STUDY, write_whole
+from desim_warehouse.run.folder import RUN, STUDY
 
 KINDS = {"answer": (ANSWER, PLAN, WHY, STUDY), "run": (RUN,)}
 """Kind of report: the files by which its kind of folder is known."""

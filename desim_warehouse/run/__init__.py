@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.look.web import page_of
 from desim_warehouse.model import as_model
 from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
@@ -27,9 +28,9 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model, Source
     from desim_warehouse.outcome.account import By
     from desim_warehouse.outcome.log import Log
+    from desim_warehouse.outcome.positions import Positions
     from desim_warehouse.outcome.verdicts import Verdict
-    from desim_warehouse.report.positions import Positions
-    from desim_warehouse.report.replay import Replay
+    from desim_warehouse.replay import Replay
     from desim_warehouse.run.stop import StopSignal
 
 
@@ -221,7 +222,7 @@ class Run:
 
     @cached_property
     def _positions(self) -> Positions:
-        from desim_warehouse.report.positions import Positions
+        from desim_warehouse.outcome.positions import Positions
 
         return Positions(self.history)
 
@@ -238,22 +239,20 @@ class Run:
 
         With `beside`, another run is shown next to it on the same clock.
         """
-        from desim_warehouse.report.replay import replay
+        from desim_warehouse.replay import replay
 
         other = None if beside is None else beside.history
         return replay(self.history, path, start=start, end=end, palette=palette, beside=other)
 
     def floor(self, seconds: float = 600.0) -> dict[str, Any]:
         """The first while after the warm-up, as scripts of the replay page read it; needs `log: all`."""
-        from desim_warehouse.report.replay import part
+        from desim_warehouse.replay import part
 
         return part(self.history, seconds)
 
     def _repr_html_(self) -> str:
         """What Jupyter shows: the first page of its report, and its indicators, in a frame."""
-        from desim_warehouse.report.in_cells import run_page
-
-        return run_page(self)._repr_html_()
+        return page_of(self)._repr_html_()
 
     def __repr__(self) -> str:
         """The three numbers of the paper."""
@@ -296,9 +295,7 @@ class Check:
 
     def _repr_html_(self) -> str:
         """What Jupyter shows: the verdict, the findings and the quick estimate, in a frame."""
-        from desim_warehouse.report.in_cells import check_page
-
-        return check_page(self)._repr_html_()
+        return page_of(self)._repr_html_()
 
 
 def check(model: Source) -> Check:

@@ -8,13 +8,12 @@ from __future__ import annotations
 
 import json
 import math
-import os
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import make_folder
+from desim_warehouse.folders import make_folder, write_whole
 from desim_warehouse.outcome.indicators import RunIndicators
 from desim_warehouse.run.spreadsheet import as_csv
 
@@ -26,18 +25,9 @@ if TYPE_CHECKING:
 FORMAT = 1
 RUN, STUDY = "run.json", "study.json"
 """The files by which the folders of runs and studies are recognised."""
-ANSWER = "answer.json"
-"""The answer to a question, in the folder of its runs."""
 KPIS = "kpis.json"
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
-
-
-def write_whole(path: Path, text: str) -> None:
-    """Write a file atomically."""
-    partial = path.with_name(f".{path.name}.{os.getpid()}")
-    partial.write_text(text, encoding="utf-8")
-    partial.replace(path)
 
 
 def prepare(folder: Path) -> None:

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.messages import Keys
-from desim_warehouse.study.factors import Factor, Label, Level, readable
+from desim_warehouse.study.factors import Factor, Label, Level
+from desim_warehouse.values.labels import readable
 
 if TYPE_CHECKING:
     import numpy as np

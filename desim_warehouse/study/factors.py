@@ -61,29 +61,6 @@ def label(value: Any) -> Label:
     return json.dumps(value, ensure_ascii=False)
 
 
-def readable(label: Label) -> str:
-    """A label in the name of a row: lists and sections as in a model file, `[M, N]` or `poisson 200`."""
-    if not isinstance(label, str) or not label.startswith(("[", "{")):
-        return str(label)
-    try:
-        value = json.loads(label)
-    except ValueError:
-        return label
-    if isinstance(value, dict):
-        return ", ".join(f"{key} {_written(item)}" for key, item in value.items())
-    return _written(value)
-
-
-def _written(value: Any) -> str:
-    if isinstance(value, str):
-        return value
-    if isinstance(value, list):
-        return f"[{', '.join(map(_written, value))}]"
-    if isinstance(value, dict):
-        return f"{{{', '.join(f'{key}: {_written(item)}' for key, item in value.items())}}}"
-    return json.dumps(value)
-
-
 # The forms in which a study file gives the values of a factor
 
 

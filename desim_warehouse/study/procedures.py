@@ -6,11 +6,12 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find, within
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import judge_design
-from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
@@ -26,8 +27,7 @@ from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError
 from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, RACED
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.selection import Selection, kn_steps
-from desim_warehouse.study.statistics.targets import Target
-from desim_warehouse.study.study import Study, with_answer
+from desim_warehouse.study.study import Study
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
 
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
@@ -36,7 +36,7 @@ ZONE = 0.01
 
 
 @dataclass(frozen=True)
-class Best:
+class Best(Answered):
     """The best design, those shown to be less than delta worse, and when others were eliminated."""
 
     point: Point
@@ -51,34 +51,12 @@ class Best:
         """The first in the study of the best and those that are less than delta worse."""
         return min((self.point, *self.within), key=lambda point: point.number)
 
-    @property
-    def answer(self) -> Answer:
-        """The same for people: what the terminal prints, and pages show."""
-        from desim_warehouse.report.text import race_words
-
-        return race_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """The page of the answer in a frame."""
-        return self.answer._repr_html_()
-
 
 @dataclass(frozen=True)
-class SizeFound(Sizing[Any]):
+class SizeFound(Sizing[Any], Answered):
     """The smallest value that meets a target, and the study of all that were looked at."""
 
     study: Study = field(repr=False, compare=False, kw_only=True)
-
-    @property
-    def answer(self) -> Answer:
-        """The same for people: what the terminal prints, and pages show."""
-        from desim_warehouse.report.text import size_words
-
-        return size_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """The page of the answer in a frame."""
-        return self.answer._repr_html_()
 
 
 def best(
@@ -172,7 +150,7 @@ def _race(
 
     selection = study.follow(steps, indicator, search=search)
     tied = tuple(study.points[number] for number in selection.within)
-    return with_answer(Best(study.points[selection.best], tied, indicator, more, selection, study), search)
+    return with_answer(Best(study.points[selection.best], tied, indicator, more, selection, study), search.out)
 
 
 def size(
@@ -218,7 +196,7 @@ def size(
             return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
 
         found = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
-    return with_answer(SizeFound(**vars(found), study=study), search)
+    return with_answer(SizeFound(**vars(found), study=study), search.out)
 
 
 def _refuse_other(study: Study, search: Search) -> None:

@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from desim_warehouse.errors import ModelError, StudyError, reason
+from desim_warehouse.folders import write_whole
 from desim_warehouse.model import load
-from desim_warehouse.run.folder import RUN, STUDY, write_whole
+from desim_warehouse.run.folder import RUN, STUDY
 from desim_warehouse.study.design import Point, Rule
 from desim_warehouse.study.execution.cache import versions
 from desim_warehouse.study.factors import Factor, Level

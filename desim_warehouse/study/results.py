@@ -11,26 +11,25 @@ from typing import TYPE_CHECKING, Any, Literal, cast
 
 import numpy as np
 
+from desim_warehouse.answer.answered import Answered
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.model import Model
+from desim_warehouse.outcome import targets
 from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
 from desim_warehouse.outcome.verdicts import Verdict, judge_design
-from desim_warehouse.report.answer import Answer
 from desim_warehouse.study import rare
 from desim_warehouse.study.design import Point, baseline_point, saltelli
 from desim_warehouse.study.factors import Label
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import StudyPlan, models
-from desim_warehouse.study.statistics import comparison, intervals, judge, screening, targets
+from desim_warehouse.study.statistics import comparison, intervals, judge, screening
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_numeric, level_column, rows_of
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
     import pandas as pd
     from numpy.typing import NDArray
-
-    from desim_warehouse.live.frozen import FrozenPage
 
 
 _MOST_MAIN = 6
@@ -42,7 +41,7 @@ def outcome_of(row: Row) -> tuple[object, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Results:
+class Results(Answered):
     """The finished runs of a study and what follows from them.
 
     `rows` are in the order of the design, then of replications. A design is named by its text, such as "fleet.size=3".
@@ -344,23 +343,6 @@ class Results:
             if design != chosen and np.isfinite(ours[:n] + base[:n]).any():
                 table[design] = ours
         return self._compared(table, chosen, "bonferroni") if len(table) > 1 else None
-
-    @property
-    def answer(self) -> Answer:
-        """What the study answers, for people: what the terminal prints, and pages show."""
-        from desim_warehouse.report.text import study_words
-
-        return study_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """The page of the answer in a frame."""
-        return self.answer._repr_html_()
-
-    def page(self, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
-        """A page in which sliders choose the design, for a study of all combinations. In Jupyter it shows itself."""
-        from desim_warehouse.live.frozen import of_study
-
-        return of_study(self, path, command=command)
 
     @cached_property
     def target(self) -> targets.Target | None:

@@ -6,12 +6,11 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Protocol, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.folders import ANSWER
 from desim_warehouse.model import Model
-from desim_warehouse.report.answer import Answer
-from desim_warehouse.run.folder import ANSWER
 from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import JOURNAL, Store
@@ -28,8 +27,6 @@ from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:
     import pandas as pd
-
-    from desim_warehouse.live.frozen import FrozenPage
 
 
 T = TypeVar("T")
@@ -366,31 +363,9 @@ class Study:
         """First-order and total Sobol indices; the design must be `{"saltelli": n}`."""
         return self.results.sobol(indicator)
 
-    def page(self, path: str | Path | None = None, *, command: str = "") -> FrozenPage:
-        """A page in which sliders choose the design, for a study of all combinations. In Jupyter it shows itself."""
-        return self.results.page(path, command=command)
-
     def __repr__(self) -> str:
         """Name, designs and finished runs."""
         return f"Study({self.plan.name}: {len(self.points)} designs, {len(self.rows)} runs)"
-
-
-class _Answered(Protocol):
-    """What a procedure found."""
-
-    @property
-    def answer(self) -> Answer:
-        """The same for people."""
-
-
-A = TypeVar("A", bound=_Answered)
-
-
-def with_answer(found: A, search: Search) -> A:
-    """What a procedure found; with `out`, its answer is kept in that folder, from which `desim report` has its page."""
-    if search.out is not None and Path(search.out).is_dir():
-        found.answer.save(search.out)
-    return found
 
 
 def searched(base: Model, factors: Mapping[str, Any], search: Search, **content: Any) -> Study:

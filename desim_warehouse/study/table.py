@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import math
 import os
 from collections import Counter
@@ -15,6 +14,7 @@ from desim_warehouse.errors import ReportError, StudyError, reason
 from desim_warehouse.outcome.indicators import INDICATORS, counted_in, no_run_has, within
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import RESERVED, Label
+from desim_warehouse.values.labels import plain
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -153,15 +153,6 @@ def read_results(path: Path) -> pd.DataFrame:
 
 
 # One estimate for each combination of levels: what figures and sentences are made of
-
-
-def plain(value: Any) -> Any:
-    """A value of a factor in a form that can be compared and sorted: a list or section as JSON text."""
-    if hasattr(value, "tolist"):
-        value = value.tolist()
-    if isinstance(value, dict | list | tuple):
-        return json.dumps(value, default=str)
-    return None if isinstance(value, float) and math.isnan(value) else value
 
 
 def level_column(values: Sequence[Label]) -> list[Label]:

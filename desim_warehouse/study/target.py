@@ -9,8 +9,8 @@ from dataclasses import replace
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import INDICATORS, find, look_up, within
+from desim_warehouse.outcome.targets import Target, parse_target
 from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
-from desim_warehouse.study.statistics.targets import Target, parse_target
 from desim_warehouse.values.units import SECONDS, UnitNames, quantity
 
 _WITH_UNIT = re.compile(r"(?P<bound>.*[<>=≥≤]\s*)(?P<number>[+-]?[\d.]+)\s*(?!e[+-]?\d)(?P<unit>[A-Za-z%/].*?)\s*")

@@ -15,17 +15,17 @@ from typing import Any, TypeAlias
 
 import numpy as np
 
+from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.report.answer import Answer
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.fleet.designs import Designs, refused
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.limits import UNCERTAIN_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
-from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.statistics.thresholds import Crossing, LinearNeed, Worth, crossing, linear_need, worth
-from desim_warehouse.study.study import searched, with_answer
+from desim_warehouse.study.study import searched
 from desim_warehouse.study.target import read_target
 
 Inputs: TypeAlias = tuple[float, ...]
@@ -94,7 +94,7 @@ class InputEffect:
 
 
 @dataclass(frozen=True)
-class TippingPoints:
+class TippingPoints(Answered):
     """How the answer depends on what is not known: inputs by what it is worth to know them better, the most first.
 
     `inputs` are empty where `fit` (adjusted R² of straight lines) is too poor to say anything. `cost` is what not
@@ -113,17 +113,6 @@ class TippingPoints:
     confidence: float
     model: Model = field(repr=False, compare=False, kw_only=True)
     seed: int = field(default=0, kw_only=True)
-
-    @property
-    def answer(self) -> Answer:
-        """The same for people: what is printed, and pages show."""
-        from desim_warehouse.report.text import tipping_words
-
-        return tipping_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """The page of the answer in a frame."""
-        return self.answer._repr_html_()
 
     @property
     def says_something(self) -> bool:
@@ -175,7 +164,7 @@ def tipping_points(
             return TippingSearch(ends, fleets, goal, number, runs, search.seed, begin, exact=exact).steps()
 
         found = study.carry_out(runner, steps, goal.indicator, failed=goal.missed)
-    return with_answer(found.answer(tuple(ranges), model, search.confidence), search)
+    return with_answer(found.answer(tuple(ranges), model, search.confidence), search.out)
 
 
 def _fleets(model: Model, ranges: Mapping[str, tuple[float, float]]) -> list[int]:

@@ -13,13 +13,13 @@ from dataclasses import dataclass, field
 from statistics import fmean
 from typing import Any
 
+from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import SimulationError, StudyError
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.account import BATCHED, UNTAKEN, share_of_tasks
 from desim_warehouse.outcome.chains import Root, lost_to
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.verdicts import Verdict
-from desim_warehouse.report.answer import Answer
 from desim_warehouse.run import Run, simulate
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study.runner import could_not_go_on
@@ -28,7 +28,7 @@ from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.limits import RELIEVED
 from desim_warehouse.study.statistics.procedure import Procedure
-from desim_warehouse.study.study import Study, searched, with_answer
+from desim_warehouse.study.study import Study, searched
 from desim_warehouse.study.suspects import MOST_UNTAKEN, Suspect, left_out, suspects
 
 LEAST = 0.01
@@ -69,7 +69,7 @@ class Health:
 
 
 @dataclass(frozen=True)
-class Why:
+class Why(Answered):
     """What the suspects cost: each with its gain, those that compete first, by what an equal dose gains.
 
     `left_out`: reliefs that could not be tried, with the reason. `as_it_is`: the indicator of the warehouse as it is.
@@ -91,17 +91,6 @@ class Why:
     verdicts: Sequence[Verdict] = ()
     lost: Mapping[Root, float] = field(default_factory=dict)
     batched: float = 0.0
-
-    @property
-    def answer(self) -> Answer:
-        """The answer as `desim why` prints it."""
-        from desim_warehouse.report.text import why_words
-
-        return why_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """What Jupyter shows."""
-        return self.answer._repr_html_()
 
     @property
     def is_clear(self) -> bool:
@@ -157,7 +146,7 @@ def why(
         failure = Failure(1, 1, f"{type(error).__name__}: {error}")
         return Why(model, indicator or "", (), nothing, search.seed, failures={0: failure})
     name = indicator or usual_indicator(run)
-    return with_answer(_relieved(run, name, search), search)
+    return with_answer(_relieved(run, name, search), search.out)
 
 
 def _relieved(run: Run, name: str, search: Search) -> Why:

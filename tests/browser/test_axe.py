@@ -5,9 +5,9 @@ from importlib.resources import files
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.questions import compare_words, input_words
 from desim_warehouse.report import validation_page
 from desim_warehouse.report.page import example
-from desim_warehouse.report.text import compare_words, input_words
 from desim_warehouse.report.write import report
 from desim_warehouse.study.designs.directions import BetterDirections, DirectionGain
 from desim_warehouse.study.fit import fit
@@ -29,7 +29,7 @@ UNFOLD = "for (const one of document.querySelectorAll('details')) one.open = tru
 
 def a_study(folder):
     study = dw.Study(example(), {"fleet.size": [1, 3]}, replications=3, target="on_time >= 70 %").run()
-    study.page(folder / "page.html")
+    dw.what_if_page(study.results, folder / "page.html")
     return folder / "page.html"
 
 

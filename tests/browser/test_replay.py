@@ -8,11 +8,11 @@ import pytest
 from PIL import Image
 
 import desim_warehouse as dw
+from desim_warehouse.answer import numbers
 from desim_warehouse.outcome.account import pieces
 from desim_warehouse.outcome.chains import QUEUES, TRAFFIC
+from desim_warehouse.outcome.positions import Positions
 from desim_warehouse.outcome.resources import resources
-from desim_warehouse.report.positions import Positions
-from desim_warehouse.report.text import numbers
 from tests.browser.pages import READY, Opened, Page
 from tests.report.replay.floors import (
     RUNS,

@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from benchmarks import replay as benchmark
-from desim_warehouse.report.positions import Positions
+from desim_warehouse.outcome.positions import Positions
 from tests.browser.pages import Page
 
 

@@ -12,8 +12,8 @@ from desim_warehouse.live.app import SHARED
 
 HERE = Path(__file__).parent
 PACKAGE = HERE.parents[1] / "desim_warehouse"
-REPORT = PACKAGE / "report"
-PAGES = {"replay": (REPORT / "replay", ()), "live": (PACKAGE / "live", SHARED)}
+REPORT = PACKAGE / "look"
+PAGES = {"replay": (PACKAGE / "replay", ()), "live": (PACKAGE / "live", SHARED)}
 
 
 @pytest.mark.parametrize("page", list(PAGES))

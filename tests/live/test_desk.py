@@ -15,9 +15,9 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.answer import words
 from desim_warehouse.cli import desim
-from desim_warehouse.report.text import words
-from desim_warehouse.report.text.judged import within as told
+from desim_warehouse.questions.judged import within as told
 from desim_warehouse.report.write import report
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.results import Results

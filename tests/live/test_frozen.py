@@ -29,7 +29,7 @@ def study():
 
 @pytest.fixture(scope="module")
 def data(study):
-    return held(study.page().html)
+    return held(dw.what_if_page(study.results).html)
 
 
 def test_every_option_has_the_texts_of_the_answer(study, data):
@@ -74,7 +74,7 @@ def test_a_page_of_ten_options_is_small(tmp_path):
     changes = {"tasks.goods": {"random": 4}}
     study = dw.Study(MULTIBOTS, {"fleet.size": range(1, 11)}, changes=changes, replications=10).run()
     path = tmp_path / "page.html"
-    study.page(path)
+    dw.what_if_page(study.results, path)
     assert path.stat().st_size < 60_000
     assert "fetch(" not in path.read_text(encoding="utf-8")
 

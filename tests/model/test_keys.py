@@ -2,9 +2,9 @@
 
 import pytest
 
+from desim_warehouse.answer import words
 from desim_warehouse.model.facts.keys import about, containers, kind_of, sections, whole_annotation
 from desim_warehouse.model.schema import Model, Units
-from desim_warehouse.report.text import words
 
 
 def every_key(annotation=Model, path=""):

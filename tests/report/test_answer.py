@@ -13,19 +13,19 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.answer import answer as answers
+from desim_warehouse.answer import words
+from desim_warehouse.answer.answer import printed
+from desim_warehouse.answer.numbers import capital
+from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.live.answers import Named, RunsSoFar
 from desim_warehouse.outcome.verdicts import Verdict
-from desim_warehouse.report import answer as answers
+from desim_warehouse.questions import judged as judged_words
 from desim_warehouse.report import text as report_text
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.page import example
-from desim_warehouse.report.text import judged as judged_words
-from desim_warehouse.report.text import words
-from desim_warehouse.report.text.printed import printed
-from desim_warehouse.report.text.sentences import capital
-from desim_warehouse.report.text.standing import WORDS
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import Designs, FleetPlan, Shown, Sized, plan_fleet
 from desim_warehouse.study.procedures import size
@@ -350,7 +350,7 @@ def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_
     told = re.findall(INTERVAL, " ".join(answer.answer))
     assert len(told) == len(set(told))
     if len(results.designs) > 1:
-        watched = [one for _, one in held(results.page().html)["designs"]]
+        watched = [one for _, one in held(dw.what_if_page(results).html)["designs"]]
         shown = {number["text"] for one in watched for number in one["measured"]}
         assert shown == {number.text for one in answer.options for number in one.numbers}
     is_what_the_live_page_says(results)

@@ -6,8 +6,8 @@ from matplotlib.quiver import Quiver
 
 import desim_warehouse as dw
 from desim_warehouse.layout import build
+from desim_warehouse.look import palette
 from desim_warehouse.plants import import_layout
-from desim_warehouse.report import palette
 from desim_warehouse.report.plot import cells, floor
 
 ROWS = [

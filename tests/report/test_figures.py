@@ -11,7 +11,7 @@ from PIL import Image
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import palette
+from desim_warehouse.look import palette
 from desim_warehouse.report.plot import paths
 from desim_warehouse.report.plot.heat import edge_values
 from desim_warehouse.study.statistics.warmup import mser, welch

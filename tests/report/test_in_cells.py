@@ -8,8 +8,8 @@ from queue import Empty
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.look.web import colours
 from desim_warehouse.report.page import example
-from desim_warehouse.report.web import colours
 
 FRAME = re.compile(r'<iframe title="[^"]+" srcdoc="([^"]*)" sandbox="" style="[^"]*"></iframe>')
 
@@ -29,7 +29,7 @@ def test_runs_results_answers_and_checks_are_shown_in_one_style_without_scripts(
         "check": dw.check(example()),
     }
     pages = {name: shown(thing) for name, thing in things.items()}
-    style = files("desim_warehouse.report").joinpath("templates", "report.css").read_text("utf-8")
+    style = files("desim_warehouse.look").joinpath("templates", "report.css").read_text("utf-8")
     assert all(colours() in page and style in page for page in pages.values())
     assert all("prefers-color-scheme: dark" in page for page in pages.values())
     assert not [name for name, page in pages.items() if re.search(r"<script|\son\w+=|javascript:", page)]

@@ -5,10 +5,11 @@ import re
 
 import pytest
 
+from desim_warehouse.answer import standing
+from desim_warehouse.answer.numbers import PERCENT, Scale
 from desim_warehouse.outcome.verdicts import Verdict
+from desim_warehouse.questions import sentences
 from desim_warehouse.report.page import example
-from desim_warehouse.report.text import sentences, standing
-from desim_warehouse.report.text.numbers import PERCENT, Scale
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.study import Study
 

@@ -4,7 +4,7 @@ import itertools
 
 import pytest
 
-from desim_warehouse.report.palette import GROUND, HEAT, PALETTES
+from desim_warehouse.look.palette import GROUND, HEAT, PALETTES
 from desim_warehouse.states import STATES
 
 GROUNDS = ("floor", "cell", "none", "bay", "out")

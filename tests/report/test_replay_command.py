@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.replay.tiles import tiles
+from desim_warehouse.replay.tiles import tiles
 from tests.report.replay.floors import paper_run
 
 MODEL = "models/multibots.yaml"

@@ -14,15 +14,16 @@ from click.testing import CliRunner
 from nbclient import NotebookClient
 
 import desim_warehouse as dw
+from desim_warehouse.answer import numbers, words
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.folders import gallery
+from desim_warehouse.look import html
 from desim_warehouse.outcome.account import OF_TASKS
-from desim_warehouse.report import html, run_parts, svg
+from desim_warehouse.report import run_parts, run_words, svg
 from desim_warehouse.report.page import ReportPage, example
 from desim_warehouse.report.run_parts import model_facts, work
 from desim_warehouse.report.svg import account
-from desim_warehouse.report.text import numbers, run_words, words
 from desim_warehouse.report.write import report, template
 from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
@@ -223,7 +224,7 @@ def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):
     assert "desim_warehouse/notebooks/report.ipynb" in inside
     assert {f"desim_warehouse/gallery/{name}.yaml" for name in gallery()} <= inside
     assert {
-        f"desim_warehouse/report/templates/{name}"
+        f"desim_warehouse/look/templates/{name}"
         for name in ("parts.html", "page.html", "report.html", "answer.html", "figures.html", "report.css")
     } <= inside
 

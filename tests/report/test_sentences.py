@@ -5,8 +5,8 @@ import math
 import pandas as pd
 import pytest
 
-from desim_warehouse.report.text import numbers, words
-from desim_warehouse.report.text.sentences import knee_of_throughput
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.questions.sentences import knee_of_throughput
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import desim_warehouse as dw
+from desim_warehouse.answer import words
 from desim_warehouse.errors import NoIndicatorError
 from desim_warehouse.model.facts.day_parts import MOST, parts_of_the_day
 from desim_warehouse.outcome.indicators import counted_in, look_up, split
-from desim_warehouse.report.text import words
 from desim_warehouse.study.target import read_target
 from tests.world.test_flows import RING
 

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.answer import words
 from desim_warehouse.outcome.indicators import INDICATORS, find
 from desim_warehouse.outcome.log import COLUMNS, KINDS, STATES, LogRow
 from desim_warehouse.outcome.measures import quantile
-from desim_warehouse.report.text import words
 from desim_warehouse.states import APART, TIMES, absent
 from desim_warehouse.study import procedures
 from desim_warehouse.study.study import Study

@@ -9,10 +9,10 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse.answer import answer
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report import answer
-from desim_warehouse.report.text import best_words
+from desim_warehouse.questions import best_words
 from desim_warehouse.report.write import report
 from desim_warehouse.study.designs.best_of_many import BestOfMany, TriedDesign, best_of
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels

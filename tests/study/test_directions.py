@@ -6,7 +6,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report.text import direction_words
+from desim_warehouse.questions import direction_words
 from desim_warehouse.study.designs.directions import directions
 
 DETOUR = """\

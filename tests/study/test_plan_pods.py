@@ -7,10 +7,10 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.folders import gallery
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.fleet.most import APART, RUNS, most_steps
 from desim_warehouse.study.statistics.judge import Budget
 from desim_warehouse.study.statistics.procedure import follow
-from desim_warehouse.study.statistics.targets import Target
 
 HALL = dw.load(gallery()["goods-to-person"])
 ALWAYS = {  # as much work as they can do

@@ -6,10 +6,10 @@ from types import SimpleNamespace
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.answer.answer import printed
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml
-from desim_warehouse.report.text.printed import printed
 from desim_warehouse.study.fleet import Designs, plan_fleet, plan_options
 from desim_warehouse.study.fleet.hours import DAYS
 from desim_warehouse.study.fleet.plan import _Planner

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study import procedures
-from desim_warehouse.study.statistics.targets import Target
 from desim_warehouse.study.warm_up import settle
 from desim_warehouse.values.units import UnitNames
 

@@ -11,7 +11,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ModelError, StudyError
-from desim_warehouse.report.text import fleet_words
+from desim_warehouse.questions import fleet_words
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import plan_fleet
 from desim_warehouse.study.statistics.thresholds import LinearNeed, crossing, linear_need, worth

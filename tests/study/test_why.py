@@ -5,8 +5,8 @@ import json
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.answer.answer import load
 from desim_warehouse.errors import StudyError
-from desim_warehouse.report.answer import load
 from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.suspects import Suspect, suspects
 from desim_warehouse.study.why import Why, usual_indicator, why

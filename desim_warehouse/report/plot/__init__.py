@@ -23,7 +23,7 @@ touches pyplot or leaves settings behind; in Jupyter the Axes at the end of a ce
 
 from __future__ import annotations
 
-from desim_warehouse.report.palette import COLOURS
+from desim_warehouse.look.palette import COLOURS
 from desim_warehouse.report.plot.days import day, fitted, passages, residuals
 from desim_warehouse.report.plot.factors import by_factor, facets, throughput
 from desim_warehouse.report.plot.fleet import battery, gantt, utilisation

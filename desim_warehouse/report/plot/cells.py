@@ -12,12 +12,12 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.layout import Layout
+from desim_warehouse.look import palette
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.places import destinations
-from desim_warehouse.report import palette
+from desim_warehouse.outcome.zones import cell_size
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.zones import cell_size
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,13 +6,14 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any, Literal
 
+from desim_warehouse.answer import words
 from desim_warehouse.errors import ReportError
+from desim_warehouse.look import palette
 from desim_warehouse.model import Model
-from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.text import words
-from desim_warehouse.study.table import Cell, averaged_over, cells, is_numeric, order, plain, usable
+from desim_warehouse.study.table import Cell, averaged_over, cells, is_numeric, order, usable
 from desim_warehouse.study.table import levels as levels_of
+from desim_warehouse.values.labels import plain
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -5,11 +5,11 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from desim_warehouse.answer import words
 from desim_warehouse.errors import ReportError
+from desim_warehouse.look import palette
 from desim_warehouse.model import Model
-from desim_warehouse.report import palette
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.text import words
 from desim_warehouse.run import Run
 from desim_warehouse.study.table import averaged_over, cells
 

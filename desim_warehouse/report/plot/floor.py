@@ -11,13 +11,13 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason, spoken
 from desim_warehouse.layout import Layout
+from desim_warehouse.look import palette
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.places import destinations
-from desim_warehouse.report import palette
+from desim_warehouse.outcome.zones import Zone, robot_radii, zones
 from desim_warehouse.report.plot import cells
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.zones import Zone, robot_radii, zones
 from desim_warehouse.run import Run
 
 if TYPE_CHECKING:

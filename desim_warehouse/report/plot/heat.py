@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import palette
+from desim_warehouse.look import palette
 from desim_warehouse.report.plot import floor as plan
 from desim_warehouse.report.plot import style as look
 from desim_warehouse.report.plot.cells import ARROWS

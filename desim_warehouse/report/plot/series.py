@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Any, cast
 
 import numpy as np
 
+from desim_warehouse.answer.numbers import times
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report import palette
+from desim_warehouse.look import palette
 from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.text.numbers import times
 from desim_warehouse.run import Run
 from desim_warehouse.study.statistics.warmup import WarmUp
 from desim_warehouse.study.warm_up import Settling

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
+from desim_warehouse.look.palette import COLOURS, FAINT, INK
 from desim_warehouse.model import Model
-from desim_warehouse.report.palette import COLOURS, FAINT, INK
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -8,10 +8,11 @@ from dataclasses import dataclass, replace
 from random import Random
 from typing import Any, overload
 
+from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.report.answer import Answer
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.designs.design_space import (
     AisleWays,
     ChargerNodes,
@@ -32,8 +33,7 @@ from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError
 from desim_warehouse.study.statistics.limits import SEARCH_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.targets import Target
-from desim_warehouse.study.study import Study, searched, with_answer
+from desim_warehouse.study.study import Study, searched
 from desim_warehouse.study.target import check_zone, read_target
 
 FEWEST_RUNS = 50
@@ -72,7 +72,7 @@ class JudgedDesign:
 
 
 @dataclass(frozen=True)
-class BestOfMany:
+class BestOfMany(Answered):
     """The best design found, with its value on fresh days.
 
     `shown`: whether it was shown to meet the target, None without one. Two designs lead the search: where fresh days
@@ -96,17 +96,6 @@ class BestOfMany:
     runs: int
     confidence: float
     seed: int = 0
-
-    @property
-    def answer(self) -> Answer:
-        """The answer as `desim best` prints it."""
-        from desim_warehouse.report.text import best_words
-
-        return best_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """What Jupyter shows."""
-        return self.answer._repr_html_()
 
 
 @overload
@@ -174,7 +163,7 @@ def best_of(  # half of it says what its arguments mean
     if delta is not None:
         check_zone(indicator, delta)
     goal = None if target is None else read_target(target, model.units.names)
-    return with_answer(_DesignSearch(space, indicator, more, goal, search).answer(delta), search)
+    return with_answer(_DesignSearch(space, indicator, more, goal, search).answer(delta), search.out)
 
 
 def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, *, directions: bool) -> DesignSpace:

@@ -9,20 +9,20 @@ from functools import cached_property
 from random import Random
 from typing import Any, TypeAlias, overload
 
+from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import LayoutError, ModelError, StudyError
 from desim_warehouse.layout import Edge
 from desim_warehouse.layout.turnable import Turnable, Way, turnable, turnable_blocks
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.oriented import changes, orientation, oriented
 from desim_warehouse.outcome.indicators import find
-from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.designs.local_search import LocalSearch
 from desim_warehouse.study.procedures import more_is_better
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.limits import SEARCH_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure
-from desim_warehouse.study.study import Study, searched, with_answer
+from desim_warehouse.study.study import Study, searched
 
 Design: TypeAlias = "tuple[Way, ...]"
 
@@ -55,7 +55,7 @@ class DirectionGain:
 
 
 @dataclass(frozen=True)
-class BetterDirections:
+class BetterDirections(Answered):
     """The best directions found: the `model` with them, what is `turned` of so many `units`, and what that gains.
 
     `gain` is None where nothing better was found than the floor as drawn. `elsewhere` has the gain with other fleets
@@ -71,17 +71,6 @@ class BetterDirections:
     elsewhere: tuple[DirectionGain, ...]
     runs: int
     confidence: float
-
-    @property
-    def answer(self) -> Answer:
-        """The same for people: what is printed, and pages show."""
-        from desim_warehouse.report.text import direction_words
-
-        return direction_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """The page of the answer in a frame."""
-        return self.answer._repr_html_()
 
     @property
     def cost(self) -> float:
@@ -220,7 +209,7 @@ def directions(
     nothing = BetterDirections(
         model, {}, (), len(floor.turnable.units), indicator, None, (), len(scout.rows), search.confidence
     )
-    return with_answer(_judged(floor, best, nothing, judged, search) if turned else nothing, search)
+    return with_answer(_judged(floor, best, nothing, judged, search) if turned else nothing, search.out)
 
 
 def _judged(floor: Floor, best: Design, nothing: BetterDirections, runs: int, search: Search) -> BetterDirections:

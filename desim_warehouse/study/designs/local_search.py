@@ -18,8 +18,8 @@ from dataclasses import dataclass
 from itertools import islice
 from typing import TYPE_CHECKING, Generic, Protocol, TypeAlias, TypeVar
 
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
-from desim_warehouse.study.statistics.targets import Target
 
 if TYPE_CHECKING:
     from random import Random

@@ -6,16 +6,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.answer.answered import Answered
 from desim_warehouse.model import Model
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
-from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.fleet.capped import Capped
 from desim_warehouse.study.fleet.hours import Hour
 from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
-from desim_warehouse.study.statistics.targets import Target
 
 if TYPE_CHECKING:
     from desim_warehouse.study.fleet.designs import Designs
@@ -118,7 +118,7 @@ class Strategy:
 
 
 @dataclass(frozen=True)
-class FleetPlan:
+class FleetPlan(Answered):
     """What `plan_fleet` found; `strategy` is the better one that the sizes are for, None: the model's own.
 
     `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice.
@@ -146,17 +146,6 @@ class FleetPlan:
     def grown(self) -> Sized | None:
         """The answer for the last of the demands that grew; None: none did."""
         return self.demands[-1] if len(self.demands) > 1 else None
-
-    @property
-    def answer(self) -> Answer:
-        """The answer as `desim plan` prints it."""
-        from desim_warehouse.report.text import fleet_words
-
-        return fleet_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """What Jupyter shows."""
-        return self.answer._repr_html_()
 
     @property
     def feasible(self) -> bool:

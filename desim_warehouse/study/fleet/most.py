@@ -11,9 +11,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from statistics import fmean
 
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.judge import Budget, RunsEndedError
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.targets import Target
 
 RUNS = 3
 APART = 12

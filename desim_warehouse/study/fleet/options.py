@@ -10,17 +10,17 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Source, as_model
 from desim_warehouse.outcome.account import is_fixed
-from desim_warehouse.report.answer import Answer
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized
 from desim_warehouse.study.fleet.plan import plan_fleet
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
-from desim_warehouse.study.study import Study, with_answer
+from desim_warehouse.study.study import Study
 
 DAYS = 10
 """Days on which options are compared."""
@@ -43,7 +43,7 @@ class Against:
 
 
 @dataclass(frozen=True)
-class OptionsPlan:
+class OptionsPlan(Answered):
     """The plans of named options, and the cheapest of those that are enough, `first`, against each of the others.
 
     `indicator`: in which they are compared: what a year costs. Where there are no prices it is that of the target, and
@@ -56,17 +56,6 @@ class OptionsPlan:
     indicator: str
     confidence: float
     runs: int
-
-    @property
-    def answer(self) -> Answer:
-        """The answer as `desim plan --option` prints it."""
-        from desim_warehouse.report.text import option_words
-
-        return option_words.answer(self)
-
-    def _repr_html_(self) -> str:
-        """What Jupyter shows."""
-        return self.answer._repr_html_()
 
     @property
     def feasible(self) -> bool:
@@ -112,7 +101,7 @@ def plan_options(options: Mapping[str, Source], target: str, *, search: Search =
     sure = 1 - (1 - each.confidence) / max(len(others), 1)
     against = tuple(_against(name, first, values, plans, sure) for name in others if first is not None)
     spent = sum(plan.runs for plan in plans.values()) + (DAYS * len(values) if others else 0)
-    return with_answer(OptionsPlan(plans, first, against, indicator, search.confidence, spent), search)
+    return with_answer(OptionsPlan(plans, first, against, indicator, search.confidence, spent), search.out)
 
 
 def _are_priced(enough: Mapping[str, Shown]) -> bool:

@@ -13,11 +13,13 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+from desim_warehouse.answer.answered import with_answer
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.outcome.indicators import within
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
@@ -44,8 +46,7 @@ from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import GLANCE, Budget, DesignVerdict, Judge, runs_to_tell, verdict_steps
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.statistics.targets import Target
-from desim_warehouse.study.study import Study, searched, with_answer
+from desim_warehouse.study.study import Study, searched
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import first_look, indifference, read_target
 
@@ -478,4 +479,4 @@ def plan_fleet(
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
     zone = indifference(goal, zone, model.units.names)
     planner = _Planner(model, goal, zone, Designs(model, *sides), search, Budget(search.runs or PLAN_RUNS))
-    return with_answer(planner.plan(times, strategies, yearly=years is not None), search)
+    return with_answer(planner.plan(times, strategies, yearly=years is not None), search.out)

@@ -26,11 +26,11 @@ from typing import Any, Generic, TypeAlias, TypeVar
 import numpy as np
 
 from desim_warehouse.errors import StudyError, spoken
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import Budget, DesignVerdict, Judge, RunsEndedError, looks
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request, together
-from desim_warehouse.study.statistics.targets import Target
 
 Counts: TypeAlias = tuple[int, ...]
 """The counts of a design, as many for each."""

@@ -16,11 +16,11 @@ from typing import Generic, Literal, TypeVar
 import numpy as np
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.study.statistics.intervals import ANYTHING, Interval, bounds_of
 from desim_warehouse.study.statistics.limits import CAP, FIRST, FIRST_OF_MEANS
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
-from desim_warehouse.study.statistics.targets import Target
 
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from desim_warehouse.report.replay.columns import LARGEST, pack, to_bytes, zigzag
+from desim_warehouse.replay.columns import LARGEST, pack, to_bytes, zigzag
 from tests.report.replay.unpacked import from_bytes, unpack, unzigzag
 
 numbers = st.lists(

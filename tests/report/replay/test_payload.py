@@ -8,16 +8,16 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
+from desim_warehouse.look.web import safe_json
 from desim_warehouse.outcome import chains
+from desim_warehouse.outcome.positions import Positions
 from desim_warehouse.outcome.resources import resources
-from desim_warehouse.report.positions import Positions
-from desim_warehouse.report.replay import replay
-from desim_warehouse.report.replay.columns import pack
-from desim_warehouse.report.replay.page import labels
-from desim_warehouse.report.replay.payload import payload
-from desim_warehouse.report.replay.stops import better
-from desim_warehouse.report.replay.tiles import tiles
-from desim_warehouse.report.web import safe_json
+from desim_warehouse.replay import replay
+from desim_warehouse.replay.columns import pack
+from desim_warehouse.replay.page import labels
+from desim_warehouse.replay.payload import payload
+from desim_warehouse.replay.stops import better
+from desim_warehouse.replay.tiles import tiles
 from tests.report.replay.floors import RUNS, busy, busy_run, due_run, paper_run, people_run
 from tests.report.replay.unpacked import unpack
 

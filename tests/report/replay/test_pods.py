@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from desim_warehouse.report.replay.columns import pack
-from desim_warehouse.report.replay.payload import payload
+from desim_warehouse.replay.columns import pack
+from desim_warehouse.replay.payload import payload
 from tests.report.replay.floors import paper_run, pods_run
 from tests.report.replay.unpacked import unpack
 

@@ -11,8 +11,8 @@ from hypothesis import strategies as st
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
-from desim_warehouse.report.positions import Positions
-from desim_warehouse.report.zones import cell_size, zones
+from desim_warehouse.outcome.positions import Positions
+from desim_warehouse.outcome.zones import cell_size, zones
 from tests.report.replay.floors import RUNS, busy, busy_run, drawn_run, grid_run, jammed_run, paper_run, people_run
 
 EPS = 1e-6

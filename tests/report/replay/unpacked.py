@@ -5,7 +5,7 @@ import zlib
 
 import numpy as np
 
-from desim_warehouse.report.replay.columns import BITS, MORE
+from desim_warehouse.replay.columns import BITS, MORE
 
 
 def unzigzag(values):

@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.study.statistics.comparison import compare
 from desim_warehouse.study.statistics.effects import gains_steps
 from desim_warehouse.study.statistics.intervals import TaskShare, estimate
 from desim_warehouse.study.statistics.judge import Judge, looked_at, verdict_steps
 from desim_warehouse.study.statistics.limits import CAP
 from desim_warehouse.study.statistics.procedure import follow
-from desim_warehouse.study.statistics.targets import parse_target
 from tests.study.statistics.searches import kn, smallest
 
 if TYPE_CHECKING:

@@ -1,10 +1,10 @@
 """Searches as `desim size` and `desim best` do them, on values that a test makes up."""
 
+from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.study.statistics.cheapest import line, scout_steps, smallest_meeting_steps
 from desim_warehouse.study.statistics.judge import Budget, Judge
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.statistics.selection import kn_steps
-from desim_warehouse.study.statistics.targets import parse_target
 
 
 def smallest(sample, values, target, *, scan=False, **options):

@@ -6,10 +6,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.cheapest import Earlier, cheapest_meeting_steps, scout_steps
 from desim_warehouse.study.statistics.judge import Budget, Judge, verdict_steps
 from desim_warehouse.study.statistics.procedure import follow
-from desim_warehouse.study.statistics.targets import Target
 
 GRID = [(robots, chargers) for robots in range(1, 9) for chargers in range(1, 5)]
 ENOUGH = Target("on_time", ">=", 0.9)

@@ -5,9 +5,9 @@ import math
 import numpy as np
 import pytest
 
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.intervals import TaskShare
 from desim_warehouse.study.statistics.judge import looked_at, looks, looks_by
-from desim_warehouse.study.statistics.targets import Target
 
 AT_LEAST = Target("on_time", ">=", 0.95)
 NORMAL = Target("throughput_per_hour", ">=", 200.0)

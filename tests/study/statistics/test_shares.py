@@ -9,9 +9,9 @@ from hypothesis import strategies as st
 from scipy.stats import beta
 
 from desim_warehouse.outcome.indicators import counted_in
+from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.study.statistics.intervals import TaskShare, estimate, share_bounds, tasks_of
 from desim_warehouse.study.statistics.judge import judged
-from desim_warehouse.study.statistics.targets import parse_target
 from tests.study.statistics.coverage import ON_TIME, verdict, wrongly_met, wrongly_missed
 
 HALVES = (10, 20, 40, 80)

@@ -8,10 +8,10 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
+from desim_warehouse.outcome.targets import Target, parse_target
 from desim_warehouse.study.statistics.cheapest import smallest_meeting_steps
 from desim_warehouse.study.statistics.intervals import TaskShare
 from desim_warehouse.study.statistics.judge import Judge, judged, runs_to_tell
-from desim_warehouse.study.statistics.targets import Target, parse_target
 from tests.study.statistics.searches import smallest
 
 

@@ -1,0 +1,298 @@
+"""Names and units for people: the same in figures, tables and sentences. Numbers are in `numbers`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any, Protocol
+
+from desim_warehouse.answer.numbers import PERCENT, Scale, duration, number, plural, times
+from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model import Model
+from desim_warehouse.model.facts.keys import about
+from desim_warehouse.model.schema import Units
+from desim_warehouse.outcome.indicators import look_up, split
+from desim_warehouse.outcome.targets import Target
+from desim_warehouse.states import TIMES
+from desim_warehouse.values.labels import plain, readable
+from desim_warehouse.values.units import SECONDS
+
+
+class HasMean(Protocol):
+    """An estimate."""
+
+    @property
+    def mean(self) -> float:
+        """The mean."""
+
+
+_COLUMNS = {"run_time": ("Computing time of a run", "s")}
+"""Columns of a study table that are no indicators: name for people, and unit."""
+STATE_WORDS = {name: state.doing for name, state in TIMES.items()}
+"""State of a robot: what it does, for people."""
+
+_OF_THE_MODEL = {
+    "time": "{time}",
+    "length": "{length}",
+    "speed": "{length} per {time}",
+    "acceleration": "{length} per {time}^2",
+    "power": "energy per {time}",
+}
+_OF_ALL = {"rate": "per hour", "angle": "degrees", "weighted": "", "tasks": ""}
+"""Units by kind of quantity; any other kind is its own unit."""
+_BOUNDS = {">=": "at least", "<=": "at most", ">": "more than", "<": "less than"}
+_AIMS = {
+    "on_time": "{} on time",
+    "worked_on_time": "{} worked on in time",
+    "orders_on_time": "{} of orders on time",
+    "throughput_per_hour": "{}",
+    "annual_cost": "{} a year",
+}
+"""Targets that are said in a way of their own, by indicator."""
+_RATE = "tasks per hour"
+"""The kind of unit of rates: in a target `60 tasks an hour`, beside intervals and in tables `tasks/h`."""
+_POLICIES = {
+    "allocation": {
+        "in-order": "the first free robot",
+        "nearest": "the nearest robot",
+        "nearest-aging": "the nearest robot, old tasks first",
+        "earliest-due": "the most urgent task first",
+        "hungarian": "the least driving in all",
+        "regret": "the task that would lose most first",
+        "auction": "the lowest bid",
+        "cost-aware": "the least cost in all",
+    },
+    "routing": {
+        "highways": "the fewest nodes",
+        "shortest": "the shortest route",
+        "fastest": "the fastest route",
+        "congestion-aware": "around queues",
+    },
+    "batching": {
+        "single": "every task a trip of its own",
+        "fixed-size": "so many tasks together",
+        "time-window": "tasks of a time window together",
+        "by-order": "tasks of an order together",
+    },
+}
+"""Policies that are compared with one another, by what they choose."""
+_SAID_ALONE = "relief"
+"""The factor of `desim why`: its cases say what they are, such as `one robot more`."""
+_LONGEST = 44
+"""A label longer than this is cut."""
+
+
+def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
+    """The unit of a kind of quantity as the model names it; empty for counts and shares, and without a model."""
+    if kind in ("count", "ratio", "share"):
+        return ""
+    if kind == "time" and seconds:
+        return "s"
+    if kind in _OF_THE_MODEL:
+        return _OF_THE_MODEL[kind].format(length=units.length, time=units.time) if units else ""
+    return _OF_ALL.get(kind, kind)
+
+
+def indicator_kind(indicator: str) -> str:
+    """The kind of unit of an indicator: time, length, count, ...; empty for a column that is no indicator."""
+    known = look_up(indicator)
+    return known.unit if known else _COLUMNS.get(indicator, ("", ""))[1]
+
+
+def is_share(indicator: str) -> bool:
+    """Whether values of an indicator are shares, shown in per cent."""
+    known = look_up(indicator)
+    return known is not None and known.is_share
+
+
+def indicator_name(indicator: str) -> str:
+    """An indicator's title; the column's own name if it is no indicator."""
+    known = look_up(indicator)
+    return known.title if known else _COLUMNS.get(indicator, (indicator, ""))[0]
+
+
+def in_sentence(indicator: str) -> str:
+    """An indicator's name inside a sentence: `task time T`, `mean cycle time`."""
+    what, _, how = indicator_name(indicator).rpartition(", ")
+    name = f"mean {what[:1].lower()}{what[1:]}" if how == "mean" else indicator_name(indicator)
+    return f"{name[:1].lower()}{name[1:]}"
+
+
+def indicator_label(indicator: str, units: Units | None, seconds: bool = False) -> str:
+    """Name and unit of an indicator, for an axis: `Task time T (step)`."""
+    return with_unit(indicator_name(indicator), unit(indicator_kind(indicator), units, seconds))
+
+
+def factor_unit(key: str, units: Units | None) -> str:
+    """The unit of a factor's values; empty where it has none, or is a case."""
+    known = about(key)
+    return unit(known.kind, units) if known else ""
+
+
+def factor_name(key: str) -> str:
+    """What a factor is, for legends and heads of tables: `Chargers in parking`; the name of a case as it is."""
+    name = in_words(key)
+    return name if name == key else f"{name[0].upper()}{name[1:]}"
+
+
+def in_words(key: str) -> str:
+    """What a factor is, inside a sentence: `chargers in parking`; the name of a case as it is."""
+    known = about(key)
+    return known.label if known else key
+
+
+def factor_head(key: str, units: Units | None) -> str:
+    """A factor and its unit, for the head of a table: `Time between breakdowns (s)`."""
+    return with_unit(factor_name(key), factor_unit(key, units))
+
+
+def factor_label(key: str, units: Units | None) -> str:
+    """A factor, its key where there is room, and its unit, for an axis: `Number of robots, fleet.size`."""
+    name = factor_name(key)
+    both = f"{name}, {key}"
+    return with_unit(both if name != key and len(both) <= _LONGEST else name, factor_unit(key, units))
+
+
+def averaged(factors: Sequence[str]) -> str:
+    """What a mean leaves out of sight, as the second line of an axis; empty if nothing."""
+    return f"\naveraged over {', '.join(factors)}" if factors else ""
+
+
+def with_unit(name: str, of: str) -> str:
+    """A label with its unit in brackets, if there is one."""
+    return f"{name} ({of})" if of else name
+
+
+def level(value: Any) -> str:
+    """A value of a factor, short enough for a label."""
+
+    value = plain(value)
+    if value is None:
+        return "none"
+    if isinstance(value, float):
+        return f"{value:g}"
+    text = _without_folder(readable(value))
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def design_spoken(design: Mapping[str, Any]) -> str:
+    """A design point as one says it: `6 robots and 2 chargers, battery threshold 2`."""
+    counts = [number_of(n, what) for key, n in design.items() if (what := _counted(key, n))]
+    others = [setting(key, value) for key, value in design.items() if not _counted(key, value)]
+    return ", ".join([*([spoken(counts)] if counts else []), *others]) or "the model as it is"
+
+
+def setting(key: str, value: Any) -> str:
+    """A key of the model with a value, in words: `dispatching: nearest`, `goods 20 random`."""
+    known = about(key)
+    if known is None:
+        return level(value) if key == _SAID_ALONE else f"{key}: {level(value)}"
+    said = named_policy(value) if key.startswith("policies.") and isinstance(value, str) else level(value)
+    return f"{known.label}{':' * isinstance(value, str)} {said}"
+
+
+def fleet(robots: int, chargers: int, packers: int = 0, *, nodes: int = 1) -> str:
+    """Robots, and chargers and packers if there are some, as one says it: `6 robots and 2 chargers`.
+
+    `packers`: at each of `nodes` of a station.
+    """
+    counts = {"fleet.size": robots, "chargers": chargers, "packers": packers * nodes}
+    said = design_spoken({key: count for key, count in counts.items() if count})
+    return said if packers == 0 or nodes == 1 else f"{said} ({packers} at each of {nodes})"
+
+
+def _counted(key: str, value: Any) -> str:
+    """What a factor counts, in the singular; empty if it is not a number of robots, chargers or packers."""
+    if not str(value).isdecimal():
+        return ""
+    charger = key == "chargers" or key.endswith(".total_chargers")
+    return "robot" if key == "fleet.size" else "charger" if charger else "packer" if key == "packers" else ""
+
+
+def in_unit(value: float, unit: str) -> str:
+    """A quantity in the unit of a model: `20,000 steps`."""
+    return f"{number(value)} {plural(unit, value)}".strip()
+
+
+def target(goal: Target) -> str:
+    """A target as people say it: `at least 95 % on time`, `cycle time, mean at most 5 min`."""
+    return reached(goal.indicator, f"{_BOUNDS[goal.sense]} {amount(goal.indicator, goal.value, goal.unit)}")
+
+
+def reached(indicator: str, value: str) -> str:
+    """A value of an indicator in a sentence: `97.4 % on time`, `mean cycle time 3.7 min`."""
+    base, _, _ = split(indicator)
+    if base in _AIMS:
+        return f"{_AIMS[base].format(value)}{indicator_name(indicator).removeprefix(indicator_name(base))}"
+    return f"{in_sentence(indicator)} {value}"
+
+
+def amount(indicator: str, value: float, unit: str = "") -> str:
+    """A value of an indicator as it was asked for; shares in per cent, times in a unit that fits."""
+    if is_share(indicator):
+        return f"{100 * value:.4g} %"
+    kind = indicator_kind(indicator)
+    scale = times(unit, (value,)) if kind == "time" else Scale("tasks an hour" if kind == _RATE else unit)
+    return in_unit(scale.by * value, scale.unit)
+
+
+def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
+    """How values of an indicator are written: shares in per cent, times in a unit that fits these values."""
+    return PERCENT if is_share(indicator) else scale_of_kind(indicator_kind(indicator), model, values)
+
+
+def scale_of_kind(kind: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
+    """The same by the kind of a quantity."""
+    if kind == "share":
+        return PERCENT
+    if kind == "time" and model is not None:
+        return times(model.units.time, values)
+    if kind == "capacity per hour":
+        return Scale("% an hour", 100.0)
+    if kind == _RATE:
+        return Scale("tasks/h")
+    if kind.startswith("money"):
+        return Scale(money(model))
+    return Scale("" if kind == "energy" else unit(kind, model.units if model else None))
+
+
+def value(indicator: str, value: float, model: Model) -> str:
+    """What a run gave, with its unit; times in a unit of the model's own in seconds, too: `120 steps (6 s)`."""
+    said = scale(indicator, model, (value,)).value(value)
+    if indicator_kind(indicator) != "time" or model.units.time in SECONDS or not math.isfinite(value):
+        return said
+    return f"{said} ({duration(value * model.units.seconds, 's')})"
+
+
+def scale_of(indicator: str, model: Model | None, found: Iterable[HasMean | None]) -> Scale:
+    """The one scale for a column of estimates."""
+    return scale(indicator, model, [one.mean for one in found if one is not None])
+
+
+def head(indicator: str, scale: Scale) -> str:
+    """An indicator and the unit of its scale, for the head of a table; shares have theirs in the cells."""
+    return with_unit(indicator_name(indicator), "" if scale.is_share else scale.unit)
+
+
+def money(model: Model | None) -> str:
+    """The currency of a model; empty where it names none."""
+    return (model.prices.currency or "") if model is not None and model.prices is not None else ""
+
+
+def policy(key: str, name: str) -> str:
+    """What a policy does, its name, and its parameters: `the nearest robot (nearest)`; one's own without its folder."""
+    said = _POLICIES.get(key.removeprefix("policies."), {}).get(name.partition("(")[0])
+    return named_policy(name) if said is None else f"{said} ({named_policy(name)})"
+
+
+def named_policy(name: str) -> str:
+    """The name of a policy with its parameters: `time-window, window 60`; one's own without its folder."""
+    base, _, parameters = name.partition("(")
+    if not parameters or ".py:" in name:
+        return _without_folder(name)
+    return f"{base}, {parameters.removesuffix(')').replace('=', ' ')}"
+
+
+def _without_folder(name: str) -> str:
+    """The name of one's own policy, `folder/my_policies.py:Patient`, without the folder."""
+    return name.replace("\\", "/").rpartition("/")[2] if ".py:" in name else name

@@ -1,0 +1,1 @@
+"""How pages look: colours, templates, and the one file that a page is."""

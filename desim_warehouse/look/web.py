@@ -1,0 +1,141 @@
+"""Pages for a browser: template, style and script of a package joined with data into one HTML text."""
+
+from __future__ import annotations
+
+import html
+import json
+import re
+from collections.abc import Mapping, Sequence
+from functools import singledispatch
+from importlib.resources import files
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.look.palette import PAGE
+
+if TYPE_CHECKING:
+    from importlib.resources.abc import Traversable
+
+
+ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
+"""Characters that must be escaped in a script of a page."""
+
+
+class WebPage:
+    """A page that needs no network and no other file: write it with `save`; in Jupyter it shows itself."""
+
+    sandbox = "allow-scripts"
+    """What its frame in Jupyter lets it do."""
+    height = 720
+    """Of that frame, in pixels."""
+
+    def __init__(self, title: str, page: str) -> None:
+        self.title = title
+        self.html = page
+
+    def save(self, path: str | Path) -> Path:
+        """Write the page to a file.
+
+        Raises:
+            ReportError: where it cannot be written.
+        """
+        path = Path(path)
+        try:
+            path.write_text(self.html, encoding="utf-8")
+        except OSError as error:
+            raise ReportError(f"{path}: the page cannot be written ({reason(error)})") from error
+        return path
+
+    def _repr_html_(self) -> str:
+        """The page in a frame of its own."""
+        return (
+            f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
+            f'sandbox="{self.sandbox}" style="width:100%;height:{self.height}px;border:0"></iframe>'
+        )
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.title}, {len(self.html) / 1e6:.1f} MB)"
+
+
+class StillPage(WebPage):
+    """A page without scripts, whose frame lets none run."""
+
+    sandbox = ""
+
+
+POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+"""What a page that is a file may do: run its own script."""
+
+
+def joined(
+    package: str,
+    parts: Mapping[str, str],
+    shared: Sequence[str] = (),
+    policy: str = POLICY,
+    without: Sequence[str] = (),
+) -> str:
+    """The page of a package: its page.html in the body, its page.css, and its scripts in the order of names.
+
+    Before these come the `shared` scripts of other pages, such as `replay/js/07-floor.js`. `policy`: what it may do,
+    empty where that is sent with the page. `without`: scripts that it does without.
+
+    Each `{{name}}` in page.html, and the `{{title}}` of all pages, stands for one of the parts, safe as it is.
+    """
+    common, home = files("desim_warehouse.look"), files(package)
+    scripts = [common.joinpath(name) for name in ("web.js", *shared)]
+    own = (item for item in home.joinpath("js").iterdir() if item.name not in without)
+    scripts += sorted(own, key=lambda item: item.name)
+    whole = {
+        "title": parts["title"],
+        "policy": f'<meta http-equiv="Content-Security-Policy" content="{policy}">' if policy else "",
+        "style": colours() + _read(common.joinpath("web.css")) + _read(home.joinpath("page.css")),
+        "body": _filled(_read(home.joinpath("page.html")), parts),
+        "script": "\n".join(_bare(_read(item)) for item in scripts if item.name.endswith(".js")),
+    }
+    return _filled(_read(common.joinpath("web.html")), whole)
+
+
+def _filled(template: str, parts: Mapping[str, str]) -> str:
+    """A template with each `{{name}}` replaced; what is put in is not looked at."""
+    result: list[str] = []
+    for piece in template.split("{{"):
+        name, mark, rest = piece.partition("}}")
+        result.append(parts[name] + rest if mark else piece)
+    return "".join(result)
+
+
+def _bare(script: str) -> str:
+    """A script without indentation and lines of comment, which are a sixth of it; no text goes over two lines."""
+    return re.sub(r"^ *(//.*\n)?", "", script, flags=re.MULTILINE)
+
+
+def _read(item: Traversable) -> str:
+    return item.read_text(encoding="utf-8")
+
+
+def safe_json(value: Any) -> str:
+    """JSON that is safe in a script element, whatever names it contains."""
+    text = json.dumps(value, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+    for character, escape in ESCAPES.items():
+        text = text.replace(character, escape)
+    return text
+
+
+def colours() -> str:
+    """The colours of the parts of any page, on light and dark ground; prints are on light ground."""
+    light, dark = (
+        " ".join(f"--{name}: {colour};" for name, colour in PAGE[ground].items()) + f" color-scheme: {ground};"
+        for ground in ("light", "dark")
+    )
+    return (
+        f":root {{ {light} }}\n"
+        f'@media screen and (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
+        f'@media screen {{ :root[data-theme="dark"] {{ {dark} }} }}\n'
+    )
+
+
+@singledispatch
+def page_of(thing: Any) -> StillPage:
+    """The page that Jupyter shows of a thing: of those that `desim_warehouse.report.in_cells` knows; else its text."""
+    return StillPage(type(thing).__name__, f"<pre>{html.escape(str(thing))}</pre>")

@@ -1,0 +1,289 @@
+"""Where every robot is at any time, rebuilt from the log of a run alone.
+
+A robot's path is a chain of *legs*: from one position on an edge to another, at constant speed, between two
+times; after a leg it stands. The slots of a bay or station are joined to their node by short edges of their
+own, which only this module knows: a robot in a slot stands at the start of one, and drives to its end in the
+exit time of the model.
+"""
+
+from __future__ import annotations
+
+import heapq
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.outcome.log import LogRow
+from desim_warehouse.outcome.zones import Zone, zones
+from desim_warehouse.states import BROKEN, STATES
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+    from desim_warehouse.model.sections.fleet import Start
+    from desim_warehouse.outcome.history import History
+
+    Floats = NDArray[np.float64]
+    Ints = NDArray[np.int64]
+
+
+EPS = 1e-6
+"""Length units from the end of an edge within which a robot is at its end."""
+
+
+@dataclass(frozen=True)
+class Edges:
+    """All edges as straight lines, those of the layout first, then one for every slot of a zone."""
+
+    source: list[str]
+    """Where each begins: its node, or the node whose zone the slot belongs to."""
+    target: list[str]
+    start: Floats
+    """One row for each edge: x and y of its start."""
+    end: Floats
+    length: Floats
+    real: int
+    """How many of them are edges of the layout."""
+    twin: Ints
+    """Of an edge of the layout that is part of a two-way lane the number of the edge back, else -1."""
+
+    def points(self, edge: Ints, position: Floats) -> Floats:
+        """The points at positions (length units) along edges: one row of x and y each."""
+        part = np.divide(position, self.length[edge], out=np.zeros(len(edge)), where=self.length[edge] > 0)
+        points: Floats = self.start[edge] + part[:, None] * (self.end[edge] - self.start[edge])
+        return points
+
+    def headings(self, edge: Ints) -> Floats:
+        """The directions of edges, in radians from x towards y."""
+        way = self.end[edge] - self.start[edge]
+        return np.arctan2(way[:, 1], way[:, 0])
+
+
+@dataclass(frozen=True)
+class Legs:
+    """All legs of all robots, robot by robot in order of time; `first[i]` is the first of robot i."""
+
+    first: Ints
+    begin: Floats
+    end: Floats
+    edge: Ints
+    origin: Floats
+    target: Floats
+
+
+class Positions:
+    """The positions of all robots during a run; raises ReportError where the log does not hold them."""
+
+    def __init__(self, history: History) -> None:
+        need_all(history)
+        self.zones = zones(history.model, history.layout)
+        self.edges = _edges(history, self.zones)
+        self.legs = _Follower(history, self.zones, self.edges).legs()
+
+    def at(self, time: float) -> tuple[Ints, Floats]:
+        """The edge that each robot is on at a time, and its position along it."""
+        legs = self.legs
+        index = np.empty(len(legs.first) - 1, dtype=np.int64)
+        for robot, (low, high) in enumerate(zip(legs.first, legs.first[1:], strict=False)):
+            later = int(np.searchsorted(legs.begin[low:high], time, side="right"))
+            index[robot] = low + max(later - 1, 0)
+        return self._along(index, np.full(len(index), time))
+
+    def of(self, robot: int, times: Floats) -> tuple[Ints, Floats]:
+        """The edge that a robot is on at some times, and its position along it."""
+        low, high = self.legs.first[robot : robot + 2]
+        later = np.searchsorted(self.legs.begin[low:high], times, side="right")
+        return self._along(low + np.maximum(later - 1, 0), times)
+
+    def _along(self, leg: Ints, times: Floats) -> tuple[Ints, Floats]:
+        """The edges and positions along them of some legs, each at a time."""
+        legs = self.legs
+        begin, end = legs.begin[leg], legs.end[leg]
+        lasts = end > begin
+        part = np.clip(np.divide(times - begin, end - begin, out=np.ones(len(leg)), where=lasts), 0, 1)
+        origin, target = legs.origin[leg], legs.target[leg]
+        return legs.edge[leg], origin + part * (target - origin)
+
+    def last_nodes(self, edge: Ints, position: Floats) -> list[str]:
+        """The node that a robot reached last, at positions along edges."""
+        there = position >= self.edges.length[edge] - EPS
+        ends = zip(edge.tolist(), there.tolist(), strict=True)
+        return [self.edges.target[n] if at_end else self.edges.source[n] for n, at_end in ends]
+
+    def points(self, time: float) -> Floats:
+        """The point at which every robot is at a time, one row of x and y each, in the units of the layout."""
+        return self.edges.points(*self.at(time))
+
+    def headings(self, time: float) -> Floats:
+        """The direction every robot faces at a time, in radians from x towards y."""
+        return self.edges.headings(self.at(time)[0])
+
+
+def need_all(history: History) -> None:
+    """Refuse a run whose log does not hold where its robots drove."""
+    if history.log.level != "all":
+        raise ReportError(
+            f"where robots are needs log: all (now log: {history.log.level}), run with --set log=all to record "
+            "where the robots drive"
+        )
+
+
+def _edges(history: History, places: Sequence[Zone]) -> Edges:
+    graph = history.layout.graph
+    at = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
+    source, target = [a for a, _ in graph.edges], [b for _, b in graph.edges]
+    start, end = [at[node] for node in source], [at[node] for node in target]
+    length = [float(data["length"]) for _, _, data in graph.edges(data=True)]
+    real = len(length)
+    number = {edge: rank for rank, edge in enumerate(graph.edges)}
+    twin = [number[b, a] if two_way else -1 for a, b, two_way in graph.edges(data="two_way")]
+    for zone in places:
+        for point in zone.places:
+            source.append(zone.node)
+            target.append(zone.node)
+            start.append(point)
+            end.append(at[zone.node])
+            length.append(math.dist(point, at[zone.node]))
+    return Edges(
+        source, target, np.array(start, float), np.array(end, float), np.array(length), real, np.array(twin, np.int64)
+    )
+
+
+class _Berths:
+    """The slots of one zone: the nearest free one is taken."""
+
+    def __init__(self, first_edge: int, count: int) -> None:
+        self.free = list(range(first_edge, first_edge + count))
+        self.last = first_edge + count - 1
+
+    def take(self) -> int:
+        """The edge that joins a free slot to the node."""
+        return heapq.heappop(self.free) if self.free else self.last
+
+    def leave(self, edge: int) -> None:
+        """A slot is free again."""
+        if edge not in self.free:
+            heapq.heappush(self.free, edge)
+
+
+class _Follower:
+    """Follows every robot through the rows of a log and notes its legs."""
+
+    def __init__(self, history: History, places: Sequence[Zone], edges: Edges) -> None:
+        self.history = history
+        self.edges = edges
+        self.number = {edge: number for number, edge in enumerate(history.layout.graph.edges)}
+        self.berths: dict[tuple[str, str], _Berths] = {}
+        edge = edges.real
+        for zone in places:
+            self.berths[zone.kind, zone.node] = _Berths(edge, len(zone.places))
+            edge += len(zone.places)
+        count = history.model.fleet.size
+        self.on = [0] * count
+        self.position = [0.0] * count
+        self.fresh = [False] * count
+        self.inside: list[tuple[_Berths, int, str] | None] = [None] * count
+        self.resting = [0.0] * count
+        self.exit = [history.model.fleet.first_exit_time] * count
+        self.rows: list[tuple[int, float, float, int, float, float]] = []
+
+    def legs(self) -> Legs:
+        """All legs of the run."""
+        for robot, start in enumerate(self.history.starts):
+            if start.on_lanes:
+                self._stand(robot, start)
+            else:
+                self._settle(0.0, robot, "bay", start.node)
+        for row in self.history.rows("drive", "enter", "parked", "docked", *STATES):
+            if row.kind == "drive":
+                self._drive(row)
+            elif row.kind in BROKEN:
+                self._come_out(row.robot, row.time)
+            elif row.kind == "enter":
+                self._enter(row)
+            elif row.kind == "parked":
+                self._settle(row.time, row.robot, "bay", row.node)
+                self.exit[row.robot] = self.history.model.fleet.exit_time
+            elif row.kind == "docked":
+                self._settle(row.time, row.robot, "station", row.node)
+                self.exit[row.robot] = self.history.model.tasks.clear_time
+            else:
+                self.resting[row.robot] = row.time
+        return self._sorted()
+
+    def _stand(self, robot: int, start: Start) -> None:
+        """A robot stands on the lanes at the start: on an edge, or on a node, where some edge begins."""
+        edge = start.edge or next(iter(self.history.layout.graph.out_edges(start.node)))
+        self.on[robot], self.position[robot] = self.number[edge], start.offset
+        self._note(robot, 0.0, 0.0, self.number[edge], 0.0, start.offset)
+
+    def _settle(self, time: float, robot: int, kind: str, node: str | None) -> None:
+        """A robot is in a bay or station from now on."""
+        assert node is not None
+        inside = self.inside[robot]
+        berths = self.berths[kind, node]
+        if inside is not None:
+            if inside[0] is berths:
+                return
+            inside[0].leave(inside[1])
+        edge = berths.take()
+        self.inside[robot] = (berths, edge, kind)
+        self.resting[robot] = time
+        self._note(robot, time, time, edge, 0.0, 0.0)
+
+    def _enter(self, row: LogRow) -> None:
+        """A robot's centre leaves a node for an edge; out of a bay it has just come to the node."""
+        robot, time = row.robot, row.time
+        inside = self.inside[robot]
+        if inside is not None:
+            self._leave_berth(robot, time, inside)
+        self.on[robot] = self._number(row)
+        self.position[robot] = 0.0
+        self.fresh[robot] = True
+
+    def _leave_berth(self, robot: int, time: float, inside: tuple[_Berths, int, str]) -> None:
+        """It is on the node beside its bay or station at `time`."""
+        berths, place, _ = inside
+        since = max(self.resting[robot], time - self.exit[robot])
+        self._note(robot, since, time, place, 0.0, float(self.edges.length[place]))
+        berths.leave(place)
+        self.inside[robot] = None
+
+    def _come_out(self, robot: int, time: float) -> None:
+        """It has broken down; if it was in a bay it is on the node beside it now, as it never does so in a bay."""
+        inside = self.inside[robot]
+        if inside is not None and inside[2] == "bay":
+            self._leave_berth(robot, time, inside)
+
+    def _drive(self, row: LogRow) -> None:
+        """A robot sets off along the edge it is on."""
+        robot, time, edge = row.robot, row.time, self._number(row)
+        assert row.value is not None
+        assert row.until is not None
+        target, until = row.value, row.until
+        if edge != self.on[robot]:  # its row comes before the one that says so
+            self.on[robot], self.position[robot], self.fresh[robot] = edge, 0.0, True
+        origin = self.position[robot]
+        if self.fresh[robot] or origin != target:
+            self._note(robot, time, max(until, time), edge, origin, target)
+        self.position[robot] = target
+        self.fresh[robot] = False
+
+    def _number(self, row: LogRow) -> int:
+        assert row.edge is not None
+        return self.number[row.edge]
+
+    def _note(self, robot: int, begin: float, end: float, edge: int, origin: float, target: float) -> None:
+        self.rows.append((robot, begin, end, edge, origin, target))
+
+    def _sorted(self) -> Legs:
+        table: Any = np.array(self.rows, dtype=float)
+        robot = table[:, 0].astype(np.int64)
+        order = np.argsort(robot, kind="stable")
+        first = np.searchsorted(robot[order], np.arange(len(self.on) + 1))
+        _, begin, end, edge, origin, target = table[order].T
+        return Legs(first, begin, end, edge.astype(np.int64), origin, target)

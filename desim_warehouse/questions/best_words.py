@@ -1,0 +1,211 @@
+"""What is said of the best of many designs: the answer, its value on fresh days, and what came next."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+
+from desim_warehouse.answer import words
+from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber
+from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.numbers import capital, number, sentence
+from desim_warehouse.answer.standing import BY_VERDICT, Standing
+from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.questions import judged
+from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
+from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes
+from desim_warehouse.study.statistics.intervals import Estimate
+
+_LUCK = "Means of the search, few runs each, which flatter the best options slightly."
+_SHORT = 24
+"""Letters of a design that is a large number."""
+_COUNTED = 1e15
+"""Designs up to which their number is said."""
+
+
+@answer_of.register
+def answer(found: BestOfMany) -> Answer:
+    """What a search for the best design found; the page shows it unless it was not shown to meet the target."""
+    best, unproven = found.best, found.shown is False
+    head, rows = table(found, in_order(found))
+    known = [] if unproven else _numbers(found, best)
+    return Answer(
+        kind="best",
+        name=found.model.name,
+        description=found.model.description,
+        question=_question(found),
+        answer=tuple(sentences(found)),
+        measures={name: words.in_sentence(name) for name in _judged_by(found)},
+        tiles=tuple(_tiles(found, known)),
+        options=tuple(_option(found, one) for one in (best, *found.cheaper, *filter(None, [found.runner_up]))),
+        figure=_figure(found),
+        about=None if unproven else judged.about(design(best), found.model, found.seed),
+        tables=(Folded(title="The search", note=_LUCK, head=tuple(head), rows=tuple(map(tuple, rows))),),
+        promise=f"Values are of days that the search has not seen, with {100 * found.confidence:g} % confidence.",
+        runs=found.runs,
+        confidence=found.confidence,
+        made={"seed": str(found.seed), "model": found.model.digest()},
+        indicator=found.indicator,
+        shown=found.shown,
+    )
+
+
+def _tiles(found: BestOfMany, known: list[SaidNumber]) -> list[BigNumber]:
+    """What is best, if it is said in few words, and its numbers."""
+    name = design(found.best)
+    first = [BigNumber(value=name, what=f"the {_best(found)} option")] if len(name) <= _SHORT else []
+    return (first if known else []) + [judged.tile(one.text, words.in_sentence(one.of)) for one in known]
+
+
+def _question(found: BestOfMany) -> str:
+    if _best(found) == "cheapest":
+        return f"What is the cheapest option{f' that gives {_aim(found)}' if found.target else ''}?"
+    sense, aim = "largest" if found.maximise else "smallest", f" with {_aim(found)}" if found.target else ""
+    return f"With which option is {words.in_sentence(found.indicator)} {sense}{aim}?"
+
+
+def _best(found: BestOfMany) -> str:
+    """What an option is called that is best."""
+    return "cheapest" if found.indicator == "annual_cost" and not found.maximise else "best"
+
+
+def _option(found: BestOfMany, one: JudgedDesign) -> Option:
+    """A design that was judged on fresh days."""
+    known = [] if one.vetoed else _numbers(found, one)
+    kind: Standing = "known" if one.verdict is None else BY_VERDICT[one.verdict]
+    return Option(
+        name=design(one),
+        standing="drained" if one.vetoed else kind,
+        number=known[0] if known else None,
+        also=tuple(known[1:]),
+        said=one.vetoed or "",
+        runs=0 if one.value is None else one.value.n,
+        set=dict(one.overrides),
+    )
+
+
+def _figure(found: BestOfMany) -> Rows | None:
+    """The designs judged, by what the target asks for, or without one by the indicator."""
+    goal, rows = found.target, []
+    for one in (found.best, *found.cheaper, *filter(None, [found.runner_up])):
+        numbers = _numbers(found, one)
+        if numbers and not one.vetoed:
+            kind = "met" if one.verdict == "meets" else "not met" if one.verdict == "fails" else ""
+            rows.append(judged.bar(design(one), numbers[-1], kind))
+    if not rows:
+        return None
+    title = f"{capital(words.in_sentence(goal.indicator if goal else found.indicator))} on fresh days"
+    at = found.best.value.mean if goal is None and found.best.value else goal and goal.value
+    said = judged.aim(goal) if goal else "the best"
+    return Rows(title=title, at=at, at_words=said, rows=tuple(rows))
+
+
+def sentences(found: BestOfMany) -> list[str]:
+    """The answer first, then cheaper designs that were not shown to be enough, the runner-up, and what was done."""
+    lines = [_answer(found)]
+    for one in found.cheaper:
+        why = one.vetoed or f"is not shown to give {_aim(found)}"
+        lines.append(sentence(f"Better by the search, but {why}: {design(one)} with {_values(found, one)}"))
+    if found.runner_up is not None:
+        lines.append(_runner_up(found, found.runner_up))
+    many = f"{number(found.many)}" if found.many < _COUNTED else f"some 10^{math.floor(math.log10(found.many))}"
+    lines.append(f"{len(found.tried)} of {many} options were tried, in {number_of(found.runs, 'run')} in all.")
+    return lines
+
+
+def _answer(found: BestOfMany) -> str:
+    best = f"{design(found.best)}: {_values(found, found.best)}"
+    if found.shown is None:
+        return sentence(f"{best}, {_days(found.best)}")
+    if found.shown:
+        return sentence(f"The {_best(found)} option shown to give {_aim(found)} is {best}, {_days(found.best)}")
+    wrong = f"; but {found.best.vetoed}" if found.best.vetoed else ""
+    return sentence(f"No option was shown to give {_aim(found)}; best by the search is {best}{wrong}")
+
+
+def _runner_up(found: BestOfMany, other: JudgedDesign) -> str:
+    apart = found.apart
+    line = f"Next: {design(other)} with {_values(found, other)}"
+    if apart is None:
+        return sentence(line)
+    scale = words.scale(found.indicator, found.model, [apart.mean])
+    low, high = apart.interval or (apart.mean, apart.mean)
+    if not apart.mean and not apart.sd:
+        return sentence(f"{line}; no difference in {number_of(apart.n, 'pair')} of runs: take either")
+    exact = found.indicator == "annual_cost" and is_fixed(found.model.prices)
+    told = scale.value(apart.mean) if exact else scale.within(apart.mean, low, high)
+    line += f"; the difference is {told} in {number_of(apart.n, 'pair')} of runs"
+    if max(abs(low), abs(high)) < found.delta:
+        line += f", less than {scale.value(found.delta)}: take either"
+    return sentence(line)
+
+
+def design(one: JudgedDesign | TriedDesign) -> str:
+    """A design as one says it; without its directions where none is turned."""
+    labels = dict(one.labels)
+    at, turned = labels.pop(ChargerNodes.key, None), labels.pop(AisleWays.key, None)
+    said = [words.design_spoken(labels)] if labels else []
+    said += [] if at is None else [f"chargers at {spoken(str(at).split(', '))}"]
+    said += [] if turned is None else [f"{turned} turned" if turned != AisleWays.drawn_label else "aisles as drawn"]
+    return ", ".join(said)
+
+
+def _values(found: BestOfMany, one: JudgedDesign) -> str:
+    """The value of the indicator, and of the target, with their intervals."""
+    said = [words.reached(number.of, number.text) for number in _numbers(found, one)]
+    return ", ".join(said) or "no run that ended"
+
+
+def _judged_by(found: BestOfMany) -> list[str]:
+    """The indicator, and the one that the target is about."""
+    return [found.indicator, *([] if found.target is None else [found.target.indicator])]
+
+
+def _numbers(found: BestOfMany, one: JudgedDesign) -> list[SaidNumber]:
+    means: dict[str, tuple[Estimate | None, float | None]] = {found.indicator: (one.value, None)}
+    if found.target is not None:
+        means[found.target.indicator] = (one.reached, found.target.value)
+    return [
+        judged.within(
+            name, words.scale(name, found.model, [mean.mean]), (mean.mean, *(mean.interval or (None, None))), aim
+        )
+        for name, (mean, aim) in means.items()
+        if mean is not None
+    ]
+
+
+def _days(one: JudgedDesign) -> str:
+    return "" if one.value is None else f"in {number_of(one.value.n, 'run')} on fresh days"
+
+
+def _aim(found: BestOfMany) -> str:
+    return "" if found.target is None else words.target(found.target)
+
+
+def in_order(found: BestOfMany) -> list[TriedDesign]:
+    """All designs tried: those first whose runs in the search meet the target, the best of them first."""
+    sign = 1 if found.maximise else -1
+
+    def rank(one: TriedDesign) -> tuple[bool, float]:
+        is_met = found.target is None or (one.reached is not None and found.target.met_by(one.reached))
+        return not is_met, -sign * one.mean if math.isfinite(one.mean) else math.inf
+
+    return sorted(found.tried, key=rank)
+
+
+def table(found: BestOfMany, shown: Sequence[TriedDesign]) -> tuple[list[str], list[list[str]]]:
+    """The head and the rows of a table of designs tried, with their means in the search."""
+    keys = list(found.best.labels)
+    goal = [] if found.target is None else [found.target.indicator]
+    names = list(dict.fromkeys([found.indicator, *goal]))
+    scales = {name: words.scale(name, found.model, [one.mean for one in shown]) for name in names}
+    head = [words.factor_head(key, found.model.units) for key in keys]
+    head += [words.head(name, scale) for name, scale in scales.items()]
+    rows = []
+    for one in shown:
+        values = {found.indicator: one.mean, **dict.fromkeys(goal, one.reached)}
+        cells = [words.level(one.labels[key]) for key in keys]
+        cells += [scales[name].single(math.nan if value is None else value) for name, value in values.items()]
+        rows.append([*cells, str(one.runs)])
+    return [*head, "runs in the search"], rows

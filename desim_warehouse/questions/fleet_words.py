@@ -1,0 +1,497 @@
+"""The answer of `desim plan`: which fleet is enough for each demand, and which others were tried or remain open."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, replace
+from typing import Any
+
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, PairGrid, Subject
+from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
+from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model.facts.demand import due_within
+from desim_warehouse.outcome.indicators import AT
+from desim_warehouse.questions import judged, size_words, tipping_words
+from desim_warehouse.study import rare
+from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
+from desim_warehouse.study.fleet.hours import ON_TIME, Hour
+from desim_warehouse.study.fleet.most import RUNS
+from desim_warehouse.study.fleet.utilisation import TRIP
+from desim_warehouse.study.statistics.cheapest import Counts, within_counts
+from desim_warehouse.study.statistics.intervals import Estimate
+from desim_warehouse.study.tipping import TippingPoints
+
+_LISTED = 4
+"""Fleets that are named one by one."""
+_BUSY = {"robots": "robots", "traffic": "lanes", "chargers": "chargers", "stations": "packers"}
+"""What may be the bottleneck."""
+_WHAT = ("robot", "charger", "packer")
+"""What is counted."""
+
+
+@answer_of.register
+def answer(plan: FleetPlan, unsure: TippingPoints | None = None) -> Answer:
+    """What `desim plan` found; `unsure`: where inputs that are not known tip it."""
+    return _Planned(plan).answer(unsure)
+
+
+def more_orders(growth: float) -> str:
+    """Demand in words, from times today's: `with 30 % more orders`."""
+    percent = round(100 * (growth - 1), 6)
+    return f"with {percent:g} % more orders" if percent >= 0 else f"with {-percent:g} % fewer orders"
+
+
+class _Planned:
+    """A plan, with the last demand that has an answer: of that alone a page shows anything."""
+
+    def __init__(self, plan: FleetPlan) -> None:
+        self.plan, self.model, self.goal = plan, plan.model, plan.target
+        self.packers = plan.designs.packers
+        self.yearly = plan.today.year is not None
+        self.demands = [plan.today] if plan.grown is None else [plan.today, plan.grown]
+        self.answered = next((sized for sized in reversed(self.demands) if sized.best and not sized.open), None)
+
+    def answer(self, unsure: TippingPoints | None) -> Answer:
+        plan = self.plan
+        fleet = spoken(
+            ["robots", *["chargers"] * (plan.designs.zone is not None), *["packers"] * (self.packers is not None)]
+        )
+        later = f"in {len(plan.demands) - 1} years" if self.yearly else more_orders(self.demands[-1].growth)
+        grown = "" if plan.grown is None else f", today and {later}"
+        said = [self._sized(sized) for sized in self.demands] + self._lasts() + self._strategies() + self._busiest()
+        return Answer(
+            kind="plan",
+            name=self.model.name,
+            description=self.model.description,
+            question=f"How many {fleet} does it take for {words.target(self.goal)}{grown}?",
+            answer=(*said, *([tipping_words.in_short(unsure)] if unsure else [])),
+            measures={self.goal.indicator: words.in_sentence(self.goal.indicator)},
+            tiles=tuple(self._tiles()),
+            options=tuple(option for sized in self.demands for option in self._options(sized)),
+            figure=self._grid(),
+            about=self._about(),
+            tables=(*self._years(), *self._hours(), *([] if unsure is None else tipping_words.tables(unsure))),
+            promise=self._promise(),
+            notes=tuple(self._rare()),
+            runs=plan.runs + (unsure.runs if unsure else 0),
+            confidence=plan.confidence,
+            made={"seed": str(plan.seed), "model": self.model.digest()},
+            feasible=plan.feasible,
+            target={"indicator": self.goal.indicator, "sense": self.goal.sense, "value": self.goal.value},
+            zone=plan.zone,
+            strategy=plan.strategy.label if plan.strategy else plan.own,
+            today=self._facts(plan.today),
+            grown=None if plan.grown is None else self._facts(plan.grown),
+            **({"years": [self._facts(sized) for sized in plan.demands]} if self.yearly else {}),
+            **({"uncertain": _uncertain(unsure)} if unsure else {}),
+        )
+
+    # Sentences
+
+    def _when(self, sized: Sized) -> str:
+        later = more_orders(sized.growth) if sized.year is None else f"in year {sized.year}"
+        when = "today" if sized is self.plan.today else later
+        return when if sized.rate is None else f"{when} ({numbers.number(sized.rate)} an hour)"
+
+    def _sized(self, sized: Sized) -> str:
+        """The answer for one demand."""
+        if sized.open:
+            return self._ended(sized)
+        if sized.best is None:
+            return self._none(sized)
+        cost = "" if sized.best.cost is None else f", {self._money(sized.best.cost)} a year"
+        reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
+        name = capital(self._fleet(sized.best.counts))
+        line = f"{name} {_are(sized.best)} the {'cheapest' if cost else 'smallest'} fleet shown to be enough"
+        line = f"{line} {self._when(sized)}: {reached}{cost}.{self._worst(sized)}"
+        if close := self._left(sized, "open"):
+            line += f" {close} may also be enough; {self._would_tell(sized)}."
+        if edge := self._left(sized, "edge"):
+            line += f" {edge} may also be enough, within {self._zone()} of the target, where no run will tell."
+        return line + self._worse(sized) + self._most(sized)
+
+    def _would_tell(self, sized: Sized) -> str:
+        """How many runs of a fleet would tell whether it is enough, where those done did not."""
+        needed = [one.to_tell for one in sized.below if standing(one.verdict) == "open"]
+        known = [runs for runs in needed if runs is not None]
+        if not known or len(known) < len(needed):
+            return "even many more runs may not tell"
+        return f"some {10 * math.ceil(max(known) / 10)} runs of a fleet would tell (--cap)"
+
+    def _left(self, sized: Sized, kind: Standing) -> str:
+        """All fleets that may be enough instead, `4 robots and 2 to 5 chargers`; empty where there is none."""
+        found = sorted(counts for counts, known in self._cells(sized).items() if known == kind)
+        if not found:
+            return ""
+        spans = [(min(side), max(side)) for side in zip(*found, strict=True)]
+        nodes = (1, 1, 1 if self.packers is None else self.packers.nodes)
+        parts = [
+            f"{low * each} to {high * each} {what}s" if low < high else number_of(high * each, what)
+            for (low, high), what, each in zip(spans, _WHAT, nodes, strict=False)
+            if high
+        ]
+        if len(found) == math.prod(high - low + 1 for low, high in spans):
+            return capital(spoken(parts))
+        if len(found) <= _LISTED:
+            return capital(spoken([self._fleet(one) for one in found], "or"))
+        return f"{len(found)} other fleets, of {spoken(parts)},"
+
+    def _ended(self, sized: Sized) -> str:
+        """What is known where the runs allowed ended before an answer."""
+        few = [self._fleet(one.counts) for one in sized.below]
+        known = f" {capital(self._fleet(sized.best.counts))} are enough." if sized.best else ""
+        known += f" {capital(spoken(few))} are too few." if 0 < len(few) <= _LISTED else ""
+        left = f"{len(sized.open)} of {number_of(len(sized.counts), 'fleet')} remain open"
+        runs = number_of(self.plan.runs, "run")
+        return f"{capital(self._when(sized))}: undecided after {runs}.{known} {left}."
+
+    def _none(self, sized: Sized) -> str:
+        """What the largest fleet does, where none is enough, and what more robots would not cure."""
+        largest = sized.below[-1]
+        line = f"{capital(self._when(sized))}: no fleet is enough. {capital(self._fleet(largest.counts))}: "
+        text = self._text(sized, largest)
+        if largest.flat:
+            return f"{line}{text}. {capital(largest.flat)}."
+        line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
+        line += self._most(sized)
+        line += "" if sized.capped is None else f" {size_words.capped(sized.capped, self.model)}."
+        if sized.trip is not None:
+            return f"{line} {self._trip(sized.trip)}"
+        (part, most), *_ = sized.utilisation.items()
+        return f"{line} Busiest there are the {_BUSY[part]}: {_share(most)} {_time(sized)}."
+
+    def _trip(self, trip: Estimate) -> str:
+        """What a task takes against the time in which it is due, where nothing is scarce."""
+        due = due_within(self.model)
+        scale = words.scale(TRIP, self.model, (trip.mean,))
+        of = "" if due is None else f" where {scale.value(due)} are allowed"
+        return f"Nothing is scarce: a trip takes {scale.value(trip.mean)}{of}, waits included; more robots do not help."
+
+    def _worse(self, sized: Sized) -> str:
+        """Larger designs that do worse than a smaller one."""
+        if not sized.worse:
+            return ""
+        said = [self._does_worse(*one) for one in sized.worse]
+        return f" More is not always better here: {spoken(said)}."
+
+    def _does_worse(self, more: Counts, less: Counts, by: Estimate | None) -> str:
+        if by is None:
+            return f"with {self._fleet(more)} robots run flat, with {self._fleet(less)} they do not"
+        scale = words.scale(self.goal.indicator, self.model, (by.mean,))
+        return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}"
+
+    def _most(self, sized: Sized) -> str:
+        """With pods, which fleet does most, where more robots do worse."""
+        most = sized.most
+        if most is None:
+            return ""
+        scale = words.scale(self.goal.indicator, self.model, (most.mean, most.at_largest))
+        best = f"{number_of(most.robots, 'robot')} do most, {scale.value(most.mean)} in {RUNS} runs"
+        return f" More is not always better here: {best}; {most.largest} do {scale.value(most.at_largest)}."
+
+    def _strategies(self) -> list[str]:
+        """Whether another way of dispatching makes do with less."""
+        plan = self.plan
+        said = []
+        if plan.strategy is not None:
+            own = self._own()
+            said = [f"This is with {_choice(plan.strategy)}, which needs fewer than {own}."]
+        elif plan.strategies:
+            tried = [_choice(one) for one in plan.strategies if one.shown]
+            same = [_choice(one) for one in plan.strategies if not one.shown]
+            parts = [f"{spoken(tried)} need{'s' * (len(tried) == 1)} as many"] if tried else []
+            parts += [f"{spoken(same)} change{'s' * (len(same) == 1)} nothing"] if same else []
+            said = [f"Other strategies than {self._own()} do not help: {', '.join(parts)}."]
+        return said + ([f"No runs were left to try {spoken(plan.untried)}."] if plan.untried else [])
+
+    def _own(self) -> str:
+        """The strategy of the model in words."""
+        return words.named_policy(self.plan.own)
+
+    def _busiest(self) -> list[str]:
+        """What is busiest with the fleet of the answer."""
+        sized = self.answered
+        if sized is None or sized.best is None or not sized.utilisation:
+            return []
+        (first, most), *others = sized.utilisation.items()
+        rest = spoken([f"{_BUSY[part]} {_share(one)}" for part, one in others]) if others else ""
+        busy = f"With {self._fleet(sized.best.counts)} the {_BUSY[first]} are busiest: {_share(most)} {_time(sized)}"
+        return [f"{busy}; {rest}." if rest else f"{busy}."]
+
+    def _promise(self) -> str:
+        plan = self.plan
+        sure = f"{100 * plan.confidence:g} % confidence for each demand"
+        if plan.ended or self.answered is None:
+            return f"Each answer above holds with {sure}."
+        most = [one.most.up_to for one in self.demands if one.most is not None]
+        up_to = f", up to {min(most)} robots" if most else ""
+        alike = "" if any(one.worse for one in self.demands) else f" This takes it that more never does worse{up_to}."
+        if self.yearly:
+            alike += " What fails with less demand is taken to fail with more."
+        return (
+            f"With {sure}, each fleet reaches {words.target(self.goal)}, and no smaller one is better than that by "
+            f"{self._zone()} or more.{alike}"
+        )
+
+    def _zone(self) -> str:
+        return words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
+
+    def _rare(self) -> list[str]:
+        """Disasters of which the runs of the fleets named know little."""
+        found: dict[str, None] = {}
+        for sized in self.demands:
+            if sized.best is not None:
+                made = self.model.replace({**sized.overrides, **sized.best.overrides})
+                found.update(dict.fromkeys(rare.warnings(made, sized.best.verdict.n, made.run.length or math.inf)))
+        return [sentence(line) for line in found]
+
+    # Numbers
+
+    def _lasting(self, shown: Shown) -> Standing | None:
+        return lasts_not(shown.wrong)
+
+    def _text(self, sized: Sized, shown: Shown) -> str:
+        """The number of a fleet, or what it does instead."""
+        if self._lasting(shown):
+            done = shown.delivered
+            made = self.model.replace({**sized.overrides, **shown.overrides})
+            return instead(shown.wrong, None if done is None else done.mean, made)
+        if shown.vetoed or shown.estimate is None:
+            return shown.vetoed or "no value"
+        return judged.number(shown.verdict, self.goal, self.model).text
+
+    def _money(self, value: float) -> str:
+        return numbers.Scale(words.money(self.model)).value(value)
+
+    def _tiles(self) -> list[BigNumber]:
+        sized = self.answered
+        if sized is None or sized.best is None:
+            return []
+        best = sized.best
+        found = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}", note=self._when(sized))]
+        if best.chargers:
+            found.append(BigNumber(value=str(best.chargers), what=f"charger{'s' * (best.chargers != 1)}"))
+        if self.packers is not None:
+            packers = best.packers * self.packers.nodes
+            found.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
+        found.append(judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator)))
+        return found + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
+
+    def _options(self, sized: Sized) -> list[Option]:
+        """The fleets that show the answer; with the last demand also those with other strategies."""
+        last = sized is self.demands[-1]
+        found = []
+        for one in [*([sized.best] if sized.best else []), *sized.below]:
+            same = [item.label for item in self.plan.strategies if one.counts in item.same]
+            found.append(self._option(sized, one, self._fleet(one.counts), sized.overrides, same if last else []))
+        if sized.capped is not None:
+            found.append(self._capped(sized))
+        for strategy in self.plan.strategies if last else ():
+            for one in strategy.shown:
+                changes = {**self._without_better(sized), **strategy.overrides}
+                found.append(self._option(sized, one, f"{self._fleet(one.counts)}, {_choice(strategy)}", changes, []))
+        return found
+
+    def _without_better(self, sized: Sized) -> dict[str, Any]:
+        """The changes of a demand, without those of a better strategy."""
+        better = {} if self.plan.strategy is None else self.plan.strategy.overrides
+        return {key: value for key, value in sized.overrides.items() if key not in better}
+
+    def _option(self, sized: Sized, one: Shown, name: str, changes: Mapping[str, Any], same: Sequence[str]) -> Option:
+        lasting = self._lasting(one)
+        fails = one.estimate is None or one.vetoed is not None
+        known = lasting is None and not fails
+        return Option(
+            name=name,
+            standing=lasting or ("fails" if fails else standing(one.verdict)),
+            number=judged.number(one.verdict, self.goal, self.model) if known else None,
+            said="" if known else self._text(sized, one),
+            runs=one.verdict.n,
+            cost=one.cost,
+            group=self._when(sized) if len(self.demands) > 1 else "",
+            set={**changes, **one.overrides},
+            same=tuple(same),
+        )
+
+    def _capped(self, sized: Sized) -> Option:
+        """What a cap on the robots under way gives the largest fleet."""
+        found, largest = sized.capped, sized.below[-1]
+        assert found is not None
+        scale = words.scale(self.goal.indicator, self.model, (found.mean,))
+        return Option(
+            name=f"{self._fleet(largest.counts)}, at most {found.cap} under way",
+            standing="known",
+            number=judged.within(self.goal.indicator, scale, (found.mean, None, None)),
+            runs=found.gain.n,
+            group=self._when(sized) if len(self.demands) > 1 else "",
+            set={**sized.overrides, **largest.overrides, **found.overrides},
+        )
+
+    # The figure, and the design that the page shows
+
+    def _cells(self, sized: Sized) -> dict[Counts, Standing]:
+        """What each fleet was shown to be, or what follows from others where more never does worse."""
+        best = None if sized.best is None else sized.best.counts
+        known: dict[Counts, Standing] = dict.fromkeys(sized.failed_before, "not met")
+        known |= {one.counts: self._lasting(one) or standing(one.verdict) for one in sized.below}
+        follows = not sized.worse
+        return {one: _stands(one, best, known, set(sized.open), follows=follows) for one in sized.counts}
+
+    def _grid(self) -> PairGrid | None:
+        """Every fleet searched, by robots and chargers; of packers those of the answer, or the most."""
+        searched = dict.fromkeys(counts for sized in self.demands for counts in sized.counts)
+        if not searched:
+            return None
+        robots, chargers, *_ = (sorted(set(side)) for side in zip(*searched, strict=True))
+        panels = {}
+        for sized in self.demands:
+            cells = self._cells(sized)
+            packers = (max(sized.counts) if sized.best is None else sized.best.counts)[2:]
+            panels[f"{self._when(sized)}{self._with_packers(packers)}"] = tuple(
+                tuple(cells.get((first, second, *packers), "untried") for first in robots)
+                for second in reversed(chargers)
+            )
+        down = tuple(str(number) if number else "" for number in reversed(chargers))
+        how = "robots across, chargers down" if any(chargers) else "by number of robots"
+        title = f"Which fleets give {words.target(self.goal)}: {how}"
+        return PairGrid(title=title, across=tuple(map(str, robots)), down=down, panels=panels)
+
+    def _about(self) -> Subject | None:
+        sized = self.answered
+        if sized is None or sized.best is None:
+            return None
+        made = self.model.replace({**sized.overrides, **sized.best.overrides})
+        return judged.about(f"{self._fleet(sized.best.counts)}, {self._when(sized)}", made, self.plan.seed)
+
+    def _facts(self, sized: Sized) -> dict[str, Any]:
+        best = sized.best
+        return {
+            "study": sized.name.replace(" ", "-"),
+            "growth": sized.growth,
+            "orders_per_hour": sized.rate,
+            "best": best and {**self._counted(best.counts), "cost": best.cost},
+            "capped": None if sized.capped is None else asdict(sized.capped),
+            "open": [self._counted(counts) for counts in sized.open],
+            "busy": {part: one.mean for part, one in sized.utilisation.items()},
+            **({"most": asdict(sized.most)} if sized.most else {}),
+        }
+
+    # Packers, hours and years
+
+    def _fleet(self, counts: Counts) -> str:
+        """The counts of a design: `6 robots, 2 chargers and 3 packers`."""
+        return words.fleet(*counts, nodes=1 if self.packers is None else self.packers.nodes)
+
+    def _counted(self, counts: Counts) -> dict[str, int]:
+        """The counts of a design as JSON has them, packers in all nodes of their station."""
+        found = dict(zip(("robots", "chargers"), counts, strict=False))
+        return found if self.packers is None else {**found, "packers": counts[2] * self.packers.nodes}
+
+    def _with_packers(self, packers: Counts) -> str:
+        return f", {number_of(packers[0] * self.packers.nodes, 'packer')}" if packers and self.packers else ""
+
+    def _worst(self, sized: Sized) -> str:
+        """The worst part of the day with the fleet of an answer, unless one is the target: `11:30 to 13:00: 97 %.`."""
+        if not sized.hours or AT in self.goal.indicator:
+            return ""
+        worst = self._worst_of(sized)
+        return f" {worst.named}: {words.reached(ON_TIME, self._on_time(worst))}."
+
+    def _worst_of(self, sized: Sized) -> Hour:
+        return min(sized.hours, key=lambda one: one.share.mean)
+
+    def _on_time(self, hour: Hour) -> str:
+        low, high = hour.share.interval or (None, None)
+        scale = words.scale(ON_TIME, self.model, (hour.share.mean,))
+        return judged.within(ON_TIME, scale, (hour.share.mean, low, high)).text
+
+    def _hours(self) -> list[Folded]:
+        """How many orders come by the hour, and how many of them are done on time."""
+        sized = self.answered
+        if sized is None or sized.best is None or not sized.hours:
+            return []
+        rows = [(one.named, numbers.number(one.orders), self._on_time(one)) for one in sized.hours]
+        note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold at once."
+        if self.goal.indicator == ON_TIME:
+            worst = replace(self.goal, indicator=self._worst_of(sized).indicator)
+            note += f' A fleet for the worst part: --target "{worst.text}".'
+        return [
+            Folded(title="On time by the hour", note=note, head=("time", "orders", "done on time"), rows=tuple(rows))
+        ]
+
+    def _lasts(self) -> list[str]:
+        """How long the fleet for today is enough."""
+        first = self.plan.today.best
+        if not self.yearly or first is None or self.plan.ended:
+            return []
+        later = [one for one in self.plan.demands if one.best is None or one.best.counts != first.counts]
+        if not later:
+            return ["The fleet for today is enough in all of these years."]
+        known = self._cells(later[0]).get(first.counts)
+        too_small = "is too small" if known == "not met" else "is not shown to be enough"
+        return [f"The fleet for today {too_small} in year {later[0].year}."]
+
+    def _years(self) -> list[Folded]:
+        """The answer year by year."""
+        if not self.yearly:
+            return []
+        parts = [
+            what for what, most in zip(_WHAT, map(max, zip(*self.plan.today.counts, strict=True)), strict=False) if most
+        ]
+        priced = any(sized.best and sized.best.cost is not None for sized in self.plan.demands)
+        head = ("year", "orders an hour", *(f"{what}s" for what in parts), *["a year"] * priced)
+        return [Folded(title="Year by year", head=head, rows=tuple(map(self._year, self.plan.demands)), printed=True)]
+
+    def _year(self, sized: Sized) -> tuple[str, ...]:
+        when = (
+            "today" if not sized.year else f"{sized.year}",
+            "" if sized.rate is None else numbers.number(sized.rate),
+        )
+        if sized.best is None or sized.open:
+            return (*when, "open" if sized.open else "none")
+        counts = [f"{count}" for count in self._counted(sized.best.counts).values() if count]
+        return (*when, *counts, *([] if sized.best.cost is None else [self._money(sized.best.cost)]))
+
+
+def _uncertain(unsure: TippingPoints) -> dict[str, Any]:
+    """Where inputs that are not known exactly tip the answer, as JSON has it."""
+    return {"answer": list(unsure.answer.answer), **tipping_words.facts(unsure), "runs": unsure.runs}
+
+
+def _stands(
+    one: Counts, best: Counts | None, known: Mapping[Counts, Standing], left: set[Counts], *, follows: bool
+) -> Standing:
+    """What a fleet is: none smaller than one that is too small is enough, and all larger than one that is are."""
+    if one == best or (follows and best is not None and within_counts(best, one)):
+        return "met"
+    if one in known or not follows:
+        return known.get(one, "open" if one in left else "untried")
+    over = {verdict for other, verdict in known.items() if within_counts(one, other)}
+    if over & {"not met", "overloaded", "drained", "fails"}:
+        return "not met"
+    if one in left or "open" in over:
+        return "open"
+    return "edge" if "edge" in over else "untried"
+
+
+def _are(shown: Shown) -> str:
+    return "is" if shown.robots == 1 and not any(shown.counts[1:]) else "are"
+
+
+def _choice(strategy: Strategy) -> str:
+    """A strategy by its name: `hungarian`."""
+    return words.named_policy(strategy.label)
+
+
+def _time(sized: Sized) -> str:
+    """What shares of the time are of."""
+    return "of their hours" if sized.in_hours else "of the time"
+
+
+def _share(one: Estimate) -> str:
+    """A mean share, in whole per cent where that says something."""
+    return f"{100 * one.mean:.0f} %" if 0.01 <= one.mean <= 0.99 else numbers.PERCENT.value(one.mean)  # noqa: PLR2004

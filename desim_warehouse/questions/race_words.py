@@ -1,0 +1,82 @@
+"""What is said of a race between all designs of a study: the best, those as good, and the candidates."""
+
+from __future__ import annotations
+
+from desim_warehouse.answer import words
+from desim_warehouse.answer.answer import Answer, Option, Rows
+from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.answer.standing import Standing
+from desim_warehouse.errors import spoken
+from desim_warehouse.questions import judged
+from desim_warehouse.questions.sentences import wrong
+from desim_warehouse.study.procedures import Best
+from desim_warehouse.study.statistics.selection import Selection
+
+
+@answer_of.register
+def answer(found: Best, kind: str = "best", besides: tuple[str, ...] = ()) -> Answer:
+    """What a race found; `besides`: further sentences."""
+    selection, study = found.selection, found.study
+    model, title = study.plan.base, words.in_sentence(found.indicator)
+    zone = words.scale(found.indicator, model, selection.means).value(selection.delta)
+    sense = "largest" if found.maximise else "smallest"
+    options = tuple(_options(found))
+    said = [sentence(line) for line in wrong(study.results, lasting=True)]
+    [best] = [one for one in options if one.standing == "first"]
+    first = f"{capital(title)} is {sense}, {best.text}, with {best.name}."
+    return Answer(
+        kind=kind,
+        name=model.name,
+        description=model.description,
+        question=f"With which option is {title} {sense}?",
+        answer=(first, *_as_good(found, zone), *besides, *said),
+        tiles=(judged.tile(best.text, title),),
+        measures={found.indicator: title},
+        options=options,
+        figure=Rows(title=capital(title), rows=tuple(judged.bar(one.name, one.numbers[0], "part") for one in options)),
+        about=judged.about(best.name, model.replace(found.point.overrides), study.plan.seed),
+        promise=_promise(selection, zone),
+        runs=sum(selection.samples),
+        confidence=selection.confidence,
+        made={"seed": str(study.plan.seed), "model": model.digest()},
+        indicator=found.indicator,
+        delta=selection.delta,
+    )
+
+
+def _as_good(found: Best, zone: str) -> list[str]:
+    """Those shown to be less than the indifference zone worse."""
+    names = [words.design_spoken(point.labels) for point in found.within]
+    return [f"Less than {zone} from it, so take any: {spoken(names)}."] if names else []
+
+
+def _options(found: Best) -> list[Option]:
+    means = found.selection.means
+    scale = words.scale(found.indicator, found.study.plan.base, means)
+    return [
+        Option(
+            name=words.design_spoken(point.labels),
+            standing=_standing(found.selection, point.number),
+            number=judged.within(found.indicator, scale, (means[point.number], None, None)),
+            runs=found.selection.samples[point.number],
+            set=dict(point.overrides),
+        )
+        for point in found.study.points
+    ]
+
+
+def _standing(selection: Selection, design: int) -> Standing:
+    if design == selection.best:
+        return "first"
+    if design in selection.within:
+        return "near"
+    return "open" if selection.eliminated_at[design] is None else "worse"
+
+
+def _promise(selection: Selection, zone: str) -> str:
+    """The guarantee of a choice, with its indifference zone in the unit of the indicator."""
+    if not selection.guaranteed or selection.deterministic:
+        return sentence(selection.note)
+    sure = f"{100 * selection.confidence:g} %"
+    return f"The best with {sure} confidence if it leads by at least {zone} (KN, Kim & Nelson 2001)."

@@ -1,0 +1,108 @@
+"""What is said of designs of a study: their names, what is wrong with them, and the knee of the throughput."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.errors import spoken
+from desim_warehouse.outcome.verdicts import RULES
+from desim_warehouse.study.table import averaged_over, cells, is_numeric
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.results import Results
+
+UNSETTLED = "not settled by the middle of its runs, and counted from there on; longer runs may settle"
+"""Of a design whose warm-up was to be found."""
+
+
+def wrong(study: Results, *, lasting: bool = False) -> list[str]:
+    """What is wrong, a line for each kind of verdict, with the design that has it worst.
+
+    `lasting`: also of those that cannot last, which answers with a row for each design say there.
+    """
+    lines = []
+    for code in RULES:
+        found = {
+            design: one
+            for design, said in study.verdicts.items()
+            for one in said
+            if one.code == code and (lasting or not one.is_lasting)
+        }
+        if found:
+            worst = max(found, key=lambda design: found[design].size)
+            judged = sum(bool(study.runs(design)) for design in study.designs)
+            of = f"; {len(found)} of {judged} options" if len(found) > 1 else ""
+            where = f" ({name_of(study, worst)}{of})" if len(study.designs) > 1 else ""
+            lines.append(f"{found[worst].text}{where}")
+    return lines
+
+
+def name_of(study: Results, design: str) -> str:
+    """A design in words; factors that do not vary are left out."""
+    return words.design_spoken(_levels(study, design))
+
+
+def option_of(study: Results, design: str) -> tuple[str, str]:
+    """What is decided in a design, and the demand that it is for; both in the first where there is no target."""
+    levels = _levels(study, design)
+    asked = {key: level for key, level in levels.items() if study.is_demand(key)}
+    if study.target is None or len(asked) in {0, len(levels)}:
+        return words.design_spoken(levels), ""
+    decided = {key: level for key, level in levels.items() if key not in asked}
+    return words.design_spoken(decided), words.design_spoken(asked)
+
+
+def apart_from(study: Results, design: str, other: str) -> str:
+    """A design by what makes it another than one like it."""
+    ours, theirs = _levels(study, design), _levels(study, other)
+    differ = {key: level for key, level in ours.items() if level != theirs[key]}
+    if len(differ) != 1:
+        return words.design_spoken(differ)
+    [(key, level)] = differ.items()
+    return words.setting(key, level).removeprefix(f"{words.in_words(key)}: ")
+
+
+def _levels(study: Results, design: str) -> dict[str, Any]:
+    """The levels of a design by factor, without the factors that do not vary."""
+    levels = zip(study.factors, study.designs[design], strict=True)
+    return {key: level for key, level in levels if key in study.varied or len(study.factors) == 1}
+
+
+def knee_of_throughput(study: Results) -> list[str]:
+    """Where more robots stop paying off, if throughput rises significantly up to there."""
+    from desim_warehouse.study.statistics.comparison import paired
+    from desim_warehouse.study.statistics.knee import knee
+
+    factor, indicator = "fleet.size", "throughput_per_hour"
+    if study.plan.rule.sampled or factor not in study.factors or indicator not in study.moving:
+        return []
+    found = cells(study.table, [factor], indicator, study.plan.confidence)
+    sizes = [cell.levels[0] for cell in found]
+    if len(sizes) < 3 or not is_numeric(sizes):  # noqa: PLR2004 - fewer have no knee
+        return []
+    shape = knee(sizes, [cell.estimate.mean for cell in found])
+    if shape.at is None or shape.output is None:
+        return []
+    first, there = found[0].by_replication, found[sizes.index(shape.at)].by_replication
+    common = sorted(first.keys() & there.keys())
+    if not common:
+        return []
+    rise = paired(
+        [there[r] for r in common],
+        [first[r] for r in common],
+        study.plan.confidence,
+        deterministic=study.deterministic,
+    )
+    low = rise.mean if rise.deterministic else rise.interval[0] if rise.interval else 0.0
+    if low <= 0:
+        return []
+    over = averaged_over(study.table, [factor])
+    on_average = f" on average over {spoken(map(words.in_words, over))}" if over else ""
+    return [
+        (
+            f"Throughput has its knee at {words.level(shape.at)} robots, with {numbers.measured(shape.output)} tasks "
+            f"an hour{on_average}: beyond it, each further robot adds less than before. "
+            f"The largest mean, {numbers.measured(shape.maximum)}, is at {words.level(shape.maximum_at)}."
+        )
+    ]

@@ -1,0 +1,369 @@
+"""What a study asks and answers: which of its options meet the target, or which is best."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Sequence
+
+from desim_warehouse._version import simulated_with
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber, Subject
+from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.numbers import Scale, capital, sentence
+from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
+from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.outcome.indicators import look_up
+from desim_warehouse.outcome.verdicts import is_no_answer
+from desim_warehouse.questions import judged
+from desim_warehouse.questions.sentences import UNSETTLED, apart_from, knee_of_throughput, name_of, option_of, wrong
+from desim_warehouse.study.plan import StudyPlan
+from desim_warehouse.study.results import Results
+from desim_warehouse.study.statistics.judge import MOST_TO_TELL
+from desim_warehouse.study.statistics.screening import first_order, main_effects
+
+_LISTED = 6
+"""Options that are named one by one; of more, how many there are."""
+_DRAWN = 40
+"""Rows of a figure."""
+_RARE = 3
+"""Lines on what is rare."""
+_TILES, _SHOWN = 3, 4
+"""Large numbers, and indicators where nobody asked for some."""
+_UNNAMED = ("what-if", "size", "best", "study", "why")
+"""Names of studies without one of their own: their answers have the name of the model."""
+
+
+@answer_of.register
+def answer(study: Results, indicators: Sequence[str] = ()) -> Answer:
+    """The answer of a study; `indicators`: those to show, instead of the usual ones."""
+    return _Studied(study, indicators).answer()
+
+
+class _Studied:
+    """The designs that have runs, those whose runs are equal once, with the indicators that are shown of them."""
+
+    def __init__(self, study: Results, indicators: Sequence[str]) -> None:
+        self.study, self.goal, self.base = study, study.target, study.base
+        most = None if study.plan.indicators else _SHOWN
+        shown = study.chosen(indicators) if indicators else list(study.main[:most])
+        if self.goal is not None and self.goal.indicator in study.indicators:
+            shown = list(dict.fromkeys([self.goal.indicator, *shown]))
+        self.shown = shown
+        self.scales: dict[str, Scale] = {
+            name: words.scale_of(name, self.base, study.estimates(name).values()) for name in shown
+        }
+        self.tried = [design for design in study.designs if study.runs(design) and design not in study.same]
+        self.options = {design: self._option(design) for design in self.tried}
+
+    def answer(self) -> Answer:
+        study, plan = self.study, self.study.plan
+        said, named = self._best() if self.goal is None else self._on_target()
+        return Answer(
+            kind="study",
+            name=self.base.name if plan.name in _UNNAMED else plan.name,
+            description=plan.description or self.base.description,
+            question=self._question(),
+            answer=tuple(said),
+            tiles=() if named is None else self._tiles(named),
+            measures={name: words.in_sentence(name) for name in self.shown},
+            options=tuple(self.options.values()),
+            figure=self._figure(),
+            about=None if named is None else self._about(named),
+            tables=tuple(self._tables()),
+            promise=self._promise(),
+            notes=tuple(self._notes()),
+            runs=len(study.rows),
+            confidence=plan.confidence,
+            made={"seed": str(plan.seed), "model": self.base.digest(), **study.versions},
+            baseline=self.options[first].name if (first := self._first(study.baseline)) in self.options else None,
+            target=None if self.goal is None else {"text": plan.target, "value": self.goal.value},
+        )
+
+    def _first(self, design: str) -> str:
+        """The design that stands for this one, where their runs are equal."""
+        return self.study.same.get(design, design)
+
+    # Options
+
+    def _option(self, design: str) -> Option:
+        study, model = self.study, self.study.models.get(design)
+        found = study.verdicts.get(design, ())
+        lasting = lasts_not(found)
+        done = study.estimate(study.runs(design), "throughput_per_hour")
+        said = ""
+        if lasting and model is not None:
+            said = instead(found, None if done is None else done.mean, model)
+        known = [one for name in self.shown if (one := self.number(design, name)) is not None]
+        kind: Standing = lasting or ("known" if known else "fails")
+        if self.goal is not None and not lasting:
+            kind = standing(study.judged[design]) if design in study.judged else "fails"
+        year = study.estimate(study.runs(design), "annual_cost")
+        copies = [apart_from(study, other, design) for other, one in study.same.items() if one == design]
+        point = next(one for one in study.points if str(one) == design)
+        name, group = option_of(study, design)
+        return Option(
+            name=name,
+            group=group,
+            standing=kind,
+            number=known[0] if known and not said else None,
+            also=tuple(known[not said :]),
+            said=said,
+            runs=len(study.runs(design)),
+            cost=None if year is None else year.mean,
+            set=dict(point.overrides),
+            same=tuple(copies),
+        )
+
+    def number(self, design: str, indicator: str) -> SaidNumber | None:
+        """An indicator with its one interval; None where it has no value, or none that says something."""
+        found = self.study.verdicts.get(design, ())
+        of_time = indicator.startswith("cycle_time") or is_no_answer(indicator, found)
+        one = self.study.shown(design, indicator)
+        if one is None or (of_time and lasts_not(found)):
+            return None
+        aim = self.goal.value if self.goal is not None and indicator == self._aim() else None
+        return judged.within(indicator, self.scales[indicator], (one.mean, *(one.interval or (None, None))), aim)
+
+    def _aim(self) -> str | None:
+        """The indicator of the target."""
+        return None if self.goal is None else self.goal.indicator
+
+    def _found(self, design: str, indicator: str) -> str:
+        """A value of an option in a sentence, or what is said instead."""
+        one = None if indicator == self._aim() and self.options[design].said else self.number(design, indicator)
+        return self.options[design].said or "no value" if one is None else one.text
+
+    # Sentences with a target
+
+    def _on_target(self) -> tuple[list[str], str | None]:
+        """For each demand the first option that meets the target, the cheapest where there are prices; the last."""
+        judged_ones = [design for design in self.tried if design in self.study.judged]
+        if not judged_ones:
+            return [f"No run has a value that {self.study.plan.target} could be judged by."], None
+        groups: dict[str, list[str]] = {}
+        for design in sorted(judged_ones, key=lambda one: self.options[one].cost or 0.0):
+            groups.setdefault(self.options[design].group, []).append(design)
+        found = [self._met_first(group, designs) for group, designs in groups.items()]
+        lines = [line for line, _ in found]
+        named = [design for _, design in found if design is not None]
+        return [*lines, *self._count(judged_ones)], named[-1] if named else None
+
+    def _met_first(self, group: str, designs: list[str]) -> tuple[str, str | None]:
+        goal = self.goal
+        assert goal is not None
+        when, aim = f"{group}: " if group else "", words.target(goal)
+        enough = [design for design in designs if self.options[design].standing == "met"]
+        if enough:
+            option = self.options[enough[0]]
+            are = "are" if option.name[:1].isdigit() and not option.name.startswith("1 ") else "is"
+            which = "only" if len(enough) == 1 else "cheapest" if option.cost is not None else "first"
+            year = f", {self._year(enough[0])} a year" if option.cost is not None else ""
+            said = f"{when}{option.name} {are} the {which} option shown to give {aim}: "
+            return capital(f"{said}{self._found(enough[0], goal.indicator)}{year}."), enough[0]
+        lasting = [design for design in designs if self.options[design].number is not None]
+        near = max(lasting or designs, key=lambda one: goal.sign * self.study.judged[one].mean)
+        best = f"{self.options[near].name}, {self._found(near, goal.indicator)}"
+        return capital(f"{when}no option is shown to give {aim}. Best so far: {best}."), None
+
+    def _count(self, designs: list[str]) -> list[str]:
+        """How many options are of which kind, and how many runs would tell of those that need more."""
+        if len(designs) == 1 and self.options[designs[0]].standing != "open":
+            return []
+        met = Counter(self.options[design].standing for design in designs)
+        said = {"met": "{} meet{} the target", "not met": "{} miss{} it", "open": "{} need{} more runs"}
+        parts = []
+        for kind, many in ((kind, met[kind]) for kind in WORDS if met[kind]):
+            form = said.get(kind, f"{{}} {WORDS[kind]}")
+            end = "" if many > 1 else "es" if kind == "not met" else "s"
+            parts.append(form.format(many, end))
+        if len(parts) == 1:
+            every = parts[0].removeprefix(f"{len(designs)} ")
+            whole = "Both options" if len(designs) == 2 else f"All {number_of(len(designs), 'option')}"  # noqa: PLR2004
+            return [f"{whole} {every}.{self._runs_to_tell()}"]
+        return [f"Of {number_of(len(designs), 'option')} {spoken(parts)}.{self._runs_to_tell()}"]
+
+    def _runs_to_tell(self) -> str:
+        needed = list(self.study.runs_to_tell.values())
+        known = [runs for runs in needed if runs is not None]
+        each = "it" if len(needed) == 1 else "each"
+        if not needed:
+            return ""
+        if not known:
+            return f" Even {numbers.number(MOST_TO_TELL)} runs of {each} might not tell."
+        beyond = len(needed) - len(known)
+        close = f"; {beyond} may need more than {numbers.number(MOST_TO_TELL)}" if beyond else ""
+        return f" About {numbers.number(max(known))} runs of {each} would probably tell{close}."
+
+    # Sentences without a target
+
+    def _best(self) -> tuple[list[str], str | None]:
+        """The option with the best mean of the first indicator of which less or more is better, and those as good."""
+        study = self.study
+        if len(self.tried) == 1:
+            return self._alone(self.tried[0]), self.tried[0]
+        better = {name: known.better for name in study.moving if (known := look_up(name)) and known.better}
+        if not better:
+            same = spoken([words.in_sentence(name) for name in study.main])
+            return [f"Nothing that was varied changes {same}."] if same else [], None
+        indicator, sense = next((name, better[name]) for name in better)
+        lasting = [design for design in self.tried if not self.options[design].said] or self.tried
+        means = {one: found.mean for one in lasting if (found := study.shown(one, indicator)) is not None}
+        best = (max if sense == "more" else min)(means, key=lambda design: means[design])
+        comparison = study.compare_finished(indicator, best)
+        rows = comparison.differences if comparison else ()
+        alike = [str(one.design) for one in rows if str(one.design) in means and not one.differs]
+        extreme = "largest" if sense == "more" else "smallest"
+        name = words.in_sentence(indicator)
+        if len(means) > 1 and len(alike) == len(means) - 1:
+            return [f"No option is shown to be better in {name} than another.", *self._wrong(lasting=True)], None
+        most = f"{capital(name)} is {extreme}, {self._found(best, indicator)}, with {self.options[best].name}."
+        lines = [most] + ([f"Not shown to be worse: {self._names(alike)}."] if alike else []) + self._costs(best)
+        return [*lines, *knee_of_throughput(study), *self._wrong(lasting=True)], best
+
+    def _alone(self, design: str) -> list[str]:
+        lines = [sentence(one.text) for one in self.study.verdicts.get(design, ())]
+        shown = [one for name in self.shown[:_TILES] if (one := self.number(design, name)) is not None]
+        return lines + [f"{words.indicator_name(one.of)}: {one.text}." for one in shown] + self._costs(design)
+
+    def _costs(self, design: str) -> list[str]:
+        if self.options[design].cost is None or "annual_cost" in self.shown:
+            return []
+        return [f"A year with {self.options[design].name} costs {self._year(design)}."]
+
+    def _year(self, design: str) -> str:
+        """What a year costs; without an interval where no run can change it."""
+        found = self.study.estimate(self.study.runs(design), "annual_cost")
+        assert found is not None
+        scale = words.scale("annual_cost", self.base)
+        return scale.value(found.mean) if is_fixed(self.base.prices) else scale.estimate(found)
+
+    def _names(self, designs: list[str]) -> str:
+        """Names, of many the first."""
+        names = [self.options[design].name for design in designs if design in self.options]
+        return spoken(names if len(names) <= _LISTED + 1 else [*names[:_LISTED], f"{len(names) - _LISTED} more"])
+
+    def _question(self) -> str:
+        """What was varied, and what for."""
+        study = self.study
+        keys = [key for key in study.varied or study.factors if self.goal is None or not study.is_demand(key)]
+        robots = [self._robots() for key in keys if key == "fleet.size" and len(study.levels(key)) > 1]
+        names = [words.in_words(key) for key in keys if not (robots and key == "fleet.size")]
+        others = spoken(names) if names else ""
+        if self.goal is None:
+            main = spoken([words.in_sentence(name) for name in study.main[:3]])
+            if not keys:
+                return f"What does the model achieve in {main}?"
+            do = "do" if robots or len(keys) > 1 else "does"
+            return f"What {do} {spoken([*robots, *names])} change in {main}?"
+        aim = words.target(self.goal)
+        if robots:
+            return f"Which of {robots[0]}{f', with which {others},' if others else ''} give {aim}?"
+        return f"Which {others} give{'s' * (len(keys) == 1)} {aim}?" if others else f"Does the model give {aim}?"
+
+    def _robots(self) -> str:
+        found = self.study.levels("fleet.size")
+        return f"{words.level(found[0])} to {words.level(found[-1])} robots"
+
+    # Numbers and tables
+
+    def _tiles(self, design: str) -> tuple[BigNumber, ...]:
+        shown = [one for name in self.shown[:_TILES] if (one := self.number(design, name)) is not None]
+        tiles = [judged.tile(one.text, words.in_sentence(one.of)) for one in shown]
+        year = [judged.tile(self._year(design), "a year")] if self.options[design].cost is not None else []
+        return (*tiles, *year) if not self.options[design].said else ()
+
+    def _about(self, design: str) -> Subject | None:
+        model = self.study.models.get(design)
+        return None if model is None else judged.about(name_of(self.study, design), model, self.study.plan.seed)
+
+    def _figure(self) -> Rows | None:
+        """The indicator of the target, or the first that differs, of the options that have it."""
+        of = self.goal.indicator if self.goal is not None else next(iter(self.study.moving), None)
+        shown = [(one, number) for one in self.options.values() for number in one.numbers if number.of == of]
+        if of is None or len(shown) < 2 or len(shown) > _DRAWN:  # noqa: PLR2004 - one row compares nothing
+            return None
+        bars = [
+            judged.bar(", ".join(filter(None, (one.group, one.name))), number, one.standing) for one, number in shown
+        ]
+        goal = self.goal
+        at = goal.value if goal else None
+        aim = judged.aim(goal) if goal else ""
+        return Rows(title=capital(words.in_sentence(of)), at=at, at_words=aim, rows=tuple(bars))
+
+    def _tables(self) -> Iterator[Folded]:
+        effects = self._effects()
+        if effects is not None:
+            yield effects
+        study = self.study
+        failed = [row for row in study.rows if row.outcome.error is not None]
+        rows = [(name_of(study, str(row.point)), str(row.replication), str(row.outcome.error)) for row in failed]
+        if rows:
+            yield Folded(title="Runs that failed", head=("option", "run", "error"), rows=tuple(rows[:_DRAWN]))
+        facts = [("options", f"{len(study.designs)}, {study.plan.rule.name}"), ("runs", _replications(study.plan))]
+        facts += [("warm-up", _warm_up(study))]
+        facts += [(words.factor_name(key), ", ".join(map(words.level, study.levels(key)))) for key in study.factors]
+        yield Folded(title="The study", head=("", ""), rows=tuple(facts))
+
+    def _effects(self) -> Folded | None:
+        """Largest minus smallest mean over each factor's levels, and its share of variance; None for one factor."""
+        study, varied = self.study, self.study.varied
+        if len(varied) < 2 or study.plan.rule.name == "paired":  # noqa: PLR2004
+            return None  # one factor, or factors varied together: their effects cannot be told apart
+        rows, doubts = [], []
+        for indicator in study.moving:
+            swings = {item.factor: item.swing for item in main_effects(study.table, varied, indicator).factors}
+            scale = words.scale(indicator, study.base)
+            found = first_order(study.table, varied, indicator, confidence=study.plan.confidence)
+            name = words.indicator_name(indicator)
+            rows += [(name, words.factor_name(key), scale.bare(swings[key]), found.text(key)) for key in found.shares]
+            doubts += [f"{name}: {found.warning}."] if found.warning else []
+        head = ("indicator", "factor", "largest − smallest mean", "share of variance")
+        note = "Share of the variance between options that each factor explains alone (first-order Sobol index)."
+        return Folded(title="Which factor matters", note=" ".join([note, *doubts]), head=head, rows=tuple(rows))
+
+    def _promise(self) -> str:
+        study, sure = self.study, self.study.plan.confidence
+        if study.deterministic:
+            return judged.promise("", sure, exact=True)
+        if max(len(study.runs(design)) for design in self.tried) == 1:
+            return "One run of a random model says little: more runs give intervals."
+        if self.goal is not None:
+            return judged.promise("verdicts", sure, exact=False)
+        return judged.each(sure)
+
+    def _wrong(self, *, lasting: bool = False) -> list[str]:
+        return [sentence(line) for line in wrong(self.study, lasting=lasting)] if len(self.tried) > 1 else []
+
+    def _notes(self) -> list[str]:
+        study = self.study
+        lines = self._wrong() if self.goal is not None else []
+        if study.warm_ups:
+            unit = self.base.units.time
+            found = [f"{words.in_unit(at, unit)} with {name_of(study, one)}" for one, at in study.warm_ups.items()]
+            lines.append(f"Counted from {'; '.join(found[:_LISTED])}.")
+        lines += [f"{name_of(study, design)}: {UNSETTLED}." for design in study.unsettled]
+        made = simulated_with(study.version)
+        return [*lines, *study.rare[:_RARE], *([f"{capital(made)}."] if made else [])]
+
+
+def _replications(plan: StudyPlan) -> str:
+    """How many replications each design has, in words."""
+    rule = plan.replications
+    if isinstance(rule, int):
+        return str(rule)
+    if isinstance(rule, tuple):
+        many = f"{min(rule)} to {max(rule)}" if min(rule) < max(rule) else f"{max(rule)}"
+        return f"{many} of each option, as the procedure asked for"
+    return (
+        f"{rule.minimum} to {rule.cap} of each option, until the half-width of {rule.indicator} is at most "
+        f"{numbers.number(100 * rule.half_width)} % of its mean"
+    )
+
+
+def _warm_up(study: Results) -> str:
+    """What is not counted: one time for all designs, or found for each."""
+    found, unit = study.warm_ups.values(), study.base.units.time
+    if not found:
+        return f"{numbers.duration(study.base.run.warm_up, unit)}, not counted"
+    return f"{numbers.duration(min(found), unit)} to {numbers.duration(max(found), unit)}, found for each option, not counted"

@@ -1,0 +1,285 @@
+"""The answer of `desim why`: about the warehouse as it is, whatever any change gains."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber
+from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.answer.root_words import root
+from desim_warehouse.answer.standing import Standing
+from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.outcome.indicators import find
+from desim_warehouse.questions import judged
+from desim_warehouse.study.statistics.effects import Gain
+from desim_warehouse.study.suspects import Suspect
+from desim_warehouse.study.why import Failure, Health, Why
+
+_ROOTS = 3
+_NAMED = 3
+"""Changes that are named in a sentence."""
+_MANY = 1000  # per cent
+_FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": "jams for good"}
+"""What a run does that could not go on, by its error."""
+_PER = "per 10 % more"
+
+
+@answer_of.register
+def answer(found: Why) -> Answer:
+    """What `desim why` found."""
+    return _Held(found).answer()
+
+
+def fails(failure: Failure) -> str:
+    """How often runs could not go on."""
+    verb = next((said for kind, said in _FAILS.items() if failure.text.startswith(kind)), "fails")
+    return f"{verb} in {failure.failed} of {number_of(failure.runs, 'run')}"
+
+
+class _Held:
+    """What holds a warehouse up, with the scale on which gains are written."""
+
+    def __init__(self, found: Why) -> None:
+        self.found, self.model = found, found.model
+        known = [gain.mean for _, gain in found.found if math.isfinite(gain.mean)]
+        scale = words.scale(found.indicator, self.model, known)
+        self.scale = numbers.Scale("points", 100.0) if scale.is_share else scale
+        self.competing = [(suspect, gain) for suspect, gain in found.found if gain.competes]
+        self.of = words.in_sentence(found.indicator) if found.indicator else ""
+
+    def answer(self) -> Answer:
+        found, model = self.found, self.model
+        said = [self._said(), *(sentence(one.text) for one in found.verdicts), self._lost(), self._batched()]
+        broken = 0 in found.failures
+        return Answer(
+            kind="why",
+            name=model.name,
+            description=model.description,
+            question="What holds it up?",
+            measures={found.indicator: "gain, per 10 %"},
+            answer=tuple(filter(None, said)),
+            tiles=() if broken else (*self._as_it_is(), *self._health()),
+            options=tuple(self._options()),
+            figure=self._figure(),
+            about=None if broken else judged.about("the warehouse as it is", model, found.seed),
+            tables=tuple(self._changes()),
+            promise=judged.promise("intervals", found.gains.confidence, exact=found.gains.exact),
+            notes=tuple(f"Not tried: {line}." for line in found.left_out),
+            runs=found.gains.runs,
+            confidence=found.gains.confidence,
+            made={"seed": str(found.seed), "model": model.digest()},
+            indicator=found.indicator,
+            clear=found.is_clear,
+            base=_finite(found.gains.base),
+            held_up=found.is_held_up,
+            lost_time=[{"root": one.cause, "at": one.at, "share": share} for one, share in found.lost.items()],
+            waiting_for_batch=found.batched,
+            failed=found.gains.failed,
+            left_out=list(found.left_out),
+            verdicts=[verdict.content() for verdict in found.verdicts],
+            reliefs=[_facts(suspect, gain) for suspect, gain in found.found],
+        )
+
+    # Sentences
+
+    def _said(self) -> str:
+        """What holds the warehouse up and what that costs, or that nothing does."""
+        found, failure = self.found, self.found.failures.get(0)
+        if failure is not None:
+            return f"As it is, it {fails(failure)}. {sentence(failure.text.partition(': ')[2] or failure.text)}"
+        if not found.is_held_up and found.state is not None:
+            known = found.gains.none or found.is_clear
+            return f"Nothing holds it up: {_state(found.state)}.{f' {self._gains()}' if known else ''}"
+        return self._gains()
+
+    def _gains(self) -> str:
+        """What gains most for an equal dose, and what everything else gains at most."""
+        found = self.found
+        if not self.competing:
+            return f"No change tried made any difference in {number_of(found.gains.runs, 'run')}."
+        if found.gains.none:
+            return f"No change tried improves {self.of} by {self.scale.value(found.gains.delta)} or more."
+        if found.is_clear:
+            return self._best(*self.competing[0])
+        near = [(one, gain) for one, gain in self.competing if not gain.beaten and gain.high > 0][:_NAMED]
+        listed = spoken([f"{one.relief} {self._number(gain.each).text}" for one, gain in near])
+        per = f", {_PER}" if any(one.dose is not None for one, _ in near) else ""
+        runs = number_of(self.competing[0][1].n, "run")
+        unclear = f"{runs} cannot yet say what helps most. Gain in {self.of}{per}: {listed}."
+        return unclear + self._largest([one for one, _ in near])
+
+    def _best(self, suspect: Suspect, most: Gain) -> str:
+        """What the winner gains, and what everything else gains at most."""
+        found = self.found
+        falls = "falls" if find(found.indicator).better == "less" else "rises"
+        per = "" if suspect.dose is None else " per 10 %"
+        line = f"{capital(suspect.relief)}: {self.of} {falls} by {self._number(most.each).text}{per}"
+        if found.is_held_up:
+            line = f"{capital(suspect.name)} {_holds(suspect.name)} it up most. {line}"
+        rest = max((gain.each.high for one, gain in self.competing if one.name != suspect.name), default=None)
+        if rest is not None and rest >= most.each.low:
+            line += "; every other change gains less on the same days"
+        elif rest is not None:
+            doses = any(one.dose is not None for one, _ in self.competing)
+            line += f"; nothing else gains more than {self._at_most(rest)}{' per 10 %' * doses}"
+        elif len(found.found) > 1 and all(gain.same for _, gain in found.found[1:]):
+            line += f"; nothing else made a difference in {number_of(most.n, 'run')}"
+        whole = f" As a whole it gains {self._number(most).text}." if suspect.dose is not None else ""
+        return f"{line}.{whole}{self._largest([suspect])}"
+
+    def _largest(self, named: list[Suspect]) -> str:
+        """What is sure to gain most as a whole, however large a change it takes, unless that is named first."""
+        suspect, most = max(self.competing, key=lambda item: item[1].mean)
+        others = [gain for one, gain in self.competing if one in named and one is not suspect]
+        if suspect is named[0] or any(gain.high >= most.low for gain in others):
+            return ""
+        return f" As a whole {suspect.relief} gains most: {self._number(most).text}."
+
+    def _at_most(self, value: float) -> str:
+        """A bound, rounded up."""
+        value = max(value, 0.0) * self.scale.by
+        digits = max(0, 1 - math.floor(math.log10(value))) if value else 0
+        shown = numbers.number(math.ceil(value * 10**digits) / 10**digits, digits)
+        return f"{shown} {self.scale.unit}".rstrip()
+
+    def _lost(self) -> str:
+        """How long robots waited in the run that was looked at, and for what most of it; empty where nobody waited."""
+        lost = self.found.lost
+        if not lost:
+            return ""
+        most = [f"{numbers.PERCENT.value(part)} {root(one, self.model)}" for one, part in list(lost.items())[:_ROOTS]]
+        whole = numbers.PERCENT.value(math.fsum(lost.values()))
+        return f"Robots spent {whole} of their time waiting in the run looked at: {spoken(most)}."
+
+    def _batched(self) -> str:
+        """How long tasks waited for others to go with them; empty where none did."""
+        if not self.found.batched:
+            return ""
+        share = numbers.PERCENT.value(self.found.batched)
+        return f"{share} of a task's time was waiting for a batch in the run looked at."
+
+    # Numbers
+
+    def _number(self, gain: Gain) -> SaidNumber:
+        return judged.within(self.found.indicator, self.scale, (gain.mean, gain.low, gain.high), 0.0)
+
+    def _as_it_is(self) -> list[BigNumber]:
+        base = self.found.as_it_is
+        if base is None:
+            return []
+        scale = words.scale(self.found.indicator, self.model, (base.mean,))
+        shown = judged.within(self.found.indicator, scale, (base.mean, *(base.interval or (None, None))))
+        return [judged.tile(shown.text, f"{self.of}, as it is")]
+
+    def _health(self) -> list[BigNumber]:
+        """How the warehouse does, where no sentence says it."""
+        state = self.found.state
+        if state is None or not self.found.is_held_up:
+            return []
+        due = [] if state.on_time is None else [BigNumber(value=numbers.PERCENT.value(state.on_time), what="on time")]
+        return [*due, BigNumber(value=numbers.PERCENT.value(state.idle), what="of robots' time idle")]
+
+    def _standing(self, suspect: Suspect, gain: Gain) -> Standing:
+        found = self.found
+        if gain.change in found.failures or gain.failed:
+            return "fails"
+        if gain.same:
+            return "same"
+        if gain.scale is None:
+            return "apart"
+        if suspect is self.competing[0][0] and found.is_clear:
+            return "best"
+        return "less" if gain.beaten or gain.high <= 0 else "perhaps"
+
+    def _options(self) -> list[Option]:
+        """A row for each change, those in the contest by what 10 % gain; all that changed nothing are one."""
+        same = [suspect.relief for suspect, gain in self.found.found if gain.same]
+        rows = []
+        for suspect, gain in self.found.found:
+            if gain.same and suspect.relief != same[0]:
+                continue
+            standing, said = self._standing(suspect, gain), ""
+            if gain.change in self.found.failures:
+                said = fails(self.found.failures[gain.change])
+            elif gain.failed:
+                said = f"no value in {gain.failed} of {number_of(gain.n, 'run')}"
+            elif gain.same:
+                said = f"no difference in {number_of(gain.n, 'run')}"
+            rows.append(
+                Option(
+                    name=suspect.relief,
+                    standing=standing,
+                    number=None if said else self._number(gain.each if gain.competes else gain),
+                    said=said,
+                    runs=gain.n,
+                    set=dict(suspect.overrides),
+                    same=tuple(same[1:]) if gain.same else (),
+                )
+            )
+        return rows
+
+    def _figure(self) -> Rows | None:
+        bars = (
+            judged.bar(suspect.relief, self._number(gain.each), self._standing(suspect, gain))
+            for suspect, gain in self.competing
+        )
+        title = f"What each change gains in {self.of}, {_PER} of it"
+        return judged.figure(title, bars, 0.0, "no gain")
+
+    def _changes(self) -> list[Folded]:
+        """How large each change is, how long robots waited there, and what it gains as a whole."""
+        rows = tuple(
+            (
+                suspect.relief,
+                dose(suspect),
+                "" if suspect.waited is None else numbers.PERCENT.value(suspect.waited),
+                "" if math.isnan(gain.mean) else self._number(gain).text,
+            )
+            for suspect, gain in self.found.found
+        )
+        note = "Waited: the part of the robots' time, in one run. Gains as a whole, however large the change."
+        head = ("change", "how much more", "waited", "gain as a whole")
+        return [Folded(title="The changes as a whole", note=note, head=head, rows=rows)] if rows else []
+
+
+def dose(suspect: Suspect) -> str:
+    """A change as a part of what is there."""
+    if suspect.dose is None:
+        return "all"
+    percent = 100 * suspect.dose
+    text = f"{percent:+,.0f} %" if abs(percent) >= _MANY else f"{percent:+.3g} %"
+    return text.replace("-", "\N{MINUS SIGN}")
+
+
+def _state(now: Health) -> str:
+    """How the warehouse does as it is."""
+    due = [] if now.on_time is None else [f"{numbers.PERCENT.value(now.on_time)} on time"]
+    return ", ".join([f"robots idle {100 * now.idle:.0f} %", *due])
+
+
+def _holds(name: str) -> str:
+    """The verb for a suspect: intersections hold, an intersection holds."""
+    first = name.split(maxsplit=1)[0]
+    return "hold" if first.endswith("s") or name.endswith("lanes") or first == "people" else "holds"
+
+
+def _facts(suspect: Suspect, gain: Gain) -> dict[str, Any]:
+    return {
+        "name": suspect.name,
+        "relief": suspect.relief,
+        "waited": suspect.waited,
+        "dose": suspect.dose,
+        "gain": _finite(gain.mean),
+        "low": _finite(gain.low),
+        "high": _finite(gain.high),
+        "per_10_percent": None if suspect.dose is None else _finite(suspect.scale * gain.mean),
+        "failed": gain.failed,
+        "competes": gain.competes,
+    }
+
+
+def _finite(value: float) -> float | None:
+    return value if math.isfinite(value) else None

@@ -1,0 +1,88 @@
+"""The replay: a run as one HTML page that plays in any browser, without a network."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import ReportError
+from desim_warehouse.look.palette import PALETTES
+from desim_warehouse.look.web import WebPage
+
+if TYPE_CHECKING:
+    from desim_warehouse.outcome.history import History
+
+
+class Replay(WebPage):
+    """A replay page: write it with `save`; in Jupyter it shows itself."""
+
+    sandbox = "allow-scripts allow-downloads"  # a picture of it can be saved
+
+
+def replay(
+    history: History,
+    path: str | Path | None = None,
+    *,
+    start: float | None = None,
+    end: float | None = None,
+    palette: str = "safe",
+    beside: History | None = None,
+) -> Replay:
+    """Make the replay page of a run, or of a window of it; of two runs side by side on one clock with `beside`.
+
+    Of a whole run it counts from the end of the warm-up on, as indicators do; of a window from its start.
+
+    Args:
+        history: of a run with `log: all`.
+        path: where to write the page; None: nowhere yet.
+        start: first moment shown, in the model's time unit; default: the start of the run.
+        end: last moment shown; default: the end of the run.
+        palette: `safe` for colour-blind people, or `paper`, the paper's blue, red and green.
+        beside: that of another run with `log: all`, shown at the same moments, counted from the start of either.
+
+    Raises:
+        ReportError: for a run without the rows that are needed, an empty window, or an unknown palette.
+    """
+    from desim_warehouse.outcome.positions import need_all
+    from desim_warehouse.replay.page import page
+
+    runs = [history] if beside is None else [history, beside]
+    for one in runs:
+        need_all(one)
+    if palette not in PALETTES:
+        raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
+    windows = [window(history, start, end)]
+    if beside is not None:
+        part = history.model.units.seconds / beside.model.units.seconds
+        windows.append(window(beside, *(None if time is None else time * part for time in (start, end))))
+    if start is not None or end is not None:
+        runs = [run.since(first) for run, (first, _) in zip(runs, windows, strict=True)]
+    result = Replay(f"{history.model.name}: replay", page(runs, windows, palette))
+    if path is not None:
+        result.save(path)
+    return result
+
+
+def part(history: History, seconds: float) -> dict[str, Any]:
+    """The header of a replay page and its columns as text, for so many seconds from the end of the warm-up on."""
+    from desim_warehouse.replay.columns import pack
+    from desim_warehouse.replay.payload import payload
+
+    start = history.begin if history.begin < history.log.end else 0.0
+    header, columns = payload(history, *window(history, start, start + seconds / history.model.units.seconds))
+    index, text = pack(columns)
+    return {"header": {**header, "columns": index}, "columns": text}
+
+
+def window(history: History, start: float | None, end: float | None) -> tuple[float, float]:
+    """The part of a run between two times; raises ReportError if there is none."""
+    last = float(history.log.end)
+    begin = 0.0 if start is None else float(start)
+    finish = last if end is None else float(end)
+    if not (math.isfinite(begin) and math.isfinite(finish)) or begin < 0 or begin >= finish or begin >= last:
+        raise ReportError(
+            f"a replay from {begin:g} to {finish:g} shows nothing: the run lasts from 0 to {last:g} "
+            f"{history.model.units.time}"
+        )
+    return begin, min(finish, last)

@@ -1,0 +1,94 @@
+"""The replay page: template, style and script of this package joined with the data of a run into one HTML text."""
+
+from __future__ import annotations
+
+import html
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from desim_warehouse._version import simulated_with
+from desim_warehouse.errors import number_of
+from desim_warehouse.look.palette import GROUND, HEAT, PAGE, PALETTES, WAITED_STEPS
+from desim_warehouse.look.web import joined, safe_json
+from desim_warehouse.model.facts.keys import about
+from desim_warehouse.outcome.history import History
+from desim_warehouse.replay.columns import pack
+from desim_warehouse.replay.payload import payload
+from desim_warehouse.replay.stops import better
+
+_SAID = {"name", "description"}
+"""Keys that people are told in another way, or that are no difference."""
+_KEYS = 3
+"""The most keys that name a run beside another."""
+_LONGEST = 40
+"""A value longer than this is cut."""
+
+
+def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palette: str) -> str:
+    """One self-contained HTML page that replays a window of each run, one or two; it needs no network."""
+    headers, texts = [], []
+    first = (runs[0].model.content()["tasks"], runs[0].seed)
+    for history, (start, end), label in zip(runs, windows, labels(runs), strict=True):
+        header, columns = payload(history, start, end)
+        index, text = pack(columns)
+        work = (history.model.content()["tasks"], history.seed)
+        headers.append({**header, "label": label, "work": work == first, "columns": index})
+        texts.append(f'<script type="text/plain" class="columns">{text}</script>')
+    told = {"better": better(runs)} if len(runs) > 1 else {}
+    parts = {
+        "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
+        "header": safe_json({"palette": palette, "colours": colours(), "runs": headers, **told}),
+        "columns": "\n".join(texts),
+    }
+    return joined("desim_warehouse.replay", parts)
+
+
+def labels(runs: Sequence[History]) -> list[str]:
+    """What tells each run from the others: the keys in which their models differ, else their seeds; alone, its seed.
+
+    Of models that have little in common, their names. Of a run that another version simulated it says so.
+    """
+    contents = [dict(_flat(history.model.content())) for history in runs]
+    keys = dict.fromkeys(key for content in contents for key in content)
+    differ = [key for key in keys if key not in _SAID and len({_text(content.get(key)) for content in contents}) > 1]
+    apart = len({content["name"] for content in contents}) == len(contents)
+    found = []
+    for history, content in zip(runs, contents, strict=True):
+        said = [key for key in differ if content.get(key) is not None] or differ
+        parts = [_setting(key, content.get(key)) for key in said[:_KEYS]]
+        if len(said) > _KEYS:
+            parts = [content["name"]] if apart else [*parts, "..."]
+        if not differ or len({history.seed for history in runs}) > 1:
+            parts.append(f"seed {history.seed}")
+        found.append(", ".join(filter(None, (*parts, simulated_with(history.log.version)))))
+    return found
+
+
+def _flat(content: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
+    """The values of a model by dotted keys; lists are one value each."""
+    for key, value in content.items():
+        if isinstance(value, Mapping) and value:
+            yield from _flat(value, f"{before}{key}.")
+        else:
+            yield f"{before}{key}", value
+
+
+def _setting(key: str, value: Any) -> str:
+    """A key with its value, as people say it: `3 robots`, `warm-up 600`."""
+    if key == "fleet.size" and isinstance(value, int):
+        return number_of(value, "robot")
+    known = about(key)
+    return f"{known.label if known else key} {_text(value)}"
+
+
+def _text(value: Any) -> str:
+    """A value of a model, short enough for a caption."""
+    text = "none" if value is None else value if isinstance(value, str) else json.dumps(value, ensure_ascii=False)
+    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 1]}…"
+
+
+def colours() -> dict[str, Any]:
+    """The colours of the page: of its floor, of what moves on it, and of waiting."""
+    ground = {name: {**GROUND[name], "one": PAGE[name]["one"], "two": PAGE[name]["two"]} for name in GROUND}
+    return {"ground": ground, "palettes": PALETTES, "heat": HEAT, "steps": WAITED_STEPS}

@@ -1,0 +1,432 @@
+"""What a replay page is given: a header of plain JSON values and columns of whole numbers.
+
+Lengths are counted in steps of `grain`, and times in steps of `tick` from the start of the window. Both are so fine
+that a robot is drawn within a small fraction of its radius of where the log has it.
+
+What robots waited for, as the page lists it: the roots of waiting with their sums, and their longest waits.
+
+Pods on the replay page: where each stands or who carries it, what it holds, and the lines that it goes for.
+"""
+
+from __future__ import annotations
+
+import datetime as dt
+import heapq
+import itertools
+from collections import defaultdict
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from desim_warehouse.answer import numbers
+from desim_warehouse.answer.numbers import plural
+from desim_warehouse.answer.root_words import root as in_words
+from desim_warehouse.model import Model
+from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.outcome import chains
+from desim_warehouse.outcome.chains import Lost, Root
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.positions import Legs, Positions
+from desim_warehouse.outcome.resources import Resource, resources
+from desim_warehouse.outcome.zones import cell_size, robot_radii
+from desim_warehouse.replay.columns import LARGEST
+from desim_warehouse.replay.scale import MapScale, scale_of
+from desim_warehouse.replay.stops import stops
+from desim_warehouse.replay.tiles import Tile, tile_columns, tiles
+from desim_warehouse.states import APART, SHOWN, WAITING, Phase, State
+from desim_warehouse.values.streams import Streams
+from desim_warehouse.world.orders.pods import Shelves
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+
+_ROOTS = 60
+"""Roots in the list."""
+_LONGEST = 12
+"""Waits that each of them leads to, the longest of the window first."""
+
+
+def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
+    """For each root, most time first: in words, the node, its time and part of all in words, and its longest waits.
+
+    Of a wait: its robot, a moment in the middle of it, and its length, in the time of the run.
+    """
+    found: defaultdict[Root, list[Lost]] = defaultdict(list)
+    for one in chains.lost(history):
+        found[one.root].append(one)
+    number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
+    unit, whole = history.model.units.time, history.counted * history.model.fleet.size
+    return [
+        {
+            "words": in_words(root, history.model),
+            "node": number.get(root.at, -1),
+            "time": f"{numbers.duration(time, unit)}, {numbers.PERCENT.value(time / whole)}",
+            "robots": robots,
+            "longest": [
+                [one.robot, (one.start + one.end) / 2, one.end - one.start]
+                for one in heapq.nlargest(_LONGEST, found[root], key=lambda one: one.end - one.start)
+                if scale.start <= (one.start + one.end) / 2 <= scale.end
+            ],
+        }
+        for root, (time, robots) in list(chains.lost_to(history).items())[:_ROOTS]
+    ]
+
+
+ENDLESS = -1
+"""Units of an item that never runs out."""
+
+
+def pod_columns(history: History, scale: MapScale) -> dict[str, Any]:
+    """Nothing without pods. Where a pod is, is a storage place or, below 0, the robot -1 - n.
+
+    `pod_at`: where each is at the start of the window, `move_...`: when one is lifted or put down, in order of time.
+    `hold_...`: for each pod the items on it at the start of the run and their units. `line_...`: the lines that are
+    done, with the time from which a robot is on its way for it, in that order; `line_units` leave the pod.
+    """
+    spec = history.model.pods
+    if spec is None:
+        return {}
+    shelves = Shelves(spec, history.layout.storage, Streams(history.seed), keep=False)
+    at = [pod.place for pod in shelves.pods]
+    moves = []
+    for row in history.rows("lifted", "stored"):
+        pod, where = int(row.value or 0), row.other if row.kind == "stored" else -1 - row.robot
+        if row.time < scale.start:
+            at[pod] = where
+        elif row.time <= scale.end:
+            moves.append((row.time, pod, where))
+    node = {name: number for number, name in enumerate(history.layout.graph)}
+    given = {one.task: one.start for one in history.assignments if one.ended == "delivered"}
+    lines = sorted((given[row.task], row) for row in history.rows("delivered"))
+    item = {row.task: row.other for row in history.rows("released")}
+    puts = {name for name, flow in history.model.tasks.flows.items() if not isinstance(flow.target, tuple)}
+    units = [-spec.bundle if history.log.flows[row.task] in puts else 1 for _, row in lines]
+    begin, done = scale.times([time for time, _ in lines]), scale.times([row.time for _, row in lines])
+    held = [(item, units) for pod in shelves.pods for item, units in sorted(pod.stock.items())]
+    return {
+        "pod_at": at,
+        "move_time": np.diff(scale.times([time for time, _, _ in moves]), prepend=0),
+        "move_pod": [pod for _, pod, _ in moves],
+        "move_to": [where for _, _, where in moves],
+        "hold_count": [len(pod.stock) for pod in shelves.pods],
+        "hold_item": [item for item, _ in held],
+        "hold_units": [ENDLESS if spec.stock is None else int(units) for _, units in held],
+        "line_time": np.diff(begin, prepend=0),
+        "line_length": done - begin,
+        "line_pod": [row.other for _, row in lines],
+        "line_task": [row.task for _, row in lines],
+        "line_item": [item[row.task] for _, row in lines],
+        "line_node": [node[row.node] for _, row in lines],
+        "line_units": units,
+    }
+
+
+ENERGY = 1000
+"""Steps in a full battery."""
+_DRIVING = (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY)
+SAME, OTHER, ONWARD = 0, 1, 2
+"""Edge codes of a leg: the same edge, an edge named in another column, or the n-th out of the last one's end."""
+
+Columns = dict[str, Any]
+
+
+def payload(history: History, start: float, end: float) -> tuple[dict[str, Any], Columns]:
+    """Header and columns of the page for a window of a run."""
+    positions = Positions(history)
+    scale = scale_of(history, start, end)
+    shown, places = tiles(history), resources(history)
+    columns = {
+        **_leg_columns(positions, scale),
+        **_state_columns(history, scale),
+        **_energy_columns(history, scale),
+        **_task_columns(history, scale),
+        **_wait_columns(history, scale),
+        **_blocked_columns(history, scale),
+        **_delivery_columns(history, scale),
+        **tile_columns(shown, scale),
+        **_resource_columns(places, scale),
+        **_storage_columns(history, scale),
+        **pod_columns(history, scale),
+    }
+    return _header(history, positions, shown, places, scale), columns
+
+
+# A list of what the page is given, long as it is.
+def _header(
+    history: History, positions: Positions, shown: list[Tile], places: list[Resource], scale: MapScale
+) -> dict[str, Any]:
+    model, layout, edges = history.model, history.layout, positions.edges
+    nodes = list(layout.graph.nodes)
+    number = {node: i for i, node in enumerate(nodes)}
+    blocks = model.layout.blocks
+    return {
+        "name": model.name,
+        "seed": history.seed,
+        "day": _seconds_of_day(model.run.start),
+        "units": {
+            "length": model.units.length,
+            "time": model.units.time,
+            "times": plural(model.units.time, 0),
+            "seconds": model.units.seconds,
+        },
+        "grain": scale.grain,
+        "tick": scale.tick,
+        "start": scale.start,
+        "end": scale.end,
+        "begin": history.begin,
+        "capacity": None if model.battery is None else model.battery.capacity,
+        "radii": robot_radii(model),
+        "aisle": 0.0 if blocks is None else blocks.aisle_width,
+        "goods_size": layout.goods_size,
+        "cell": cell_size(model, layout),
+        "nodes": [[node, data["x"], data["y"]] for node, data in layout.graph.nodes(data=True)],
+        "source": [number[node] for node in edges.source],
+        "target": [number[node] for node in edges.target],
+        "length": edges.length.tolist(),
+        "real": edges.real,
+        "two_way": [[edge, back] for edge, back in enumerate(edges.twin.tolist()) if edge < back],
+        "places": edges.start[edges.real :].tolist(),
+        "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places), zone.room] for zone in positions.zones],
+        "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
+        "stops": stops(history, places, scale),
+        "lost": lost_to(history, scale),
+        "fastest": model.fleet.fastest,
+        "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
+        **({"called": {str(number): name for number, name in layout.called.items()}} if layout.called else {}),
+        **({"items": list(model.pods.names)} if model.pods is not None and model.pods.names else {}),
+        "unload_at": sorted(number[node] for node in destinations(model, layout)),
+        "states": [
+            {"name": state.name, "doing": state.doing, "role": state.role, "drives": state.phase in _DRIVING}
+            for state in _shown(model)
+        ],
+        "apart": [state.doing for state in APART.values()],
+        "rings": [
+            [ring.time, list(ring.robots)] for ring in history.rotations if scale.start <= ring.time <= scale.end
+        ],
+    }
+
+
+def _resource_columns(found: list[Resource], scale: MapScale) -> dict[str, Any]:
+    """For each resource, how many are busy and how many robots queue, from the start of the run on."""
+    columns: dict[str, Any] = {}
+    for what, curves in (("busy", [one.busy for one in found]), ("queue", [one.queue for one in found])):
+        kept = [[(time, count) for time, count in zip(*curve, strict=True) if time <= scale.end] for curve in curves]
+        flat = [item for curve in kept for item in curve]
+        columns[f"{what}_count"] = [len(curve) for curve in kept]
+        columns[f"{what}_time"] = np.diff(scale.times([time for time, _ in flat]), prepend=0)
+        columns[f"{what}_now"] = np.diff(np.array([count for _, count in flat], dtype=np.int64), prepend=0)
+    return columns
+
+
+def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: MapScale) -> list[tuple[int, int]]:
+    """Per robot, the rows from the last before the window to the first after it."""
+    rows = []
+    for low, high in itertools.pairwise(first):
+        begin = low + max(int(np.searchsorted(times[low:high], scale.start, side="right")) - 1, 0)
+        end = low + min(int(np.searchsorted(times[low:high], scale.end, side="right")) + 1, high - low)
+        rows.append((int(begin), int(end)))
+    return rows
+
+
+def _leg_columns(positions: Positions, scale: MapScale) -> Columns:
+    """Per leg: the pause before it, its duration, its edge, and what is left of the edge behind its target.
+
+    On the same edge (code SAME) a leg begins where the one before ended, else at the start of its edge. The first leg
+    of a robot says where it begins.
+    """
+    legs = positions.legs
+    windows = _window(legs.begin, legs.first, scale)
+    keep = np.concatenate([np.arange(low, high) for low, high in windows])
+    count = np.array([high - low for low, high in windows])
+    heads = np.cumsum(count) - count
+    begin, end = scale.times(legs.begin[keep]), scale.times(legs.end[keep])
+    pause = begin.copy()
+    pause[1:] -= end[:-1]
+    pause[heads] = begin[heads]
+    code, other = _edge_codes(positions, legs, keep, heads)
+    lengths = scale.lengths(positions.edges.length)
+    edge = legs.edge[keep]
+    return {
+        "leg_count": count,
+        "leg_pause": pause,
+        "leg_time": end - begin,
+        "leg_code": code,
+        "leg_other": other,
+        "leg_left": lengths[edge] - scale.lengths(legs.target[keep]),
+        "leg_origin": scale.lengths(legs.origin[keep][heads]),
+    }
+
+
+def _edge_codes(
+    positions: Positions, legs: Legs, keep: NDArray[np.int64], heads: NDArray[np.int64]
+) -> tuple[list[int], list[int]]:
+    edges = positions.edges
+    out: dict[str, list[int]] = {}
+    for number in range(edges.real):
+        out.setdefault(edges.source[number], []).append(number)
+    rank = [out[edges.source[number]].index(number) for number in range(edges.real)]
+    first = set(heads.tolist())
+    codes, others, last = [], [], -1
+    for i, leg in enumerate(keep.tolist()):
+        edge, origin = int(legs.edge[leg]), legs.origin[leg]
+        if i in first:
+            code = OTHER
+        elif edge == last and (origin > 0 or legs.target[leg - 1] == 0):
+            code = SAME
+        elif edge < edges.real and edges.source[edge] == edges.target[last]:
+            code = ONWARD + rank[edge]
+        else:
+            code = OTHER
+        if code == OTHER:
+            others.append(edge)
+        codes.append(code)
+        last = edge
+    return codes, others
+
+
+def _state_columns(history: History, scale: MapScale) -> Columns:
+    """Per robot, what it begins to do, with its task; and once more at the end of the run."""
+    number = {state.doing: number for number, state in enumerate(_shown(history.model))}
+    rows = []
+    for changes in history.changes:
+        rows += [(span.start, number[span.seen.doing], span.task) for span in changes]
+        last = changes[-1]
+        rows.append((last.end, rows[-1][1], last.task))
+    counts, (time, state, task) = _in_window(rows, [len(changes) + 1 for changes in history.changes], scale)
+    return {
+        "state_count": counts,
+        "state_time": _steps(scale.times(time)),
+        "state": state.astype(np.int64),
+        "state_task": _steps(task.astype(np.int64)),
+    }
+
+
+def _energy_columns(history: History, scale: MapScale) -> Columns:
+    """Per robot, the corners of its battery level, which is linear between them; nothing without batteries."""
+    batteries, curves = history.batteries, history.energy_curves
+    if not batteries:
+        return {}
+    rows = [
+        (time, level / battery.capacity)
+        for battery, curve in zip(batteries, curves, strict=True)
+        for time, level in zip(*curve, strict=True)
+    ]
+    counts, (time, level) = _in_window(rows, [len(times) for times, _ in curves], scale)
+    return {
+        "energy_count": counts,
+        "energy_time": _steps(scale.times(time)),
+        "energy": _steps(np.rint(level * ENERGY).astype(np.int64)),
+    }
+
+
+def _in_window(rows: list[Any], sizes: list[int], scale: MapScale) -> tuple[list[int], NDArray[np.float64]]:
+    """Of rows that begin with a time, grouped by robot: how many of each are kept, and their columns."""
+    flat = np.array(rows, dtype=float)
+    windows = _window(flat[:, 0], np.concatenate([[0], np.cumsum(sizes)]), scale)
+    keep = np.concatenate([np.arange(low, high) for low, high in windows])
+    return [high - low for low, high in windows], flat[keep].T
+
+
+def _shown(model: Model) -> list[State]:
+    """States as the page shows them: a robot that waits for a charger is apart, as it is not working."""
+    return [state for state in SHOWN.values() if state.applies(model)]
+
+
+def _task_columns(history: History, scale: MapScale) -> Columns:
+    """Tasks that are open at some time of the window; those never loaded or delivered are, until the end and longer.
+
+    `task_good`: -1 if it does not lie in storage. `task_due`: 1 more than the ticks from release to due time; 0: none.
+    `task_to`: the number of the node where it is delivered; -1: not in this run.
+    """
+    shown = [
+        (number, task)
+        for number, task in sorted(history.tasks.items())
+        if task.released <= scale.end and task.delivered > scale.start
+    ]
+    node = {name: i for i, name in enumerate(history.layout.graph.nodes)}
+    after = scale.end + (scale.end - scale.start) + 1.0
+    loaded = [min(task.loaded, after) for _, task in shown]
+    longest = scale.tick * (LARGEST // 2)  # what is due later fits, and is due later than any run lasts
+    due = [-scale.tick if task.due is None else min(task.due - task.released, longest) for _, task in shown]
+    return {
+        "task": _steps(np.array([number for number, _ in shown], dtype=np.int64)),
+        "task_good": [task.good for _, task in shown],
+        "task_released": _steps(scale.times([task.released for _, task in shown])),
+        "task_loaded": _steps(scale.times(loaded)),
+        "task_due": np.rint(np.array(due) / scale.tick).astype(np.int64) + 1,
+        "task_to": [node.get(task.station, -1) for _, task in shown],
+    }
+
+
+def _wait_columns(history: History, scale: MapScale) -> Columns:
+    """Waits that are counted or under way in the window, in the order in which they end and are counted.
+
+    `wait_node`: the number of the node before which a robot waits; -1: it waits behind another on its edge.
+    """
+    number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
+    node = {name: i for i, name in enumerate(history.layout.graph.nodes)}
+    shown = [wait for wait in history.waits if wait.end >= scale.start and wait.start <= scale.end]
+    end, begin = scale.times([wait.end for wait in shown]), scale.times([wait.start for wait in shown])
+    return {
+        "wait_time": _steps(end),
+        "wait_length": end - begin,
+        "wait_robot": [wait.robot for wait in shown],
+        "wait_other": [wait.other for wait in shown],
+        "wait_edge": [-1 if wait.on is None else number[wait.on] for wait in shown],
+        "wait_node": [-1 if wait.node is None else node[wait.node] for wait in shown],
+    }
+
+
+def _blocked_columns(history: History, scale: MapScale) -> Columns:
+    """Edges that are closed or have people in them in the window: `shut_visit` -1: closed; nothing where none ever is.
+
+    `wait_cause` says of each wait what it is for: 0 other robots, else its number in `apart` of the header, from 1.
+    """
+    if not history.model.waits_apart:
+        return {}
+    number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
+    shown = [one for one in history.blocked if one.end >= scale.start and one.start <= scale.end]
+    begin = scale.times([one.start for one in shown])
+    causes = [WAITING.name, *APART]
+    waits = [wait for wait in history.waits if wait.end >= scale.start and wait.start <= scale.end]
+    return {
+        "shut_edge": [number[one.edge] for one in shown],
+        "shut_time": _steps(begin),
+        "shut_length": scale.times([one.end for one in shown]) - begin,
+        "shut_visit": [one.visit for one in shown],
+        "wait_cause": [causes.index(wait.cause) for wait in waits],
+    }
+
+
+def _delivery_columns(history: History, scale: MapScale) -> Columns:
+    """Counted deliveries by node, also those before the window."""
+    number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
+    done = [task for task in history.counted_deliveries if task.delivered <= scale.end]
+    return {
+        "done_time": _steps(scale.times([task.delivered for task in done])),
+        "done_node": [number[task.station] for task in done],
+    }
+
+
+def _storage_columns(history: History, scale: MapScale) -> Columns:
+    """The storage places: their middle, and the edge from which they are served; -1 - i is the node of number i."""
+    number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
+    number.update({(node, node): -1 - i for i, node in enumerate(history.layout.graph)})
+    storage = history.layout.storage
+    return {
+        "storage_x": _steps(scale.lengths([place.x for place in storage])),
+        "storage_y": _steps(scale.lengths([place.y for place in storage])),
+        "storage_edge": _steps(np.array([number[place.edge] for place in storage], dtype=np.int64)),
+    }
+
+
+def _steps(values: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The differences between neighbours, the first from 0."""
+    return np.diff(values, prepend=0)
+
+
+def _seconds_of_day(start: str) -> int:
+    """The time of day at which a run starts, in seconds."""
+    clock = dt.time.fromisoformat(start.rpartition("T")[2])
+    return clock.hour * 3600 + clock.minute * 60 + clock.second

@@ -1,0 +1,121 @@
+"""The story of a run in four stops, a sentence each: the busiest place, the longest wait, the worst jam, and totals."""
+
+from __future__ import annotations
+
+import math
+from collections import defaultdict
+from collections.abc import Callable, Sequence
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.answer import numbers
+from desim_warehouse.answer.root_words import root as in_words
+from desim_warehouse.errors import number_of
+from desim_warehouse.outcome import chains
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.indicators import kpis
+from desim_warehouse.outcome.resources import steps
+from desim_warehouse.outcome.verdicts import is_no_answer, judge
+
+if TYPE_CHECKING:
+    from desim_warehouse.outcome.resources import Resource, Steps
+    from desim_warehouse.replay.scale import MapScale
+
+
+_TOLD: dict[str, tuple[bool, Callable[[float, str], str]]] = {
+    "on_time": (True, lambda value, _: f"{numbers.PERCENT.value(value)} on time"),
+    "T": (False, lambda value, unit: f"done after {numbers.duration(value, unit)}"),
+    "cycle_time_mean": (False, lambda value, unit: f"mean cycle time {numbers.duration(value, unit)}"),
+    "throughput_per_hour": (True, lambda value, _: f"{numbers.measured(value)} tasks an hour"),
+}
+"""By which one run is said to do better than another, the first in which they differ; whether more is, and in words."""
+
+
+def stops(history: History, places: Sequence[Resource], scale: MapScale) -> list[dict[str, Any]]:
+    """What is worth seeing: `said`, `time` (None: the end), and the `robots` or `place` (its number) to look at."""
+    found = (_busiest(history, places, scale), _longest_wait(history, scale), worst_jam(history, scale))
+    return [*(one for one in found if one is not None), {"said": _totals(history), "time": None}]
+
+
+def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
+    """The moment at which most robots wait for one root in the end; None where never two do."""
+    behind = defaultdict(list)
+    for one in chains.lost(history):
+        if one.end > scale.start and one.start < scale.end:
+            behind[one.root].append(one)
+    best: tuple[int, float, float, Any] = (1, 0.0, 0.0, None)
+    for root, waits in behind.items():
+        if len({one.robot for one in waits}) > best[0]:
+            changes = [change for one in waits for change in ((one.start, 1), (one.end, -1))]
+            robots, time, lasts = _most(steps(changes), scale)
+            if (robots, lasts) > (best[0], best[2]):
+                best = robots, time, lasts, root
+    robots, time, _, root = best
+    if root is None:
+        return None
+    there = sorted({one.robot for one in behind[root] if one.start <= time < one.end})
+    said = f"The worst jam: {robots} robots wait, in the end {in_words(root, history.model)}."
+    return {"said": said, "time": time, "robots": there}
+
+
+def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> dict[str, Any] | None:
+    """The station or chargers most in use, where the queue there is longest."""
+    used = {number: one.utilisation(history.begin, history.end) for number, one in enumerate(places)}
+    known = {number: share for number, share in used.items() if math.isfinite(share) and share > 0}
+    if not known:
+        return None
+    number = max(known, key=known.__getitem__)
+    one = places[number]
+    chargers = f"The chargers of {one.zone} at {one.node} are"
+    name = chargers if one.kind == "chargers" else f"Station {one.zone} at {one.node} is"
+    _, time, _ = _most(one.queue, scale)
+    said = f"{name} the busiest: in use {numbers.PERCENT.value(min(known[number], 1.0))} of the time."
+    return {"said": said, "time": time or max(history.begin, scale.start), "place": number}
+
+
+def _longest_wait(history: History, scale: MapScale) -> dict[str, Any] | None:
+    """The longest wait in traffic; the page adds the chain of robots that it is for."""
+    inside = [one for one in history.waits if scale.start <= (one.start + one.end) / 2 <= scale.end]
+    if not inside:
+        return None
+    one = max(inside, key=lambda wait: wait.end - wait.start)
+    lasts = numbers.duration(one.end - one.start, history.model.units.time)
+    said = f"The longest wait in traffic: robot {one.robot}, {lasts} in all."
+    return {"said": said, "time": (one.start + one.end) / 2, "robots": [one.robot]}
+
+
+def _most(queue: Steps, scale: MapScale) -> tuple[int, float, float]:
+    """The most robots in the window, the middle of the longest time with that many, and how long it is."""
+    times, counts = queue
+    best = (0, 0.0, 0.0)
+    for i, count in enumerate(counts):
+        begin, end = max(times[i], scale.start), min(times[i + 1] if i + 1 < len(times) else scale.end, scale.end)
+        if begin < end and (count, end - begin) > (best[0], best[2]):
+            best = (count, (begin + end) / 2, end - begin)
+    return best
+
+
+def _totals(history: History) -> str:
+    found = kpis(history)
+    wrong = judge(found, history.model)
+    parts = [f"{number_of(found['tasks'], 'task')} delivered"]
+    if "on_time" in found and not is_no_answer("on_time", wrong):
+        parts.append(f"{numbers.PERCENT.value(found['on_time'])} on time")
+    if "share_waiting" in found:
+        parts.append(f"robots wait in traffic {numbers.PERCENT.value(found['share_waiting'])} of the time")
+    return f"In all: {', '.join(parts)}."
+
+
+def better(runs: Sequence[History]) -> str:
+    """Which of two runs does better, by the first indicator in which they differ."""
+    found = [kpis(run) for run in runs]
+    behind = [is_no_answer("on_time", judge(one, run.model)) for one, run in zip(found, runs, strict=True)]
+    if behind[0] != behind[1]:
+        return f"{'AB'[behind.index(True)]} cannot keep up, {'AB'[behind.index(False)]} can."
+    unit = runs[0].model.units.time
+    for name, (more, said) in _TOLD.items():
+        first, second = (one.get(name, math.nan) for one in found)
+        if first != second and math.isfinite(first + second) and not (behind[0] and name == "on_time"):
+            best = int((second > first) == more)
+            told = [said(value, unit) for value in (first, second)]
+            return f"{'AB'[best]} does better in this run: {told[best]}, {'AB'[1 - best]}: {told[1 - best]}."
+    return "Both do the same."

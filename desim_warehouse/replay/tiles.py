@@ -1,0 +1,130 @@
+"""What the tiles of a replay page show: indicators of the run as they grow, each read from the run's history.
+
+A tile's last value is the indicator itself. Which tiles there are depends on the run: those that do not apply to it
+are left out.
+"""
+
+from __future__ import annotations
+
+from bisect import insort
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from desim_warehouse.model.sections.goods import SaturatedGoods
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.indicators import INDICATORS, kpis
+from desim_warehouse.outcome.measures import quantile
+from desim_warehouse.replay.scale import MapScale
+
+SHARE = 1_000_000
+"""Steps in a share of 1."""
+LATE = 0.95
+"""The quantile of the cycle time that is shown."""
+
+_STEPS = 500
+"""About so many steps of the curve of waiting are kept: more than can be seen, and far less than there are waits."""
+
+Curve = tuple[list[float], list[float]]
+
+
+@dataclass(frozen=True)
+class Tile:
+    """An indicator as it grows.
+
+    `key`: its name among the indicators. `title`: for people. `form`: how the page finds and writes its value. The
+    forms `count`, `share`, `time` and `open` (a count that also falls) read a curve of steps. `lost` is such a curve as
+    a part of the time of all robots, `rate` the count of another tile in an hour. `clock`, `battery` and `chargers`
+    read what else the page has. `curve`: times, and the value from each on.
+    """
+
+    key: str
+    title: str
+    form: str
+    curve: Curve = ((), ())  # type: ignore[assignment]  # none
+
+
+def tiles(history: History) -> list[Tile]:
+    """The tiles of a run, the most important first."""
+    has, tasks = kpis(history), history.model.tasks
+    ends = not tasks.never_end
+    saturated = isinstance(tasks.goods, SaturatedGoods)
+    found = []
+    if not saturated:
+        found.append(Tile("backlog", "Open tasks", "open", _backlog(history)))
+    found += [
+        Tile("tasks", "Delivered", "count", _count(history, (task.delivered for task in history.delivered))),
+        Tile("throughput_per_hour", "Delivered an hour", "rate"),
+    ]
+    if "on_time" in has:
+        found.append(Tile("on_time", INDICATORS["on_time"].title, "share", _on_time(history)))
+    if (tasks.flows or not ends) and history.cycle_times:
+        found.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
+    if ends:
+        found.append(Tile("T", "Time", "clock"))
+        found.append(
+            Tile("S", "Waits for other robots", "count", _count(history, (wait.end for wait in history.collisions)))
+        )
+    else:
+        found.append(Tile("share_waiting", "Waiting in traffic", "lost", _waited(history)))
+    if history.model.battery is not None:
+        found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
+        found.append(Tile("battery", "Battery, and the lowest", "battery"))
+    if "charger_utilisation" in has:
+        found.append(Tile("charger_utilisation", "Chargers in use", "chargers"))
+    return found
+
+
+def _count(history: History, times: Iterable[float]) -> Curve:
+    """Events counted from the end of the warm-up on; those that the log dates after the end are counted at the end."""
+    counted = sorted(min(time, history.end) for time in times if history.counts(time))
+    return counted, list(range(1, len(counted) + 1))
+
+
+def _backlog(history: History) -> Curve:
+    """Tasks released and not done."""
+    changes = [(task.released, 1) for task in history.tasks.values()]
+    changes += [(task.done, -1) for task in history.done]
+    changes.sort()
+    return [time for time, _ in changes], np.cumsum([by for _, by in changes]).tolist()
+
+
+def _waited(history: History) -> Curve:
+    """The time that all robots together had waited for others when each wait was over, as far as it counts."""
+    waits = sorted((min(wait.end, history.end), history.within(wait.start, wait.end)) for wait in history.collisions)
+    sums = np.cumsum([lasted for _, lasted in waits]).tolist()
+    every = max(len(waits) // _STEPS, 1)
+    kept = range(len(waits) - 1, -1, -every)[::-1]  # the last of all, and so many before it
+    return [waits[i][0] for i in kept], [sums[i] for i in kept]
+
+
+def _on_time(history: History) -> Curve:
+    """Of the tasks that were done or came due so far the share that were not late."""
+    deadlines = history.deadlines
+    late = np.cumsum([one.missed for one in deadlines])
+    return [one.settled for one in deadlines], (1 - late / np.arange(1, len(deadlines) + 1)).tolist()
+
+
+def _cycle_time(history: History) -> Curve:
+    """The 95 % quantile of the cycle times of the tasks done so far."""
+    ordered: list[float] = []
+    values = []
+    for task in history.counted_done:
+        insort(ordered, task.cycle_time)
+        values.append(quantile(ordered, LATE))
+    return [task.done for task in history.counted_done], values
+
+
+def tile_columns(shown: list[Tile], scale: MapScale) -> dict[str, Any]:
+    """For each tile the steps of its curve in the window, the last before it first."""
+    columns: dict[str, Any] = {}
+    for tile in shown:
+        times, values = np.asarray(tile.curve[0], dtype=float), np.asarray(tile.curve[1], dtype=float)
+        low = max(int(np.searchsorted(times, scale.start, side="right")) - 1, 0)
+        high = int(np.searchsorted(times, scale.end, side="right"))
+        unit = {"share": 1 / SHARE, "time": scale.tick, "lost": scale.tick}.get(tile.form, 1.0)
+        columns[f"{tile.key}_time"] = np.diff(scale.times(times[low:high]), prepend=0)
+        columns[f"{tile.key}_value"] = np.diff(np.rint(values[low:high] / unit).astype(np.int64), prepend=0)
+    return columns

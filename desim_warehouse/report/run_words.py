@@ -1,0 +1,146 @@
+"""What came out of a run in a few sentences: what was delivered, whether it lasts, what was busiest, what it costs."""
+
+from __future__ import annotations
+
+import math
+
+from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.answer.root_words import root as in_words
+from desim_warehouse.errors import number_of
+from desim_warehouse.outcome.chains import lost_to
+from desim_warehouse.outcome.resources import busy_share, servers_in_use, standing
+from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
+from desim_warehouse.run import Run
+from desim_warehouse.states import staff
+from desim_warehouse.values.units import SECONDS
+
+_USED = {
+    "robots": "the robots were the busiest, at work",
+    "chargers": "the chargers were the busiest, in use",
+    "workers": "the workers were the busiest, at work",
+}
+
+
+def sentences(run: Run) -> list[str]:
+    """The run in a few sentences."""
+    wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
+    return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
+
+
+def numbers_of(run: Run) -> list[tuple[str, str, str]]:
+    """The three numbers of a run that come first: each with what it is, and a note."""
+    kpis, model = run.kpis, run.model
+    found = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour", "")]
+    if piles_up(run.verdicts):
+        found.append((number_of(kpis["backlog"], "task"), "open at the end: it cannot keep up", ""))
+    elif math.isfinite(kpis.get("on_time", math.nan)):
+        found.append((numbers.PERCENT.value(kpis["on_time"]), "on time", ""))
+    else:
+        found.append((words.value("cycle_time_p95", kpis["cycle_time_p95"], model), "95 % of tasks done within", ""))
+    if "annual_cost" in kpis:
+        found.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "a year", ""))
+    else:
+        found.append((numbers.PERCENT.value(kpis["share_waiting"]), "of the time waiting in traffic", ""))
+    return found
+
+
+def waited(run: Run) -> list[str]:
+    """What robots waited for most, where the log tells."""
+    if run.record.level != "all" or not run.history.counted:
+        return []
+    whole, found = run.history.counted * run.model.fleet.size, lost_to(run.history)
+    if not found:
+        return []
+    root, (time, _) = next(iter(found.items()))
+    lasted, share = numbers.duration(time, run.model.units.time), numbers.PERCENT.value(time / whole)
+    return [f"Robots waited longest {in_words(root, run.model)}: {lasted} in all, {share} of their time."]
+
+
+def counted_time(run: Run) -> str:
+    """The counted time, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
+    unit = run.model.units.time
+    said = numbers.duration(run.history.counted, unit)
+    if unit not in SECONDS:
+        said += f" ({numbers.duration(run.history.counted * run.model.units.seconds, 's')})"
+    if run.history.begin:
+        said += f" after a warm-up of {numbers.duration(run.history.begin, unit)}"
+    return said
+
+
+def _delivered(run: Run) -> str:
+    kpis = run.kpis
+    said = f"{number_of(kpis['tasks'], 'task')} delivered in {counted_time(run)}"
+    if math.isfinite(kpis["throughput_per_hour"]):
+        said += f", {numbers.measured(kpis['throughput_per_hour'])} an hour"
+    share = kpis.get("on_time", math.nan)
+    told = math.isfinite(share) and not is_no_answer("on_time", run.verdicts)
+    return f"{said}, {numbers.PERCENT.value(share)} on time." if told else f"{said}."
+
+
+def _left_open(run: Run) -> list[str]:
+    """What cycle times leave out, where that grows."""
+    left = int(run.kpis["backlog"])
+    if not left or not piles_up(run.verdicts):
+        return []
+    are = "is" if left == 1 else "are"
+    return [f"Cycle times are of tasks done: the {number_of(left, 'task')} still open {are} in none of them."]
+
+
+def _keeps_up(run: Run) -> list[str]:
+    """That work does not pile up, where it comes by itself."""
+    if "backlog_growth_per_hour" not in run.kpis:
+        return []
+    return [f"It keeps up: {number_of(run.kpis['backlog'], 'task')} open at the end."]
+
+
+def _busiest(run: Run) -> str:
+    """Who was at work for the largest part of the time, and how long robots waited in traffic."""
+    used = _used(run)
+    if not used:
+        return "No time was counted."
+    who = max(used, key=lambda name: used[name])
+    doing = _USED.get(who, f"the {staff(who)}s of {who} were the busiest, in use")
+    waited = numbers.PERCENT.value(run.kpis["share_waiting"])
+    return (
+        f"{capital(doing)} {numbers.PERCENT.value(used[who])} of the time. "
+        f"Robots spent {waited} of theirs waiting in traffic."
+    )
+
+
+def _used(run: Run) -> dict[str, float]:
+    """The part of their time for which robots, chargers, workers and the servers of each station are at work."""
+    kpis = run.kpis
+    found = {
+        "robots": busy_share([kpis[name] for name in standing(run.model)], kpis.get("share_on_break", 0.0)),
+        "chargers": kpis.get("charger_utilisation", math.nan),
+        "workers": kpis.get("worker_utilisation", math.nan),
+        **servers_in_use(run.history),
+    }
+    return {name: part for name, part in found.items() if math.isfinite(part)}
+
+
+def _pods(run: Run) -> list[str]:
+    """With pods, how many lines a visit served, and how long pickers had none."""
+    pile, idle = run.kpis.get("pile_on", math.nan), run.kpis.get("station_idle", math.nan)
+    if not math.isfinite(pile) or not math.isfinite(idle):
+        return []
+    none = numbers.PERCENT.value(idle)
+    return [f"A pod served {numbers.measured(pile)} lines a visit; pickers had none {none} of the time."]
+
+
+def _breakdowns(run: Run) -> list[str]:
+    """How often robots broke down, and what it cost."""
+    if "breakdowns" not in run.kpis:
+        return []
+    count, share = run.kpis["breakdowns"], run.kpis["availability"]
+    left = f", which left them {numbers.PERCENT.value(share)} of their time in operation" if share < 1 else ""
+    return [f"Robots broke down {number_of(count, 'time')}{left}."]
+
+
+def _cost(run: Run) -> list[str]:
+    if "annual_cost" not in run.kpis:
+        return []
+    scale, each = words.scale("annual_cost", run.model), run.kpis["cost_per_task"]
+    task = f", a task {scale.value(each)}" if math.isfinite(each) else ""
+    return [f"A year like this costs {scale.value(run.kpis['annual_cost'])}{task}."]
