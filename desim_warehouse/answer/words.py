@@ -165,7 +165,6 @@ def with_unit(name: str, of: str) -> str:
 
 def level(value: Any) -> str:
     """A value of a factor, short enough for a label."""
-
     value = plain(value)
     if value is None:
         return "none"

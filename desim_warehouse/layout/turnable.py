@@ -7,11 +7,10 @@ from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, TypeAlias
 
-from desim_warehouse.layout.blocks import highways
+from desim_warehouse.layout.blocks import Blocks, highways
 from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.naming import block_nodes
 from desim_warehouse.layout.orient import Aisles
-from desim_warehouse.layout.blocks import Blocks
 
 if TYPE_CHECKING:
     from random import Random
