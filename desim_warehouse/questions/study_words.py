@@ -366,4 +366,5 @@ def _warm_up(study: Results) -> str:
     found, unit = study.warm_ups.values(), study.base.units.time
     if not found:
         return f"{numbers.duration(study.base.run.warm_up, unit)}, not counted"
-    return f"{numbers.duration(min(found), unit)} to {numbers.duration(max(found), unit)}, found for each option, not counted"
+    shortest, longest = (numbers.duration(time, unit) for time in (min(found), max(found)))
+    return f"{shortest} to {longest}, found for each option, not counted"
