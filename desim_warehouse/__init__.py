@@ -5,7 +5,6 @@ Public names are imported on first use, so that `import desim_warehouse` is quic
 
 from __future__ import annotations
 
-import sys
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import __version__
@@ -25,6 +24,7 @@ from desim_warehouse.errors import (
 from desim_warehouse.fleet_log import read_log
 
 if TYPE_CHECKING:
+    from desim_warehouse import plot
     from desim_warehouse.fleet_log.calibrate import calibrate
     from desim_warehouse.fleet_log.validate import validate
     from desim_warehouse.learn.asktell import steps
@@ -35,18 +35,16 @@ if TYPE_CHECKING:
     from desim_warehouse.model.overrides import UNSET
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
-    from desim_warehouse.report import plot
-    from desim_warehouse.run import Run, check, simulate
-    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.questions.check import check
+    from desim_warehouse.questions.run import Run, load_run, simulate
+    from desim_warehouse.questions.study import Results, Study
     from desim_warehouse.study.designs.best_of_many import best
     from desim_warehouse.study.designs.directions import orient
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.fleet import plan_fleet as plan
     from desim_warehouse.study.fleet import plan_options
     from desim_warehouse.study.procedures import size
-    from desim_warehouse.study.results import Results
     from desim_warehouse.study.search import Search
-    from desim_warehouse.study.study import Study
     from desim_warehouse.study.tipping import tipping_points
     from desim_warehouse.study.why import why
 
@@ -76,23 +74,22 @@ _HOME = {
     "model.overrides": ("UNSET",),
     "plants": ("read_layout",),
     "plants.export": ("write_layout",),
-    "run": ("Run", "check", "simulate"),
-    "run.folder": ("load_run",),
+    "questions.check": ("check",),
+    "questions.run": ("Run", "load_run", "simulate"),
+    "questions.study": ("Results", "Study"),
     "study.designs.best_of_many": ("best",),
     "study.designs.directions": ("orient",),
     "study.file": ("schema",),
     "study.fleet": ("plan_fleet", "plan_options"),
     "study.procedures": ("size",),
-    "study.results": ("Results",),
     "study.search": ("Search",),
-    "study.study": ("Study",),
     "study.tipping": ("tipping_points",),
     "study.why": ("why",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 _CALLED = {"plan": "plan_fleet"}
 """Public names of what has another name in its module."""
-_PACKAGES = {"plot": "report.plot"}
+_PACKAGES = {"plot": "plot"}
 """Public modules by name."""
 
 __all__ = [
@@ -146,12 +143,7 @@ def __getattr__(name: str) -> Any:
     if name in _PACKAGES:
         value: Any = import_module(f"{__name__}.{_PACKAGES[name]}")
     elif (there := _CALLED.get(name, name)) in _MODULE_OF:
-        module = _MODULE_OF[there]
-        if "IPython" in sys.modules:
-            import_module(f"{__name__}.report.in_cells")  # how Jupyter shows things
-        if module.startswith("study."):
-            import_module(f"{__name__}.questions")  # what a search finds is worded there
-        value = getattr(import_module(f"{__name__}.{module}"), there)
+        value = getattr(import_module(f"{__name__}.{_MODULE_OF[there]}"), there)
     else:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
     globals()[name] = value

@@ -20,7 +20,7 @@ from desim_warehouse.policies import WaitingTasks
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
-    from desim_warehouse.run import Run
+    from desim_warehouse.run import RunData
 
 
 EXAMPLE: Mapping[str, Any] = {
@@ -69,11 +69,11 @@ class _Contract:
 
         return load(self.model, {f"policies.{self.kind}": {"name": self.name, **self.parameters}})
 
-    def played(self, seed: int = 1) -> Run:
+    def played(self, seed: int = 1) -> RunData:
         """A whole run with the policy."""
-        from desim_warehouse.run import simulate
+        from desim_warehouse.run import RunData
 
-        return simulate(self.given(), seed)
+        return RunData.simulated(self.given(), seed)
 
     def test_a_run_ends_with_all_work_done(self) -> None:
         """Every task is delivered, once."""

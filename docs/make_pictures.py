@@ -59,7 +59,7 @@ def drafted(folder: Path) -> Path:
 
 def floor(folder: Path) -> None:
     """The floor of that warehouse, as `desim draw` draws it."""
-    from desim_warehouse.report.plot.floor import save
+    from desim_warehouse.plot.floor import save
 
     save(dw.load(drafted(folder)), PICTURES / "floor.png")
 
@@ -68,7 +68,7 @@ def gallery_floors() -> None:
     """The floors of docs/gallery.md, in few colours."""
     from PIL import Image
 
-    from desim_warehouse.report.plot.floor import save
+    from desim_warehouse.plot.floor import save
 
     for name, file in gallery().items():
         path = PICTURES / f"gallery-{name}.png"

@@ -22,7 +22,7 @@ _NARROWEST = 60
 
 def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> Answer:
     """Keep an answer in the folder of `--out`, with the command as it was typed, print it, and return it with that."""
-    from desim_warehouse.answer.answer import WIDTH, printed
+    from desim_warehouse.answer.text import WIDTH, printed
 
     answer = keep(answer, out)
     if as_json:

@@ -115,8 +115,8 @@ def _race(
     *,
     as_json: bool,
 ) -> None:
+    from desim_warehouse.questions.study import Study
     from desim_warehouse.study.procedures import best
-    from desim_warehouse.study.study import Study
 
     if factors:
         study = study_of(model, assignments, factors, search, name="best", indicators=[indicator])

@@ -15,7 +15,7 @@ from desim_warehouse.cli.options import load_model, with_json, with_overrides
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.run import Check
+    from desim_warehouse.questions.check import Check
 
 
 @click.command("check")
@@ -27,7 +27,7 @@ def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
 
     Errors would be refused by `desim run`: exit status 2.
     """
-    from desim_warehouse.run import check
+    from desim_warehouse.questions.check import check
 
     report = check(load_model(model, assignments))
     if as_json:

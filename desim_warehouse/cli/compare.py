@@ -24,7 +24,7 @@ from desim_warehouse.cli.study_options import read_assignments
 def command(folder: str, indicators: tuple[str, ...], baseline: tuple[str, ...], method: str, *, as_json: bool) -> None:
     """Compare the designs of a study FOLDER with its baseline, under common random numbers."""
     from desim_warehouse.questions import compare_words
-    from desim_warehouse.study.results import Results
+    from desim_warehouse.questions.study import Results
 
     results = Results.load(folder)
     for note in results.notes:

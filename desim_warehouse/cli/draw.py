@@ -15,7 +15,7 @@ from desim_warehouse.cli.options import load_model, with_overrides
 @with_overrides
 def command(model: str, output: str, names: bool, assignments: tuple[str, ...]) -> None:
     """Draw the floor of MODEL: names, directions, chargers, stations, storage places. Nothing is simulated."""
-    from desim_warehouse.report.plot.floor import save
+    from desim_warehouse.plot.floor import save
 
     save(load_model(model, assignments), output, names=names)
     click.echo(f"{output}: the floor")

@@ -54,8 +54,8 @@ def command(path: str, form: str, out: str | None, noise: float, gaps: float, fo
 
     Below the name of what is written, a table says what of the model the format cannot hold.
     """
+    from desim_warehouse.questions.run import load_run
     from desim_warehouse.report.export import export
-    from desim_warehouse.run.folder import load_run
 
     place = Path(path)
     if form in _RUN and (place.is_dir() or form not in _MODEL or place.suffix.lower() not in {".yaml", ".yml"}):
@@ -80,7 +80,7 @@ def _layout(model: Model, form: str, out: Path, force: bool) -> None:
         if file.exists() and not force:
             raise ReportError(f"{file}: the file exists; choose another name with -o, or overwrite it with --force")
     if form == "svg":
-        from desim_warehouse.report.plot.floor import save
+        from desim_warehouse.plot.floor import save
 
         click.echo(save(model, out))
         return

@@ -33,8 +33,8 @@ def command(file: str, column: str, unit: str, out: str | None) -> None:
     show(table)
     click.echo(f"{verdict}\n{input_words.proposed(found, file, column)}")
     if out is not None:
-        from desim_warehouse.report.plot import fitted
-        from desim_warehouse.report.plot.style import save
+        from desim_warehouse.plot import fitted
+        from desim_warehouse.plot.style import save
 
         save(fitted(found, unit=unit).get_figure(root=True), Path(out), "fit")
         keep(input_words.fit(found, file, column, unit), out)

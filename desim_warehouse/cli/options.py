@@ -16,7 +16,7 @@ from desim_warehouse.findings import Acceptable
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
-    from desim_warehouse.run import Run
+    from desim_warehouse.questions.run import Run
 
 F = TypeVar("F", bound=Callable[..., Any])
 _set = click.option(
@@ -155,7 +155,7 @@ def load_source(source: str, assignments: tuple[str, ...], **besides: Any) -> Mo
 
     Raises ReportError where a run would have to be changed.
     """
-    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.questions.run import load_run
 
     if not Path(source).is_dir():
         return load_model(source, assignments, **besides)
@@ -173,8 +173,8 @@ def run_of(
     **besides: Any,
 ) -> Run:
     """The run of a folder, or of a model file simulated now, up to a moment; raises as `load_source`."""
-    from desim_warehouse.run import Run as Done
-    from desim_warehouse.run import simulate
+    from desim_warehouse.questions.run import Run as Done
+    from desim_warehouse.questions.run import simulate
 
     start = load_source(source, assignments, **besides)
     return start if isinstance(start, Done) else simulate(start, seed, until=until(start))

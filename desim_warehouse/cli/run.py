@@ -17,7 +17,7 @@ from desim_warehouse.cli.warned import warn
 from desim_warehouse.errors import number_of
 
 if TYPE_CHECKING:
-    from desim_warehouse.run import Run
+    from desim_warehouse.questions.run import Run
 
 
 @click.command("run")
@@ -40,7 +40,7 @@ def command(
     """Simulate MODEL once: what came out of it in a few sentences, and the indicators that it is judged by."""
     from desim_warehouse import __version__
     from desim_warehouse.errors import SimulationError
-    from desim_warehouse.run import simulate
+    from desim_warehouse.questions.run import simulate
     from desim_warehouse.run.folder import prepare
     from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
@@ -66,7 +66,7 @@ def command(
 def _show(run: Run, indicators: tuple[str, ...]) -> None:
     from desim_warehouse.answer import words
     from desim_warehouse.outcome.indicators import chosen, judged_by
-    from desim_warehouse.report import run_words
+    from desim_warehouse.questions.run import words as run_words
 
     for line in run_words.sentences(run):
         click.echo(line)

@@ -12,7 +12,7 @@ from desim_warehouse.cli.options import with_indicator
 from desim_warehouse.cli.tables import sheet, show
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.results import Results
+    from desim_warehouse.questions.study import Results
 
 
 @click.command("screen")
@@ -23,7 +23,7 @@ def command(folder: str, indicators: tuple[str, ...]) -> None:
 
     Total shares, with interactions, need the design {saltelli: n}.
     """
-    from desim_warehouse.study.results import Results
+    from desim_warehouse.questions.study import Results
 
     results = Results.load(folder)
     for indicator in indicators or results.plan.indicators or results.usual(3):

@@ -18,10 +18,10 @@ from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_val
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.questions import race_words, size_words
+from desim_warehouse.questions.study import Study
 from desim_warehouse.study.procedures import SizeFound
 from desim_warehouse.study.search import Search
 from desim_warehouse.study.statistics.limits import CAP, FIRST
-from desim_warehouse.study.study import Study
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
 """Keys of which the right value lies between too little and too much."""

@@ -23,7 +23,7 @@ from desim_warehouse.cli.study_options import (
 from desim_warehouse.cli.tables import show_failures, show_quantiles
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.results import Results
+    from desim_warehouse.questions.study import Results
     from desim_warehouse.study.search import Search
 
 
@@ -68,7 +68,7 @@ def command(
     Runs that are already in the folder are not repeated; those of another version are shown, or with --out
     simulated anew. DIR/results.parquet has a row for each run.
     """
-    from desim_warehouse.study.study import Study
+    from desim_warehouse.questions.study import Study
 
     whole = Study.of(study_plan(study, assignments, timeout=search.timeout))
     refuse_page(page, whole.plan)
@@ -91,7 +91,7 @@ def command(
 
 def _as_saved(study: str) -> Results | None:
     """The results of a folder whose study another version finished: these are shown, not simulated anew."""
-    from desim_warehouse.study.results import Results
+    from desim_warehouse.questions.study import Results
 
     results = Results.load(study) if Path(study).is_dir() else None
     return results if results is not None and results.is_whole and results.version != __version__ else None

@@ -24,10 +24,9 @@ from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_
 
 if TYPE_CHECKING:
     from desim_warehouse.model.messages import Keys
+    from desim_warehouse.questions.study import Results, Study
     from desim_warehouse.study.plan import StudyPlan
-    from desim_warehouse.study.results import Results
     from desim_warehouse.study.search import Search
-    from desim_warehouse.study.study import Study
 
 F = TypeVar("F", bound=Callable[..., Any])
 
@@ -66,8 +65,8 @@ def study_of(
     Raises:
         ModelError: with every problem, each at its option.
     """
+    from desim_warehouse.questions.study import Study
     from desim_warehouse.study.reading import plan_of
-    from desim_warehouse.study.study import Study
 
     changes = read_assignments(assignments)
     options: dict[Keys, str] = {

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from desim_warehouse.plants import Remark
-    from desim_warehouse.study.results import Results
+    from desim_warehouse.questions.study import Results
     from desim_warehouse.study.statistics.intervals import QuantileEstimate
 
 

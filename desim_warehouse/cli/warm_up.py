@@ -9,7 +9,7 @@ import click
 from desim_warehouse.cli.answers import keep
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
-from desim_warehouse.report.plot.style import save
+from desim_warehouse.plot.style import save
 from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS
 
 
@@ -69,7 +69,7 @@ def command(
     )
     click.echo("\n".join(input_words.settled(found, read, observe, replications)))
     if out is not None:
-        from desim_warehouse.report.plot import welch
+        from desim_warehouse.plot import welch
 
         curves = welch(found, window).get_figure(root=True)
         save(found.figure(), Path(out), "warm-up")

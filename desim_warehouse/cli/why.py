@@ -37,7 +37,7 @@ def command(source: str, indicator: str | None, as_json: bool, assignments: tupl
     Suspects come from the account of time of a run: of RUN_DIR (`log: all`), or of MODEL. Example: desim why w.yaml
     """
     from desim_warehouse.questions import why_words
-    from desim_warehouse.run import Run as Done
+    from desim_warehouse.questions.run import Run as Done
     from desim_warehouse.study.why import why
 
     start = load_source(source, assignments)

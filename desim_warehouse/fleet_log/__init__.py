@@ -24,11 +24,11 @@ def read_log(path: str | Path) -> FleetLog:
     from desim_warehouse.fleet_log.runs import from_run
     from desim_warehouse.fleet_log.trips import read_trips
     from desim_warehouse.fleet_log.vda5050 import read_messages
-    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.run import RunData
 
     path = Path(path)
     if path.is_dir():
-        return from_run(load_run(path))
+        return from_run(RunData.load(path))
     return read_trips(path) if path.suffix.lower() == ".csv" else read_messages(path)
 
 

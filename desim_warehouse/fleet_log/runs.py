@@ -12,14 +12,14 @@ from desim_warehouse.states import BROKEN, SHOWN, Phase
 if TYPE_CHECKING:
     import pandas as pd
 
-    from desim_warehouse.run import Run
+    from desim_warehouse.run import RunData
 
 _ACTIONS = {Phase.LOADING: PICK, Phase.UNLOADING: DROP, Phase.CHARGING: CHARGE}
 _DRIVING = {Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY}
 _FULL = 100.0
 
 
-def sampled(run: Run, every: float = 1.0) -> pd.DataFrame:
+def sampled(run: RunData, every: float = 1.0) -> pd.DataFrame:
     """What robots report every so many seconds: the columns of `FleetLog.table`, the heading, nodes by name.
 
     Sorted by time. Raises ReportError for a run without `log: all`.
@@ -62,7 +62,7 @@ def _loaded(names: list[str]) -> list[bool]:
     return found
 
 
-def _charge(run: Run, robot: int, times: Any) -> Any:
+def _charge(run: RunData, robot: int, times: Any) -> Any:
     """The battery's level in per cent, nan without batteries."""
     batteries = run.history.batteries
     if not batteries:
@@ -70,7 +70,7 @@ def _charge(run: Run, robot: int, times: Any) -> Any:
     return np.interp(times, *run.history.energy_curves[robot]) / batteries[robot].capacity * _FULL
 
 
-def from_run(run: Run, every: float = 1.0) -> FleetLog:
+def from_run(run: RunData, every: float = 1.0) -> FleetLog:
     """The log that the robots of a run would have written, one row for each every so many seconds."""
     import pandas as pd
 

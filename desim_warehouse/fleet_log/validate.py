@@ -18,7 +18,7 @@ from desim_warehouse.fleet_log.ranks import LEVEL, Ranked, ranked
 from desim_warehouse.fleet_log.runs import from_run
 from desim_warehouse.fleet_log.table import FleetLog
 from desim_warehouse.model import Model, Source, as_model
-from desim_warehouse.run import simulate
+from desim_warehouse.run import RunData
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -205,7 +205,7 @@ def _simulated(model: Model, log: FleetLog, parts: Floats, seed: int) -> Measure
     changes: dict[str, Any] = {"run.length": max(log.length / seconds, 1.0), "log": "all"}
     day = model.replace(changes)
     try:
-        reported = from_run(simulate(day, seed), log.step or 1.0)
+        reported = from_run(RunData.simulated(day, seed), log.step or 1.0)
     except SimulationError as error:
         raise SimulationError(f"seed {seed}: the model cannot simulate {log.name}: {error}") from error
     return measured(day, reported, parts)

@@ -18,7 +18,7 @@ import numpy as np
 from desim_warehouse.errors import ReportError, got, reason
 from desim_warehouse.fleet_log.table import CHARGE, DROP, NOTHING, PICK, UNSAID, Collector, FleetLog
 from desim_warehouse.model.json_text import JsonError, value_of
-from desim_warehouse.run import Run
+from desim_warehouse.run import RunData
 
 V = TypeVar("V")
 _KINDS = {"pick": PICK, "drop": DROP, "startCharging": CHARGE}
@@ -152,7 +152,7 @@ def seconds(stamp: Any) -> float:
     return found
 
 
-def messages(run: Run, *, noise: float = 0.0, gaps: float = 0.0, every: float = 1.0) -> Iterator[str]:
+def messages(run: RunData, *, noise: float = 0.0, gaps: float = 0.0, every: float = 1.0) -> Iterator[str]:
     """The run as state messages of VDA 5050 2.1, one for each robot every second, in order of time.
 
     Args:

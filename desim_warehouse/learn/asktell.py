@@ -8,7 +8,7 @@ from typing import Self
 from desim_warehouse.errors import PolicyError
 from desim_warehouse.model import Source, as_model
 from desim_warehouse.policies import RobotView, Situation, Task
-from desim_warehouse.run import Run
+from desim_warehouse.questions.run import Run
 
 
 class Decision:
@@ -95,7 +95,7 @@ class Steps:
         )
 
     def _outcome(self) -> Run:
-        from desim_warehouse.run import Run
+        from desim_warehouse.questions.run import Run
 
         return Run(self._model, self._seed, self._world.log, self._world.layout)
 

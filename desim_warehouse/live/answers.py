@@ -26,12 +26,12 @@ from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict as Wrong
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.questions.judged import within
+from desim_warehouse.questions.study import Results
 from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
-from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict, looked_at, looks_by
 from desim_warehouse.study.table import Row

@@ -29,6 +29,7 @@ from desim_warehouse.live.offers import Offer, levels_of, spoken_design
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions.compare_words import difference
+from desim_warehouse.questions.study import Results
 from desim_warehouse.run.folder import STUDY
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.execution.pool import Pool
@@ -37,7 +38,6 @@ from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Handle, Outcome, Wanted
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.record import read_record, write_record
-from desim_warehouse.study.results import Results
 
 Band = tuple[float, float | None, float | None]
 """A mean and the ends of its interval, if there is one."""

@@ -10,16 +10,16 @@ from typing import Any
 
 from desim_warehouse._version import __version__
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.answer import Option, SaidNumber
 from desim_warehouse.answer.numbers import capital
+from desim_warehouse.answer.parts import Option, SaidNumber
 from desim_warehouse.errors import ReportError
 from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched, label
 from desim_warehouse.look.web import WebPage, joined, safe_json
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions.compare_words import difference
+from desim_warehouse.questions.study import Results
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan
-from desim_warehouse.study.results import Results
 from desim_warehouse.study.table import is_numeric
 from desim_warehouse.values.labels import plain, readable
 

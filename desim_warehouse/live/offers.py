@@ -12,9 +12,9 @@ from desim_warehouse.errors import StudyError, nearest, spoken
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.policies.catalogue import OURS
+from desim_warehouse.questions.study import Study
 from desim_warehouse.study.factors import label, level_of
 from desim_warehouse.study.fleet.designs import Designs
-from desim_warehouse.study.study import Study
 from desim_warehouse.values.labels import readable
 
 ROBOTS, DEMAND, ALLOCATION = "fleet.size", "tasks.demand", "policies.allocation"

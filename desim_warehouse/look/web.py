@@ -6,7 +6,6 @@ import html
 import json
 import re
 from collections.abc import Mapping, Sequence
-from functools import singledispatch
 from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -133,9 +132,3 @@ def colours() -> str:
         f'@media screen and (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'
         f'@media screen {{ :root[data-theme="dark"] {{ {dark} }} }}\n'
     )
-
-
-@singledispatch
-def page_of(thing: Any) -> StillPage:
-    """The page that Jupyter shows of a thing: of those that `desim_warehouse.report.in_cells` knows; else its text."""
-    return StillPage(type(thing).__name__, f"<pre>{html.escape(str(thing))}</pre>")

@@ -6,9 +6,10 @@ import math
 from collections.abc import Sequence
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.answered import answer_of
 from desim_warehouse.answer.numbers import capital, number, sentence
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber
 from desim_warehouse.answer.standing import BY_VERDICT, Standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.account import is_fixed

@@ -6,18 +6,19 @@ from collections.abc import Iterator, Mapping
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer, Option, SaidNumber
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import Scale, capital
+from desim_warehouse.answer.parts import Option, SaidNumber
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.questions import judged
 from desim_warehouse.questions.sentences import apart_from, name_of
-from desim_warehouse.study.results import Results
+from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.statistics.comparison import Comparison, Difference
 
 _STANDING: dict[bool | None, Standing] = {True: "differs", False: "alike", None: "open"}
 
 
-def answer(study: Results, found: Mapping[str, Comparison]) -> Answer:
+def answer(study: ResultsData, found: Mapping[str, Comparison]) -> Answer:
     """The differences of all designs to one of them, in each indicator."""
     base = name_of(study, str(next(iter(found.values())).baseline))
     statements = dict.fromkeys(
@@ -42,7 +43,7 @@ def answer(study: Results, found: Mapping[str, Comparison]) -> Answer:
     )
 
 
-def difference(study: Results, indicator: str, row: Difference, *, turned: bool = False) -> SaidNumber:
+def difference(study: ResultsData, indicator: str, row: Difference, *, turned: bool = False) -> SaidNumber:
     """A difference with its interval; shares in points. `turned`: as if the baseline were compared with it."""
     one, sign = row.estimate, -1 if turned else 1
     scale = words.scale_of(indicator, study.base, study.estimates(indicator).values())
@@ -51,7 +52,7 @@ def difference(study: Results, indicator: str, row: Difference, *, turned: bool 
     return judged.within(indicator, scale, (sign * one.mean, ends[0], ends[1]), 0.0)
 
 
-def _most(study: Results, indicator: str, found: Comparison, base: str) -> str:
+def _most(study: ResultsData, indicator: str, found: Comparison, base: str) -> str:
     """The design that differs most, of those that are shown to differ."""
     told = [row for row in found.differences if row.differs]
     if not told:
@@ -63,7 +64,7 @@ def _most(study: Results, indicator: str, found: Comparison, base: str) -> str:
     return f"{name}: {by} {'less' if down else 'more'} with {name_of(study, str(most.design))} than with {base}."
 
 
-def _options(study: Results, indicator: str, found: Comparison, base: str) -> Iterator[Option]:
+def _options(study: ResultsData, indicator: str, found: Comparison, base: str) -> Iterator[Option]:
     """A row for each design, those whose runs are equal once; of copies of the baseline that they are."""
     group = f"{words.indicator_name(indicator)}, compared with {base}"
     now = study.same.get(str(found.baseline), str(found.baseline))

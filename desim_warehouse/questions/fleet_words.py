@@ -8,9 +8,10 @@ from dataclasses import asdict, replace
 from typing import Any
 
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, PairGrid, Subject
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.answered import answer_of
 from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Subject
 from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within

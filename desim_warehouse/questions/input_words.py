@@ -4,8 +4,9 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from desim_warehouse.answer.answer import Answer, Folded
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import sentence
+from desim_warehouse.answer.parts import Folded
 from desim_warehouse.errors import got, number_of
 from desim_warehouse.model import Model
 

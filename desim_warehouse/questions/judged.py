@@ -7,8 +7,8 @@ from collections.abc import Iterable
 from typing import Any
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Bar, BigNumber, Rows, SaidNumber, Subject
 from desim_warehouse.answer.numbers import Scale
+from desim_warehouse.answer.parts import Bar, BigNumber, Rows, SaidNumber, Subject
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.plan import run_seed

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.answer import Answer, Option
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.parts import Option
 from desim_warehouse.errors import spoken
 from desim_warehouse.study.fleet.options import COST, Against, OptionsPlan
 

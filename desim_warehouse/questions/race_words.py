@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer, Option, Rows
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.answered import answer_of
 from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.answer.parts import Option, Rows
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.errors import spoken
 from desim_warehouse.questions import judged

@@ -10,13 +10,13 @@ from desim_warehouse.outcome.verdicts import RULES
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 if TYPE_CHECKING:
-    from desim_warehouse.study.results import Results
+    from desim_warehouse.study.results import ResultsData
 
 UNSETTLED = "not settled by the middle of its runs, and counted from there on; longer runs may settle"
 """Of a design whose warm-up was to be found."""
 
 
-def wrong(study: Results, *, lasting: bool = False) -> list[str]:
+def wrong(study: ResultsData, *, lasting: bool = False) -> list[str]:
     """What is wrong, a line for each kind of verdict, with the design that has it worst.
 
     `lasting`: also of those that cannot last, which answers with a row for each design say there.
@@ -38,12 +38,12 @@ def wrong(study: Results, *, lasting: bool = False) -> list[str]:
     return lines
 
 
-def name_of(study: Results, design: str) -> str:
+def name_of(study: ResultsData, design: str) -> str:
     """A design in words; factors that do not vary are left out."""
     return words.design_spoken(_levels(study, design))
 
 
-def option_of(study: Results, design: str) -> tuple[str, str]:
+def option_of(study: ResultsData, design: str) -> tuple[str, str]:
     """What is decided in a design, and the demand that it is for; both in the first where there is no target."""
     levels = _levels(study, design)
     asked = {key: level for key, level in levels.items() if study.is_demand(key)}
@@ -53,7 +53,7 @@ def option_of(study: Results, design: str) -> tuple[str, str]:
     return words.design_spoken(decided), words.design_spoken(asked)
 
 
-def apart_from(study: Results, design: str, other: str) -> str:
+def apart_from(study: ResultsData, design: str, other: str) -> str:
     """A design by what makes it another than one like it."""
     ours, theirs = _levels(study, design), _levels(study, other)
     differ = {key: level for key, level in ours.items() if level != theirs[key]}
@@ -63,13 +63,13 @@ def apart_from(study: Results, design: str, other: str) -> str:
     return words.setting(key, level).removeprefix(f"{words.in_words(key)}: ")
 
 
-def _levels(study: Results, design: str) -> dict[str, Any]:
+def _levels(study: ResultsData, design: str) -> dict[str, Any]:
     """The levels of a design by factor, without the factors that do not vary."""
     levels = zip(study.factors, study.designs[design], strict=True)
     return {key: level for key, level in levels if key in study.varied or len(study.factors) == 1}
 
 
-def knee_of_throughput(study: Results) -> list[str]:
+def knee_of_throughput(study: ResultsData) -> list[str]:
     """Where more robots stop paying off, if throughput rises significantly up to there."""
     from desim_warehouse.study.statistics.comparison import paired
     from desim_warehouse.study.statistics.knee import knee

@@ -6,9 +6,10 @@ import math
 from typing import Any
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer, BigNumber, Option, Rows, merged
+from desim_warehouse.answer.answer import Answer, merged
 from desim_warehouse.answer.answered import answer_of
 from desim_warehouse.answer.numbers import capital
+from desim_warehouse.answer.parts import BigNumber, Option, Rows
 from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import Model

@@ -7,9 +7,9 @@ from collections.abc import Iterator, Sequence
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber, Subject
-from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import Scale, capital, sentence
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber, Subject
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.account import is_fixed
@@ -18,7 +18,7 @@ from desim_warehouse.outcome.verdicts import is_no_answer
 from desim_warehouse.questions import judged
 from desim_warehouse.questions.sentences import UNSETTLED, apart_from, knee_of_throughput, name_of, option_of, wrong
 from desim_warehouse.study.plan import StudyPlan
-from desim_warehouse.study.results import Results
+from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.statistics.judge import MOST_TO_TELL
 from desim_warehouse.study.statistics.screening import first_order, main_effects
 
@@ -34,8 +34,7 @@ _UNNAMED = ("what-if", "size", "best", "study", "why")
 """Names of studies without one of their own: their answers have the name of the model."""
 
 
-@answer_of.register
-def answer(study: Results, indicators: Sequence[str] = ()) -> Answer:
+def answer(study: ResultsData, indicators: Sequence[str] = ()) -> Answer:
     """The answer of a study; `indicators`: those to show, instead of the usual ones."""
     return _Studied(study, indicators).answer()
 
@@ -43,7 +42,7 @@ def answer(study: Results, indicators: Sequence[str] = ()) -> Answer:
 class _Studied:
     """The designs that have runs, those whose runs are equal once, with the indicators that are shown of them."""
 
-    def __init__(self, study: Results, indicators: Sequence[str]) -> None:
+    def __init__(self, study: ResultsData, indicators: Sequence[str]) -> None:
         self.study, self.goal, self.base = study, study.target, study.base
         most = None if study.plan.indicators else _SHOWN
         shown = study.chosen(indicators) if indicators else list(study.main[:most])
@@ -361,7 +360,7 @@ def _replications(plan: StudyPlan) -> str:
     )
 
 
-def _warm_up(study: Results) -> str:
+def _warm_up(study: ResultsData) -> str:
     """What is not counted: one time for all designs, or found for each."""
     found, unit = study.warm_ups.values(), study.base.units.time
     if not found:

@@ -6,9 +6,10 @@ import math
 from typing import Any
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, SaidNumber, Subject
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.answered import answer_of
 from desim_warehouse.answer.numbers import Scale, capital, number, percent, plural, sentence
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, SaidNumber, Subject
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.questions import judged
 from desim_warehouse.study.tipping import GOOD_FIT, InputEffect, TippingPoint, TippingPoints

@@ -6,9 +6,10 @@ import math
 from typing import Any
 
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.answer import Answer, BigNumber, Folded, Option, Rows, SaidNumber
+from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.answered import answer_of
 from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber
 from desim_warehouse.answer.root_words import root
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.errors import number_of, spoken

@@ -13,7 +13,7 @@ from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.fleet_log.vda5050 import messages
 from desim_warehouse.folders import make_folder
 from desim_warehouse.outcome.log import NONE
-from desim_warehouse.run import Run
+from desim_warehouse.run import RunData
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ _RINGS = 1
 """The process of fleet-wide events; robot n is process n + 2."""
 
 
-def export(run: Run, form: str, path: str | Path, *, noise: float = 0.0, gaps: float = 0.0) -> Path:
+def export(run: RunData, form: str, path: str | Path, *, noise: float = 0.0, gaps: float = 0.0) -> Path:
     """Write a run in an open format.
 
     Args:
@@ -68,7 +68,7 @@ def export(run: Run, form: str, path: str | Path, *, noise: float = 0.0, gaps: f
     return path
 
 
-def tables(run: Run) -> dict[str, pd.DataFrame]:
+def tables(run: RunData) -> dict[str, pd.DataFrame]:
     """All tables of a run by name, times in the model's time unit; kpis has a row and unit per indicator."""
     import pandas as pd
 
@@ -91,7 +91,7 @@ def tables(run: Run) -> dict[str, pd.DataFrame]:
     }
 
 
-def state_table(run: Run) -> pd.DataFrame:
+def state_table(run: RunData) -> pd.DataFrame:
     """The states of all robots as a table: robot, state, start, end, task, energy (at the start)."""
     import pandas as pd
 
@@ -100,7 +100,7 @@ def state_table(run: Run) -> pd.DataFrame:
     return pd.DataFrame.from_records(rows, columns=columns)
 
 
-def trace(run: Run) -> dict[str, Any]:
+def trace(run: RunData) -> dict[str, Any]:
     """A run in the Trace Event Format: a process per robot with tracks for states, tasks and waits, and its battery.
 
     A wait is a slice of the robot that waits, and a flow to it from the state of the robot it waits for.
@@ -133,7 +133,7 @@ def _process(robot: int) -> int:
     return robot + 2
 
 
-def _names(run: Run) -> list[dict[str, Any]]:
+def _names(run: RunData) -> list[dict[str, Any]]:
     """Names and order of processes and tracks."""
     fleet = range(run.model.fleet.size)
     named = [(_RINGS, f"{run.model.name}: fleet"), *((_process(n), f"robot {n}") for n in fleet)]
@@ -165,7 +165,7 @@ def _slice(pid: int, track: int, name: str, span: tuple[float, float], args: dic
     }
 
 
-def _states(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _states(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         _slice(
             _process(span.robot),
@@ -179,7 +179,7 @@ def _states(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
     ]
 
 
-def _tasks(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _tasks(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         _slice(
             _process(one.robot),
@@ -192,7 +192,7 @@ def _tasks(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
     ]
 
 
-def _waits(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _waits(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
     """A slice for each wait, and a flow from the robot waited for."""
     events: list[dict[str, Any]] = []
     for number, wait in enumerate(run.history.waits):
@@ -207,7 +207,7 @@ def _waits(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
     return events
 
 
-def _batteries(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _batteries(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         {
             "ph": "C",
@@ -223,7 +223,7 @@ def _batteries(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
     ]
 
 
-def _rotations(run: Run, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _rotations(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         {
             "ph": "I",

@@ -6,13 +6,14 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.answer.answer import Answer, Folded
+from desim_warehouse.answer.answer import Answer
+from desim_warehouse.answer.parts import Folded
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.look.palette import COLOURS
-from desim_warehouse.report.plot.style import save
+from desim_warehouse.plot.style import save
+from desim_warehouse.questions.study import Study
 from desim_warehouse.run.spreadsheet import as_csv
-from desim_warehouse.study.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
+from desim_warehouse import plot
 from desim_warehouse.answer import words
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.fleet_log.measures import MEASURES
 from desim_warehouse.fleet_log.validate import Validation
 from desim_warehouse.look import html
-from desim_warehouse.report import page as pages
-from desim_warehouse.report import plot
-from desim_warehouse.report.plot.days import farthest
+from desim_warehouse.look import page as pages
+from desim_warehouse.plot.days import farthest
 
 _METHOD = (
     "Each real day is simulated many times, and measured from the same messages by the same code.",
@@ -35,7 +35,7 @@ def page(found: Validation, command: str = "") -> pages.ReportPage:
     return pages.ReportPage(
         title=found.model.name,
         first=[
-            pages.first_page(found.model.name, "", question, tiles, answer, None, None),
+            pages.first_page(found.model.name, "", question, tiles, answer),
             html.paragraph(_said_of(found, worst)),
             plot.day(found, worst),
             html.table(HEAD, cells(found), name="measures"),

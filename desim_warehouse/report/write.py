@@ -7,9 +7,9 @@ from pathlib import Path
 
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import ANSWER, make_folder, shipped, write_whole
-from desim_warehouse.report import run_parts
+from desim_warehouse.questions.run import page as run_page
 from desim_warehouse.report.answer_page import PLAN, WHY
-from desim_warehouse.run import Run
+from desim_warehouse.run import RunData
 from desim_warehouse.run.folder import RUN, STUDY
 
 KINDS = {"answer": (ANSWER, PLAN, WHY, STUDY), "run": (RUN,)}
@@ -17,7 +17,11 @@ KINDS = {"answer": (ANSWER, PLAN, WHY, STUDY), "run": (RUN,)}
 
 
 def report(
-    source: str | Path | Run, out: str | Path | None = None, *, notebook: str | Path | None = None, replay: bool = False
+    source: str | Path | RunData,
+    out: str | Path | None = None,
+    *,
+    notebook: str | Path | None = None,
+    replay: bool = False,
 ) -> Path:
     """Write the report of a run, or of the folder of an answer, a study or a run. No code of the folder is run.
 
@@ -33,9 +37,7 @@ def report(
     Raises:
         ReportError: no such folder, it is damaged, or nothing can be written.
     """
-    from desim_warehouse.run import Run
-
-    if isinstance(source, Run):
+    if isinstance(source, RunData):
         folder, kind = Path(), "run"
     else:
         folder = Path(source)
@@ -44,7 +46,7 @@ def report(
     beside = path.with_name(f"{path.stem}-replay.html")
     _make(path.parent)
     try:
-        content = source if isinstance(source, Run) else folder
+        content = source if isinstance(source, RunData) else folder
         page = _page(kind, content, str(beside) if replay else None)
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
@@ -54,13 +56,13 @@ def report(
     return path
 
 
-def _page(kind: str, content: Path | Run, replay: str | None) -> str:
+def _page(kind: str, content: Path | RunData, replay: str | None) -> str:
     if kind == "answer" and isinstance(content, Path):
         from desim_warehouse.report import answer_page
 
         answer = answer_page.read(content)
         return answer_page.page(answer, answer_page.run_of(answer), replay)
-    return run_parts.page(content, replay).html()
+    return run_page.page(content, replay).html()
 
 
 def kind_of(folder: Path) -> str:

@@ -4,26 +4,19 @@ from __future__ import annotations
 
 import gc
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import cached_property
-from itertools import pairwise
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Self
 
-from desim_warehouse.errors import number_of
-from desim_warehouse.look.web import page_of
 from desim_warehouse.model import as_model
 from desim_warehouse.outcome import account, chains, indicators, verdicts
 from desim_warehouse.outcome.history import History
-from desim_warehouse.values.distributions import Distribution
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
     import pandas as pd
 
-    from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.findings import Finding
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model, Source
     from desim_warehouse.outcome.account import By
@@ -34,8 +27,11 @@ if TYPE_CHECKING:
     from desim_warehouse.run.stop import StopSignal
 
 
-class Run:
-    """The outcome of a run: indicators as plain numbers, everything else as tables."""
+class RunData:
+    """The outcome of one simulation run: indicators as plain numbers, everything else as tables.
+
+    `questions.run.Run` is a `RunData` that shows itself in words and pages.
+    """
 
     def __init__(self, model: Model, seed: int, log: Log, layout: Layout, *, deterministic: bool = False) -> None:
         self.model = model
@@ -45,6 +41,32 @@ class Run:
         self.deterministic = deterministic
         """Whether no random stream and no policy of the user's own was used: every seed gives this run."""
         self.history = History(log, model, layout, seed)
+
+    @classmethod
+    def simulated(
+        cls, model: Source, seed: int = 0, stop: StopSignal | None = None, *, until: float | None = None
+    ) -> Self:
+        """Simulate a model, or its file, once; see `questions.run.simulate`."""
+        from desim_warehouse.world import World
+
+        model = as_model(model)
+        with _no_collector():
+            world = World(model, seed, heed=None if stop is None else stop.obey)
+            world.run(until)
+        deterministic = not world.streams.used and not model.policies.own()
+        return cls(model, seed, world.log, world.layout, deterministic=deterministic)
+
+    @classmethod
+    def load(cls, folder: str | Path) -> Self:
+        """Read a run from the folder it was saved to; see `questions.run.load_run`."""
+        from desim_warehouse.run.folder import read_folder, reading
+
+        with reading(folder):
+            saved = read_folder(Path(folder))
+            run = cls(saved.model, saved.seed, saved.log, saved.model.floor, deterministic=saved.deterministic)
+            if saved.kpis:
+                run.kpis = indicators.RunIndicators(run.kpis | saved.kpis)  # another version may count otherwise
+        return run
 
     @property
     def version(self) -> str:
@@ -233,7 +255,7 @@ class Run:
         start: float | None = None,
         end: float | None = None,
         palette: str = "safe",
-        beside: Run | None = None,
+        beside: RunData | None = None,
     ) -> Replay:
         """A page that plays the run, or a window of it, in a browser; needs `log: all`. In Jupyter it shows itself.
 
@@ -250,100 +272,9 @@ class Run:
 
         return part(self.history, seconds)
 
-    def _repr_html_(self) -> str:
-        """What Jupyter shows: the first page of its report, and its indicators, in a frame."""
-        return page_of(self)._repr_html_()
-
     def __repr__(self) -> str:
         """The three numbers of the paper."""
-        return f"Run({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"
-
-
-@dataclass(frozen=True)
-class Check:
-    """What `check` found.
-
-    Attributes:
-        facts: about the layout, in words.
-        findings: worst first, accepted errors too.
-        calculation: the quick estimate; None where the layout has errors, hours never come, or a robot by itself does
-            none of the work.
-        accepted: codes of the errors that the model accepts.
-        lines: the quick estimate in words.
-    """
-
-    facts: list[str]
-    findings: list[Finding]
-    calculation: QuickEstimate | None
-    accepted: tuple[str, ...]
-    lines: list[str]
-
-    @property
-    def errors(self) -> list[Finding]:
-        """What `simulate` refuses."""
-        return [item for item in self.findings if item.level == "error" and item.code not in self.accepted]
-
-    @property
-    def verdict(self) -> str:
-        """All in a line: how many errors and warnings there are."""
-        errors, warnings = len(self.errors), sum(item.level == "warning" for item in self.findings)
-        waived = sum(item.level == "error" for item in self.findings) - errors
-        said = number_of(errors, "error") if errors else "no errors"
-        said += f", {number_of(warnings, 'warning')}" if warnings else ""
-        said += f", {number_of(waived, 'error')} accepted" if waived else ""
-        return said + (": this model would be refused" if errors else "")
-
-    def _repr_html_(self) -> str:
-        """What Jupyter shows: the verdict, the findings and the quick estimate, in a frame."""
-        return page_of(self)._repr_html_()
-
-
-def check(model: Source) -> Check:
-    """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate."""
-    from desim_warehouse.feasibility import examine
-    from desim_warehouse.feasibility.asked import orders_asked_for
-    from desim_warehouse.layout import checks
-    from desim_warehouse.run import night
-    from desim_warehouse.run.quick import estimate, left_out, with_choice, with_nearer
-
-    model = as_model(model)
-    layout = model.floor
-    graph = layout.graph
-    contact = model.fleet.contact
-    length, speed, fleet = model.units.length, model.fleet.fastest, model.fleet.size
-    parts = (len(graph), "node"), (graph.number_of_edges(), "edge"), (len(layout.storage), "storage place")
-    facts = [
-        f"{model.name}: {', '.join(number_of(*part) for part in parts)}",
-        f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
-        f"the lanes hold {number_of(checks.room(layout, contact), 'robot')} at once, the fleet has {fleet:,}",
-    ]
-    if model.fleet.slowness:
-        stop = model.fleet.slowness * speed
-        facts.append(f"a stop on the way costs up to {stop:.3g} {model.units.time} of braking and gathering speed")
-    if braking := model.fleet.longest_braking:
-        facts.append(
-            f"those that keep their braking distance stay up to {braking:.3g} {length} farther behind while they drive"
-        )
-    facts += [*orders_asked_for(model), *_times_that_vary(model), *left_out(model, layout)]
-    for ring in checks.shortest_rings(graph):
-        around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
-        facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
-    findings, calculation = examine(model, layout, estimate)
-    if not any(item.level == "error" and item.code not in model.accept for item in findings):
-        findings = checks.worst_first([*findings, *night.findings(model, layout)])
-        facts += [] if calculation is None else [*with_nearer(model), *with_choice(model, calculation)]
-    lines = [] if calculation is None else calculation.lines(model.units)
-    return Check(facts, findings, calculation, model.accept, lines)
-
-
-def _times_that_vary(model: Model) -> list[str]:
-    """The distributions of the model, in words."""
-    times = {"loading": model.tasks.load_time, "unloading": model.tasks.unload_time}
-    return [
-        f"{name} varies: {time.words(model.units.time)}"
-        for name, time in times.items()
-        if isinstance(time, Distribution)
-    ]
+        return f"{type(self).__name__}({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"
 
 
 @contextmanager
@@ -356,21 +287,3 @@ def _no_collector() -> Iterator[None]:
     finally:
         if was_on:
             gc.enable()
-
-
-def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, until: float | None = None) -> Run:
-    """Simulate a model, or its file, once; the same model and seed give the same log.
-
-    `stop` ends it from another thread. The clock stops at `until`, in the model's time unit, if the run lasts so long.
-
-    Raises LayoutError for layouts on which work could stop for good, CheckError for what else `check` calls an error
-    and the model does not accept, SimulationError and PolicyError for what goes wrong during the run.
-    """
-    from desim_warehouse.world import World
-
-    model = as_model(model)
-    with _no_collector():
-        world = World(model, seed, heed=None if stop is None else stop.obey)
-        world.run(until)
-    deterministic = not world.streams.used and not model.policies.own()
-    return Run(model, seed, world.log, world.layout, deterministic=deterministic)

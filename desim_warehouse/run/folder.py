@@ -1,4 +1,4 @@
-"""A run on disk: what `Run.save` writes and `load_run` reads back.
+"""A run on disk: what `Run.save` writes and `Run.load` reads back.
 
 run.json holds seed, version, the model's content and the tallies. log.parquet holds the rows. kpis.json and the tables
 robots.csv, edges.csv and nodes.csv are there for people and other programs.
@@ -8,19 +8,65 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder, write_whole
-from desim_warehouse.outcome.indicators import RunIndicators
+from desim_warehouse.outcome.history import History
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
     from desim_warehouse.outcome.log import Log
-    from desim_warehouse.run import Run
+
+
+class Saveable(Protocol):
+    """A run with its tables, as `save_run` writes it."""
+
+    model: Model
+    seed: int
+    record: Log
+    layout: Layout
+    history: History
+    deterministic: bool
+
+    @property
+    def version(self) -> str:
+        """The version of desim-warehouse that simulated it."""
+
+    @property
+    def kpis(self) -> Mapping[str, float]:
+        """Indicators by name."""
+
+    @property
+    def robots(self) -> pd.DataFrame:
+        """One row per robot."""
+
+    @property
+    def edges(self) -> pd.DataFrame:
+        """One row per edge."""
+
+    @property
+    def nodes(self) -> pd.DataFrame:
+        """One row per intersection."""
+
+
+class Saved(NamedTuple):
+    """A run as it was read from a folder; `kpis`: indicators that another version saved, empty where this one did."""
+
+    model: Model
+    seed: int
+    log: Log
+    deterministic: bool
+    kpis: dict[str, float]
+
 
 FORMAT = 1
 RUN, STUDY = "run.json", "study.json"
@@ -40,7 +86,7 @@ def prepare(folder: Path) -> None:
         raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
 
-def save_run(run: Run, folder: Path) -> Path:
+def save_run(run: Saveable, folder: Path) -> Path:
     """Write a run to a folder; run.json comes last, so a folder that has it is complete.
 
     Raises ReportError where nothing can be written, or the folder is a study's.
@@ -52,7 +98,7 @@ def save_run(run: Run, folder: Path) -> Path:
         raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
 
-def _write(run: Run, folder: Path) -> Path:
+def _write(run: Saveable, folder: Path) -> Path:
     log = run.record
     table = log.frame()
     edges = _edges(run.layout)
@@ -134,38 +180,35 @@ def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
     )
 
 
-def load_run(folder: str | Path) -> Run:
-    """A run from the folder it was saved to, with the indicators that were saved if another version simulated it.
-
-    Raises ReportError where there is none, or it is damaged.
-    """
-    import pandas as pd
-
-    from desim_warehouse.model import load
-    from desim_warehouse.outcome.log import LogRow
-    from desim_warehouse.run import Run
-
-    folder = Path(folder)
+@contextmanager
+def reading(folder: str | Path) -> Iterator[None]:
+    """Turn what a missing or damaged folder raises into a ReportError that names the folder."""
     try:
-        content = _content(folder / RUN)
-        table = pd.read_parquet(folder / "log.parquet")
-        kept = content["log"]
-        model = load(content["model"])
-        layout = model.floor
-        edges = _edges(layout)
-        numbers = table.pop(NUMBER) if NUMBER in table else None
-        table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
-        table = table.astype(object).where(table.notna(), None)
-        if numbers is None:
-            table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
-        else:
-            table["edge"] = [None if number < 0 else edges[number] for number in numbers]
-        log = _log(kept, [tuple(row) for row in table.to_numpy().tolist()], content["version"])
-        run = Run(model, content["seed"], log, layout, deterministic=content["deterministic"])
-        if run.version != __version__:
-            run.kpis = RunIndicators(run.kpis | _kpis(folder))  # another version may count otherwise
+        yield
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise ReportError(
             f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
         ) from error
-    return run
+
+
+def read_folder(folder: Path) -> Saved:
+    """Read the run in a folder, within `reading`."""
+    import pandas as pd
+
+    from desim_warehouse.model import load
+    from desim_warehouse.outcome.log import LogRow
+
+    content = _content(folder / RUN)
+    table = pd.read_parquet(folder / "log.parquet")
+    model = load(content["model"])
+    edges = _edges(model.floor)
+    numbers = table.pop(NUMBER) if NUMBER in table else None
+    table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
+    table = table.astype(object).where(table.notna(), None)
+    if numbers is None:
+        table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
+    else:
+        table["edge"] = [None if number < 0 else edges[number] for number in numbers]
+    kpis = {} if content["version"] == __version__ else _kpis(folder)
+    log = _log(content["log"], [tuple(row) for row in table.to_numpy().tolist()], content["version"])
+    return Saved(model, content["seed"], log, content["deterministic"], kpis)

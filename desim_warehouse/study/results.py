@@ -1,4 +1,4 @@
-"""The results of a study so far: its finished runs by design, and what follows from them."""
+"""The results of a study so far: its finished runs by design, and the statistics that follow from them."""
 
 from __future__ import annotations
 
@@ -7,11 +7,10 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, cast
+from typing import TYPE_CHECKING, Any, Literal, Self, cast
 
 import numpy as np
 
-from desim_warehouse.answer.answered import Answered
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome import targets
@@ -41,8 +40,8 @@ def outcome_of(row: Row) -> tuple[object, ...]:
 
 
 @dataclass(frozen=True, eq=False)
-class Results(Answered):
-    """The finished runs of a study and what follows from them.
+class ResultsData:
+    """The finished runs of a study and the statistics that follow from them; `questions.study.Results` has the words.
 
     `rows` are in the order of the design, then of replications. A design is named by its text, such as "fleet.size=3".
     Points that are equal are one design. `versions` are those that the runs were made with.
@@ -58,7 +57,7 @@ class Results(Answered):
     """Whether every run is there that the plan asks for."""
 
     @classmethod
-    def load(cls, folder: str | Path) -> Results:
+    def load(cls, folder: str | Path) -> Self:
         """The results of a study folder as far as its runs are finished. Nothing is simulated.
 
         Raises:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.folders import ANSWER
@@ -16,7 +16,7 @@ from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import JOURNAL, Store
 from desim_warehouse.study.factors import Level
 from desim_warehouse.study.plan import StudyPlan
-from desim_warehouse.study.results import Results
+from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.comparison import Comparison
@@ -32,8 +32,10 @@ if TYPE_CHECKING:
 T = TypeVar("T")
 
 
-class Study:
+class StudyEngine:
     """Many runs of one model, changed factor by factor: `run()` it, then look at `table` and `summary()`.
+
+    `questions.study.Study` is what users hold: its results answer in words.
 
         study = dw.Study("models/multibots.yaml", {"fleet.size": range(1, 7)}, replications=20)
         study.run(workers=2, out="reports/out/fleet")
@@ -41,6 +43,9 @@ class Study:
 
     `Study.open` has the runs of a folder again, in another program or after an interruption.
     """
+
+    results_type: ClassVar[type[ResultsData]] = ResultsData
+    """What `results` gives."""
 
     def __init__(  # every key of a study file is an argument, with its meaning
         self,
@@ -104,7 +109,7 @@ class Study:
         self._start()
 
     @classmethod
-    def of(cls, plan: StudyPlan) -> Study:
+    def of(cls, plan: StudyPlan) -> Self:
         """A study of a given plan."""
         study = cls.__new__(cls)
         study.plan = plan
@@ -112,20 +117,20 @@ class Study:
         return study
 
     @classmethod
-    def read(cls, path: str | Path, overrides: Mapping[str, Any] | None = None) -> Study:
+    def read(cls, path: str | Path, overrides: Mapping[str, Any] | None = None) -> Self:
         """The study of a file such as studies/fleet_size.yaml, with further changes to its model."""
         from desim_warehouse.study.reading import read_study
 
         return cls.of(read_study(path, overrides))
 
     @classmethod
-    def open(cls, folder: str | Path) -> Study:
+    def open(cls, folder: str | Path) -> Self:
         """The study of a folder with the runs that are finished, without running anything.
 
         Raises:
             StudyError: where there is no study.
         """
-        results = Results.load(folder)
+        results = cls.results_type.load(folder)
         study = cls.of(results.plan)
         study.notes += results.notes
         study._results = results  # noqa: SLF001 - our own
@@ -135,7 +140,7 @@ class Study:
         self.points = self.plan.points()
         self.notes: list[str] = []
         self.folder: Path | None = None
-        self._results: Results | None = None
+        self._results: ResultsData | None = None
 
     # Running
 
@@ -147,7 +152,7 @@ class Study:
         out: str | Path | None = None,
         cache: bool = False,
         progress: bool = False,
-    ) -> Study:
+    ) -> Self:
         """Do the missing runs, with the same results for any number of workers.
 
         Args:
@@ -166,7 +171,7 @@ class Study:
         """
         return self.run_by(Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress))
 
-    def run_by(self, search: Search) -> Study:
+    def run_by(self, search: Search) -> Self:
         """Do the missing runs as a search says."""
         with self.session(search) as runner:
             runner.recall()
@@ -304,7 +309,9 @@ class Study:
         """Store the results as they are now."""
         from desim_warehouse.study.execution.cache import versions
 
-        self._results = Results(self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes))
+        self._results = self.results_type(
+            self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes)
+        )
         if self.folder is not None:
             table = arrow(columns(rows, self._results.factors, self.plan.indicators))
             write_results(table, self.folder / RESULTS)
@@ -312,7 +319,7 @@ class Study:
     # Looking
 
     @property
-    def results(self) -> Results:
+    def results(self) -> ResultsData:
         """The finished runs, and what follows from them. They do not change when the study runs on.
 
         Raises:
@@ -368,9 +375,9 @@ class Study:
         return f"Study({self.plan.name}: {len(self.points)} designs, {len(self.rows)} runs)"
 
 
-def searched(base: Model, factors: Mapping[str, Any], search: Search, **content: Any) -> Study:
+def searched(base: Model, factors: Mapping[str, Any], search: Search, **content: Any) -> StudyEngine:
     """A study whose runs a search chooses one by one; `content`: further keys of a study file."""
-    made = Study(
+    made = StudyEngine(
         base, factors, confidence=search.confidence, timeout=search.timeout, **{"seed": search.seed, **content}
     )
     made.plan = made.plan.unreplicated()

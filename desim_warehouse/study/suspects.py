@@ -26,7 +26,7 @@ from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
 from desim_warehouse.policies import catalogue
-from desim_warehouse.run import Run
+from desim_warehouse.run import RunData
 from desim_warehouse.run.quick import nearer
 from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Phase, Queue, names, staff
 from desim_warehouse.study.fleet import Designs, refused
@@ -79,7 +79,7 @@ SOONER, FEWER = 0.1, 0.05
 """Parts by which handling times and demand are less."""
 
 
-def suspects(run: Run) -> list[Suspect]:
+def suspects(run: RunData) -> list[Suspect]:
     """What may hold a warehouse up, by a run with `log: all`: who is waited for longest first.
 
     Raises:
@@ -88,7 +88,7 @@ def suspects(run: Run) -> list[Suspect]:
     return [suspect for suspect in _all(run) if refused(run.model, suspect.overrides) is None]
 
 
-def left_out(run: Run) -> list[str]:
+def left_out(run: RunData) -> list[str]:
     """Reliefs that cannot be tried, each with the reason."""
     reasons = {suspect.relief: refused(run.model, suspect.overrides) for suspect in _all(run)}
     files = from_files(run.model)
@@ -98,7 +98,7 @@ def left_out(run: Run) -> list[str]:
     ]
 
 
-def _all(run: Run) -> list[Suspect]:
+def _all(run: RunData) -> list[Suspect]:
     model, nodes = run.model, run.account(by="node")
     whole = run.history.counted * model.fleet.size or 1.0
     stations = _stations(run)
@@ -121,7 +121,7 @@ def _all(run: Run) -> list[Suspect]:
     return [*waiting, *_plain(model)]
 
 
-def _intersections(run: Run, before: pd.Series[float], whole: float) -> Iterator[Suspect]:
+def _intersections(run: RunData, before: pd.Series[float], whole: float) -> Iterator[Suspect]:
     """Nodes before which robots wait (`before`: the part of the fleet's time), or are longer than at others."""
     usual, own = run.model.traffic.node_time, dict(run.model.traffic.node_times)
     passages = run.nodes["passages"]
@@ -146,7 +146,7 @@ def _queued(nodes: pd.DataFrame, queue: Queue, at: list[str]) -> float:
     return sum(float(nodes[state][at].sum()) for state in states)
 
 
-def _stations(run: Run) -> dict[str, list[str]]:
+def _stations(run: RunData) -> dict[str, list[str]]:
     """The nodes of each station that is used and whose name can stand in a dotted key."""
     found: dict[str, list[str]] = {}
     for node in destinations(run.model, run.layout):
@@ -214,14 +214,14 @@ def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:
         yield Suspect("shifts of robots", "robots always at work", always, dose=more)
 
 
-def _under_way(run: Run) -> Iterator[Suspect]:
+def _under_way(run: RunData) -> Iterator[Suspect]:
     """Fewer robots under way, where they wait for each other for much of their time."""
     if waits_much([run.kpis]):
         for most in caps(run.model):
             yield Suspect("robots under way", f"at most {most} robots under way", {KEY: most})
 
 
-def _on_the_way(run: Run) -> Iterator[Suspect]:
+def _on_the_way(run: RunData) -> Iterator[Suspect]:
     """What is closed or slow, and people in the aisles."""
     traffic = run.model.traffic
     if traffic.closures:
@@ -239,7 +239,7 @@ def _on_the_way(run: Run) -> Iterator[Suspect]:
         yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, run.kpis["share_waiting_person"])
 
 
-def _lanes(run: Run) -> Iterator[Suspect]:
+def _lanes(run: RunData) -> Iterator[Suspect]:
     """Two lanes beside each other in place of a two-way lane. Robots wait for it far away, so use says which counts."""
     spent = run.account(by="edge").sum(axis=1)
     used: dict[frozenset[str], tuple[float, int]] = {}
@@ -265,7 +265,7 @@ def _lanes(run: Run) -> Iterator[Suspect]:
         yield Suspect("two-way lanes", relief, every, dose=DOSE * len(busiest))
 
 
-def _failures(run: Run) -> Iterator[Suspect]:
+def _failures(run: RunData) -> Iterator[Suspect]:
     """Robots and chargers that break down, and robots that lose time at nodes."""
     model = run.model
     if model.fleet.breaks_down:
@@ -347,7 +347,7 @@ LEAST_CHARGING = 0.05
 """Part of the fleet's time on chargers from which the charging policy is looked at, where tasks wait for robots."""
 
 
-def decisions(run: Run) -> Iterator[Suspect]:
+def decisions(run: RunData) -> Iterator[Suspect]:
     """Each decision with another in its place."""
     model = run.model
     if model.policies.batching.name != "single":

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Literal, get_args
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.history import Spans, in_spans
-from desim_warehouse.run import simulate
+from desim_warehouse.run import RunData
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.work import Outcome, Wanted
@@ -96,7 +96,7 @@ def settle(
     length = steady_length(model)
     whole = model.replace({"log": "tasks", "run.warm_up": 0})
     spans = [
-        in_spans(simulate(whole, run_seed(seed, replication)).history.done, 0.0, length, observations)
+        in_spans(RunData.simulated(whole, run_seed(seed, replication)).history.done, 0.0, length, observations)
         for replication in range(replications)
     ]
     return _settling(model, spans, observed)

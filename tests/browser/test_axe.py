@@ -7,7 +7,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.questions import compare_words, input_words
 from desim_warehouse.report import validation_page
-from desim_warehouse.report.page import example
+from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.designs.directions import BetterDirections, DirectionGain
 from desim_warehouse.study.fit import fit

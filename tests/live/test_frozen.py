@@ -10,7 +10,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.live.frozen import MOST, check
-from desim_warehouse.report.page import example
+from desim_warehouse.report.example import example
 
 MULTIBOTS = "models/multibots.yaml"
 

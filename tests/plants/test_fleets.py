@@ -10,7 +10,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.plants import import_layout
-from desim_warehouse.report.run_parts import work
+from desim_warehouse.questions.run.page import work
 from desim_warehouse.run import check
 from desim_warehouse.study.fleet.designs import Designs, refused
 from tests.auditor import audit

@@ -15,9 +15,9 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.answer import answer as answers
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import printed
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.answer.standing import WORDS
+from desim_warehouse.answer.text import printed
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.live.answers import Named, RunsSoFar
@@ -25,7 +25,7 @@ from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.questions import judged as judged_words
 from desim_warehouse.report import text as report_text
 from desim_warehouse.report.answer_page import page
-from desim_warehouse.report.page import example
+from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import Designs, FleetPlan, Shown, Sized, plan_fleet
 from desim_warehouse.study.procedures import size

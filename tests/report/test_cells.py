@@ -8,7 +8,7 @@ import desim_warehouse as dw
 from desim_warehouse.layout import build
 from desim_warehouse.look import palette
 from desim_warehouse.plants import import_layout
-from desim_warehouse.report.plot import cells, floor
+from desim_warehouse.plot import cells, floor
 
 ROWS = [
     "." * 25,

@@ -8,9 +8,9 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.fleet_log.ranks import ranked
 from desim_warehouse.fleet_log.runs import from_run
 from desim_warehouse.fleet_log.validate import Validation
+from desim_warehouse.plot.days import LESS, MORE
 from desim_warehouse.report import validation_page
-from desim_warehouse.report.page import example
-from desim_warehouse.report.plot.days import LESS, MORE
+from desim_warehouse.report.example import example
 
 plot = dw.plot
 

@@ -12,8 +12,8 @@ from PIL import Image
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.look import palette
-from desim_warehouse.report.plot import paths
-from desim_warehouse.report.plot.heat import edge_values
+from desim_warehouse.plot import paths
+from desim_warehouse.plot.heat import edge_values
 from desim_warehouse.study.statistics.warmup import mser, welch
 from desim_warehouse.study.table import cells
 from desim_warehouse.study.warm_up import settle
@@ -364,7 +364,7 @@ def test_orders_that_came_and_went_are_counted_over_the_day(lifelong):
 
 
 def test_the_use_of_stations_and_chargers_follows_from_the_account_of_time():
-    from desim_warehouse.report import run_parts
+    from desim_warehouse.questions.run import page as run_parts
 
     short = {"run.length": 5400, "run.warm_up": 1800, "log": "all", "tasks.goods": {"poisson": 300}}
     run = dw.simulate(dw.load("models/mir250.yaml", short))

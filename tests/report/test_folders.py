@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.report.page import example
+from desim_warehouse.report.example import example
 from tests.docs import pages
 from tests.report.test_report import needs_nothing_from_outside
 from tests.study.test_directions import DETOUR

@@ -9,7 +9,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.look.web import colours
-from desim_warehouse.report.page import example
+from desim_warehouse.report.example import example
 
 FRAME = re.compile(r'<iframe title="[^"]+" srcdoc="([^"]*)" sandbox="" style="[^"]*"></iframe>')
 
@@ -67,7 +67,7 @@ def kernel(tmp_path, monkeypatch):
     manager, client = start_new_kernel(kernel_name="python3", cwd=str(tmp_path))
     lines = (
         "import desim_warehouse as dw",
-        "from desim_warehouse.report.page import example",
+        "from desim_warehouse.report.example import example",
         "study = dw.Study(example(), {'fleet.size': [2, 3]}, replications=N)",
     )
     yield manager, client, "\n".join(lines)

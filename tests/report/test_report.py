@@ -19,11 +19,14 @@ from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.folders import gallery
 from desim_warehouse.look import html
+from desim_warehouse.look.page import ReportPage
 from desim_warehouse.outcome.account import OF_TASKS
-from desim_warehouse.report import run_parts, run_words, svg
-from desim_warehouse.report.page import ReportPage, example
-from desim_warehouse.report.run_parts import model_facts, work
-from desim_warehouse.report.svg import account
+from desim_warehouse.questions.run import drawings as svg
+from desim_warehouse.questions.run import page as run_parts
+from desim_warehouse.questions.run import words as run_words
+from desim_warehouse.questions.run.drawings import account
+from desim_warehouse.questions.run.page import model_facts, work
+from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report, template
 from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE

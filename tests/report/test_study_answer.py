@@ -10,10 +10,10 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
-from desim_warehouse.answer.answer import printed
+from desim_warehouse.answer.text import printed
 from desim_warehouse.cli import desim
 from desim_warehouse.questions import compare_words
-from desim_warehouse.report.page import example
+from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.statistics.intervals import estimate
 from desim_warehouse.study.study import Study

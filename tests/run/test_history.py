@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse import plot
 from desim_warehouse.replay.payload import ENERGY, payload
-from desim_warehouse.report import plot
 from tests.run.ring import RATES, played, ring
 
 

@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.outcome.records import Deadline
-from desim_warehouse.report import run_words
+from desim_warehouse.questions.run import words as run_words
 from tests.run.ring import ring
 from tests.run.test_work import GOODS, SLOW
 from tests.world.test_flows import RING

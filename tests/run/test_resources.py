@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.outcome.resources import area, resources, servers_in_use, steps
-from desim_warehouse.report import run_words
+from desim_warehouse.questions.run import words as run_words
 from tests.report.replay.floors import busy_run, tired_run
 from tests.world.test_flows import RING
 

@@ -9,7 +9,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.outcome.verdicts import RULES, judge
-from desim_warehouse.report import run_words
+from desim_warehouse.questions.run import words as run_words
 from tests.theory.models import robots_that_serve
 
 TUTORIAL = dw.load("models/tutorial.yaml", {"tasks.goods": {"poisson": 150}, "run": {"length": 36_000}})

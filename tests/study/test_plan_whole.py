@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.answer.answer import printed
+from desim_warehouse.answer.text import printed
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml

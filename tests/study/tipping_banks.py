@@ -8,7 +8,7 @@ import random
 import sys
 from functools import cache
 
-from desim_warehouse.report.page import example
+from desim_warehouse.report.example import example
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.tipping import TippingSearch

@@ -255,7 +255,7 @@ def test_the_energy_balance_by_kind():
 
 
 def test_the_report_has_a_row_for_each_kind():
-    from desim_warehouse.report.run_parts import kinds_of_robots
+    from desim_warehouse.questions.run.page import kinds_of_robots
 
     said = str(kinds_of_robots(dw.simulate(load(RING, TWO), 0)))
     assert "kind large" in said

@@ -11,7 +11,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError, PolicyError
 from desim_warehouse.feasibility.pods import pile_on
-from desim_warehouse.report.run_words import sentences
+from desim_warehouse.questions.run.words import sentences
 from tests.audit_pods import audit_pods
 
 RING = {

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.history import Spans, in_spans
-from desim_warehouse.run import simulate
+from desim_warehouse.run import RunData
 from desim_warehouse.run.stop import StoppedError, StopSignal
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
@@ -138,7 +138,7 @@ class Simulator:
                 model = model.replace({"log": "all"})
             begin = perf_counter()
             with nullcontext() if timeout is None else TimeLimit(timeout):
-                run = simulate(model, wanted.seed, stop)
+                run = RunData.simulated(model, wanted.seed, stop)
         except StoppedError:
             return Outcome({}, _since(begin), "cancelled", final=False)
         except TimeOutError:

@@ -11,8 +11,8 @@ import numpy as np
 from desim_warehouse.answer.numbers import times
 from desim_warehouse.errors import ReportError
 from desim_warehouse.look import palette
-from desim_warehouse.report.plot import style as look
-from desim_warehouse.run import Run
+from desim_warehouse.plot import style as look
+from desim_warehouse.run import RunData
 from desim_warehouse.study.statistics.warmup import WarmUp
 from desim_warehouse.study.warm_up import Settling
 
@@ -25,13 +25,13 @@ _WINDOWS = (0.02, 0.05, 0.15)
 """Shares of all observations on either side of a moving average."""
 
 
-def cycle_times(run: Run) -> list[float]:
+def cycle_times(run: RunData) -> list[float]:
     """Time from release to delivery of each task delivered, in order of delivery, in the model's time unit."""
     return [task.cycle_time for task in run.history.done]
 
 
 def warm_up(
-    source: Run | Sequence[float] | NDArray[np.float64],
+    source: RunData | Sequence[float] | NDArray[np.float64],
     batch: int = 5,
     *,
     label: str | None = None,
@@ -52,7 +52,7 @@ def warm_up(
     """
     from desim_warehouse.study.statistics.warmup import mser
 
-    if isinstance(source, Run):
+    if isinstance(source, RunData):
         label = label or f"Cycle time ({source.model.units.time})"
         values: Sequence[float] | NDArray[np.float64] = cycle_times(source)
         if len(values) < 6 * batch:
@@ -148,7 +148,7 @@ def _draw(axes: Axes, found: WarmUp) -> None:
 
 
 def arrivals(
-    run: Run,
+    run: RunData,
     *,
     title: str | None = None,
     style: look.Style = "light",

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING, Literal
 
 from desim_warehouse.errors import ReportError
 from desim_warehouse.look import palette
-from desim_warehouse.report.plot import floor as plan
-from desim_warehouse.report.plot import style as look
-from desim_warehouse.report.plot.cells import ARROWS
-from desim_warehouse.run import Run
+from desim_warehouse.plot import floor as plan
+from desim_warehouse.plot import style as look
+from desim_warehouse.plot.cells import ARROWS
+from desim_warehouse.run import RunData
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -27,7 +27,7 @@ _ROOMY = 1000
 
 
 def congestion(
-    run: Run,
+    run: RunData,
     *,
     by: By = "blocked",
     title: str | None = None,
@@ -61,7 +61,7 @@ def congestion(
         return axes
 
 
-def edge_values(run: Run, by: By) -> dict[tuple[str, str], float]:
+def edge_values(run: RunData, by: By) -> dict[tuple[str, str], float]:
     """Waiting on each lane, behind other robots; in both directions of a two-way one."""
     column, edges = run.edges[by], run.layout.graph.edges
     return {
@@ -70,7 +70,7 @@ def edge_values(run: Run, by: By) -> dict[tuple[str, str], float]:
     }
 
 
-def node_values(run: Run, by: By) -> dict[str, float]:
+def node_values(run: RunData, by: By) -> dict[str, float]:
     """Waiting before each intersection; nodes so near one another that they are crossed as one share theirs."""
     values = dict.fromkeys(run.layout.graph, 0.0)
     for key, value in run.nodes[by].items():
@@ -91,7 +91,7 @@ def _members(key: str, graph: DiGraph) -> list[str]:
     return []
 
 
-def _edges(axes: Axes, run: Run, values: dict[tuple[str, str], float], step: float, shades: _Shades) -> None:
+def _edges(axes: Axes, run: RunData, values: dict[tuple[str, str], float], step: float, shades: _Shades) -> None:
     from matplotlib.collections import LineCollection
 
     lines = [plan.ends(run.layout, edge, step) for edge in values]
@@ -104,7 +104,7 @@ def _edges(axes: Axes, run: Run, values: dict[tuple[str, str], float], step: flo
     axes.add_collection(shown)
 
 
-def _nodes(axes: Axes, run: Run, values: dict[str, float], shades: _Shades) -> None:
+def _nodes(axes: Axes, run: RunData, values: dict[str, float], shades: _Shades) -> None:
     graph = run.layout.graph
     room = min(_ROOMY / len(graph), 1.0)
     small = 30 if len(graph) <= 60 else 4 * room  # noqa: PLR2004 - as in the layout drawing

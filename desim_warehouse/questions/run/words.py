@@ -11,7 +11,7 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import busy_share, servers_in_use, standing
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
-from desim_warehouse.run import Run
+from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
 from desim_warehouse.values.units import SECONDS
 
@@ -22,13 +22,13 @@ _USED = {
 }
 
 
-def sentences(run: Run) -> list[str]:
+def sentences(run: RunData) -> list[str]:
     """The run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
     return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
 
 
-def numbers_of(run: Run) -> list[tuple[str, str, str]]:
+def numbers_of(run: RunData) -> list[tuple[str, str, str]]:
     """The three numbers of a run that come first: each with what it is, and a note."""
     kpis, model = run.kpis, run.model
     found = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour", "")]
@@ -45,7 +45,7 @@ def numbers_of(run: Run) -> list[tuple[str, str, str]]:
     return found
 
 
-def waited(run: Run) -> list[str]:
+def waited(run: RunData) -> list[str]:
     """What robots waited for most, where the log tells."""
     if run.record.level != "all" or not run.history.counted:
         return []
@@ -57,7 +57,7 @@ def waited(run: Run) -> list[str]:
     return [f"Robots waited longest {in_words(root, run.model)}: {lasted} in all, {share} of their time."]
 
 
-def counted_time(run: Run) -> str:
+def counted_time(run: RunData) -> str:
     """The counted time, and the warm-up before it if there is one: `4 h after a warm-up of 1 h`."""
     unit = run.model.units.time
     said = numbers.duration(run.history.counted, unit)
@@ -68,7 +68,7 @@ def counted_time(run: Run) -> str:
     return said
 
 
-def _delivered(run: Run) -> str:
+def _delivered(run: RunData) -> str:
     kpis = run.kpis
     said = f"{number_of(kpis['tasks'], 'task')} delivered in {counted_time(run)}"
     if math.isfinite(kpis["throughput_per_hour"]):
@@ -78,7 +78,7 @@ def _delivered(run: Run) -> str:
     return f"{said}, {numbers.PERCENT.value(share)} on time." if told else f"{said}."
 
 
-def _left_open(run: Run) -> list[str]:
+def _left_open(run: RunData) -> list[str]:
     """What cycle times leave out, where that grows."""
     left = int(run.kpis["backlog"])
     if not left or not piles_up(run.verdicts):
@@ -87,14 +87,14 @@ def _left_open(run: Run) -> list[str]:
     return [f"Cycle times are of tasks done: the {number_of(left, 'task')} still open {are} in none of them."]
 
 
-def _keeps_up(run: Run) -> list[str]:
+def _keeps_up(run: RunData) -> list[str]:
     """That work does not pile up, where it comes by itself."""
     if "backlog_growth_per_hour" not in run.kpis:
         return []
     return [f"It keeps up: {number_of(run.kpis['backlog'], 'task')} open at the end."]
 
 
-def _busiest(run: Run) -> str:
+def _busiest(run: RunData) -> str:
     """Who was at work for the largest part of the time, and how long robots waited in traffic."""
     used = _used(run)
     if not used:
@@ -108,7 +108,7 @@ def _busiest(run: Run) -> str:
     )
 
 
-def _used(run: Run) -> dict[str, float]:
+def _used(run: RunData) -> dict[str, float]:
     """The part of their time for which robots, chargers, workers and the servers of each station are at work."""
     kpis = run.kpis
     found = {
@@ -120,7 +120,7 @@ def _used(run: Run) -> dict[str, float]:
     return {name: part for name, part in found.items() if math.isfinite(part)}
 
 
-def _pods(run: Run) -> list[str]:
+def _pods(run: RunData) -> list[str]:
     """With pods, how many lines a visit served, and how long pickers had none."""
     pile, idle = run.kpis.get("pile_on", math.nan), run.kpis.get("station_idle", math.nan)
     if not math.isfinite(pile) or not math.isfinite(idle):
@@ -129,7 +129,7 @@ def _pods(run: Run) -> list[str]:
     return [f"A pod served {numbers.measured(pile)} lines a visit; pickers had none {none} of the time."]
 
 
-def _breakdowns(run: Run) -> list[str]:
+def _breakdowns(run: RunData) -> list[str]:
     """How often robots broke down, and what it cost."""
     if "breakdowns" not in run.kpis:
         return []
@@ -138,7 +138,7 @@ def _breakdowns(run: Run) -> list[str]:
     return [f"Robots broke down {number_of(count, 'time')}{left}."]
 
 
-def _cost(run: Run) -> list[str]:
+def _cost(run: RunData) -> list[str]:
     if "annual_cost" not in run.kpis:
         return []
     scale, each = words.scale("annual_cost", run.model), run.kpis["cost_per_task"]

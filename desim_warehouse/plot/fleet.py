@@ -9,8 +9,8 @@ from desim_warehouse.answer import words
 from desim_warehouse.errors import ReportError
 from desim_warehouse.look import palette
 from desim_warehouse.model import Model
-from desim_warehouse.report.plot import style as look
-from desim_warehouse.run import Run
+from desim_warehouse.plot import style as look
+from desim_warehouse.run import RunData
 from desim_warehouse.study.table import averaged_over, cells
 
 if TYPE_CHECKING:
@@ -27,7 +27,7 @@ _APART = 60
 
 
 def utilisation(
-    source: Run | pd.DataFrame,
+    source: RunData | pd.DataFrame,
     factor: str | None = None,
     *,
     model: Model | None = None,
@@ -42,7 +42,7 @@ def utilisation(
     Raises:
         ReportError: a table without a factor, or without the `share_*` indicators.
     """
-    if isinstance(source, Run):
+    if isinstance(source, RunData):
         labels, shares, across, over = *_of_run(source), "Robot", ""
     elif factor is None:
         raise ReportError("utilisation of a study table: expected a factor")
@@ -75,7 +75,7 @@ def utilisation(
         return axes
 
 
-def _of_run(run: Run) -> tuple[list[str], dict[str, list[float]]]:
+def _of_run(run: RunData) -> tuple[list[str], dict[str, list[float]]]:
     length = run.record.end - run.record.begin
     table = run.robots
     shares = {state: [float(v) / length for v in table[state]] for state in palette.STATE_COLOURS if state in table}
@@ -105,7 +105,7 @@ def numbered(axes: Axes, labels: Sequence[str], most: int = _LABELLED) -> None:
 
 
 def part_shown(
-    run: Run, start: float | None, end: float | None, robots: Sequence[int] | None
+    run: RunData, start: float | None, end: float | None, robots: Sequence[int] | None
 ) -> tuple[float, float, list[int]]:
     """The window and the robots that a figure over time shows.
 
@@ -124,7 +124,7 @@ def part_shown(
 
 
 def gantt(
-    run: Run,
+    run: RunData,
     *,
     start: float | None = None,
     end: float | None = None,
@@ -165,7 +165,7 @@ def gantt(
         return axes
 
 
-def _waits(axes: Axes, run: Run, shown: list[int], begin: float, until: float) -> None:
+def _waits(axes: Axes, run: RunData, shown: list[int], begin: float, until: float) -> None:
     """Bars in the middle of a row while a robot waits: black for other robots."""
     rows = {number: row for row, number in enumerate(shown)}
     spans: dict[tuple[int, str], list[tuple[float, float]]] = {}
@@ -183,7 +183,7 @@ def _rows(axes: Axes, shown: list[int]) -> None:
     axes.grid(visible=False, axis="y")
 
 
-def _key(axes: Axes, run: Run) -> None:
+def _key(axes: Axes, run: RunData) -> None:
     from matplotlib.patches import Patch
 
     handles = [
@@ -199,7 +199,7 @@ _NAMED = 8
 
 
 def battery(
-    run: Run,
+    run: RunData,
     *,
     start: float | None = None,
     end: float | None = None,

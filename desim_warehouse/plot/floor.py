@@ -16,9 +16,9 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.outcome.zones import Zone, robot_radii, zones
-from desim_warehouse.report.plot import cells
-from desim_warehouse.report.plot import style as look
-from desim_warehouse.run import Run
+from desim_warehouse.plot import cells
+from desim_warehouse.plot import style as look
+from desim_warehouse.run import RunData
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -38,7 +38,7 @@ GOOD, FETCHED = "#BBBBBB", palette.PALETTES["safe"]["light"]["good"]
 
 
 def layout(
-    source: Model | Run,
+    source: Model | RunData,
     *,
     title: str | None = None,
     style: look.Style = "light",
@@ -53,7 +53,7 @@ def layout(
     return _drawn(model, floor, title, style, ax, size_of(floor), named=len(floor.graph) <= NAMED)
 
 
-def save(source: Model | Run, path: str | Path, *, title: str | None = None, names: bool = False) -> Path:
+def save(source: Model | RunData, path: str | Path, *, title: str | None = None, names: bool = False) -> Path:
     """Write the floor of a model to a PNG, SVG or PDF file: so large that the names of nodes can be read, or as a map.
 
     Where they could not be read even at the greatest width, nodes have no names. `names`: also those of storage places.
@@ -103,8 +103,8 @@ def _written(axes: Axes, path: Path) -> Path:
     return path
 
 
-def _model_and_floor(source: Model | Run) -> tuple[Model, Layout]:
-    return (source.model, source.layout) if isinstance(source, Run) else (source, source.floor)
+def _model_and_floor(source: Model | RunData) -> tuple[Model, Layout]:
+    return (source.model, source.layout) if isinstance(source, RunData) else (source, source.floor)
 
 
 def _drawn(
@@ -176,7 +176,7 @@ def ends(floor: Layout, edge: tuple[str, str], step: float) -> tuple[tuple[float
 
 def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> None:
     """A square for each storage place; those in `fetched` filled."""
-    from desim_warehouse.report.plot import paths
+    from desim_warehouse.plot import paths
 
     side = 0.8 * (floor.goods_size or 0.09 * step)
     for wanted, inside, around in ((False, "white", GOOD), (True, FETCHED, FETCHED)):
@@ -186,7 +186,7 @@ def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> Non
 
 def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
     """A line for each lane, with an arrow in its middle; a two-way lane has one each way."""
-    from desim_warehouse.report.plot import paths
+    from desim_warehouse.plot import paths
 
     paths.lines(axes, (ends(floor, edge, step) for edge in floor.lanes), colour, 1.0, 2)
     for both, part in ((False, 0.56), (True, 0.7)):
@@ -200,7 +200,7 @@ def arrows(
     """An arrow head for each line, a little beyond its middle, of one size on all figures."""
     import numpy as np
 
-    from desim_warehouse.report.plot import paths
+    from desim_warehouse.plot import paths
 
     if not lines:
         return
@@ -251,7 +251,7 @@ def draw_nodes(axes: Axes, floor: Layout, unloading: set[str], named: bool, unde
 
 def _zones(axes: Axes, floor: Layout, model: Model) -> list[tuple[float, float]]:
     """The slots of bays and stations beside their nodes, with the name of each; returns where they are."""
-    from desim_warehouse.report.plot import paths
+    from desim_warehouse.plot import paths
 
     largest = max(robot_radii(model))
     found: list[tuple[float, float]] = []

@@ -17,7 +17,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.outcome.zones import cell_size
-from desim_warehouse.report.plot import style as look
+from desim_warehouse.plot import style as look
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 from base64 import b64encode
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from importlib.resources import files
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import WarehouseError
 from desim_warehouse.look import html
 from desim_warehouse.look.html import Html
 from desim_warehouse.look.palette import HEAT
@@ -18,9 +16,6 @@ from desim_warehouse.look.web import colours
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-
-    from desim_warehouse.model import Model
-    from desim_warehouse.run import Run
 
     Parts = Sequence[Html | Axes | None]
 
@@ -34,7 +29,7 @@ class ReportPage:
 
     title: str
     first: Parts
-    folded: dict[str, Parts]
+    folded: Mapping[str, Parts]
 
     def html(self) -> str:
         """The whole page: styles and figures inside, no scripts, no external links."""
@@ -72,13 +67,9 @@ def first_page(
     question: str,
     numbers: Iterable[tuple[str, str, str]],
     answer: Iterable[str],
-    run: Run | None,
-    replay: str | None,
+    link: Html | None = None,
 ) -> Html:
-    """Title, question, the numbers that answer it, and the answer in sentences.
-
-    Then the date, and a link to the replay of `run`, written to the path `replay`.
-    """
+    """Compose title, question, the numbers that answer it, the answer in sentences, the date, and a link."""
     now = datetime.now(UTC).astimezone()
     parts = html.heading(title)
     is_short = len(description) <= _LEAD
@@ -86,30 +77,4 @@ def first_page(
     parts += html.paragraph(question, "question") + html.tiles(numbers) + html.bullets(answer, "answers")
     made = f"{now.day} {now:%B %Y}"
     parts += Html("") if is_short else html.paragraph(description, "note")
-    if run is None or replay is None:
-        return parts + html.paragraph(made, "note")
-    run.replay(replay)
-    return parts + html.paragraph(f"{made}. ", "note", html.link("Watch a run", Path(replay).name))
-
-
-def in_full(model: Model, seed: int) -> Run | None:
-    """A run with everything logged. None where it fails, or would run code, as reports must be safe to open."""
-    from desim_warehouse.run import simulate
-
-    if model.policies.own():
-        return None
-    try:
-        return simulate(model.replace({"log": "all"}), seed)
-    except WarehouseError:
-        return None
-
-
-def example() -> Model:
-    """A small warehouse for reports of no folder."""
-    from desim_warehouse.draft import Draft, draft
-    from desim_warehouse.model import load
-    from desim_warehouse.model.parse import read_yaml
-
-    words = Draft(size=(16.0, 14.0), orders=60.0, due=2.5, name="an example")
-    content = read_yaml(draft(words), "the example").data
-    return load({**content, "run": {"length": 3600, "warm_up": 600}})
+    return parts + (html.paragraph(made, "note") if link is None else html.paragraph(f"{made}. ", "note", link))

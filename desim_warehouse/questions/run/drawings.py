@@ -1,7 +1,4 @@
-"""Inline drawings: the floor, coloured by how long robots wait there, and rows of intervals or bars.
-
-Every row has its words and its number beside it, as text.
-"""
+"""Drawings of a run inside its page: the floor, coloured by how long robots wait there, and where the time goes."""
 
 from __future__ import annotations
 
@@ -10,16 +7,17 @@ from bisect import bisect_right
 from collections import defaultdict
 
 from desim_warehouse.answer import numbers
-from desim_warehouse.answer.answer import Bar, Rows
+from desim_warehouse.answer.page import rows
+from desim_warehouse.answer.parts import Bar, Rows
 from desim_warehouse.errors import number_of
 from desim_warehouse.look import html
 from desim_warehouse.look.html import Html
 from desim_warehouse.look.palette import WAITED_STEPS
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, By, counted_tasks
 from desim_warehouse.outcome.zones import Zone, zones
-from desim_warehouse.report.plot.floor import ends, step_of
-from desim_warehouse.report.plot.heat import edge_values, node_values, step_words
-from desim_warehouse.run import Run
+from desim_warehouse.plot.floor import ends, step_of
+from desim_warehouse.plot.heat import edge_values, node_values, step_words
+from desim_warehouse.run import RunData
 
 _MARGIN = 0.03
 """Room around the floor, as a part of its width."""
@@ -27,7 +25,7 @@ _LANES = 3000
 """Of more lanes the drawing is a picture."""
 
 
-def floor(run: Run) -> Html | None:
+def floor(run: RunData) -> Html | None:
     """The map of waits of a run with goods, stations and bays; None where nobody waited."""
     if not run.kpis["S"]:
         return None
@@ -55,12 +53,12 @@ def floor(run: Run) -> Html | None:
     return html.figure("floor", box, sorted(lanes.items()), nodes, goods, 2 * side, slots, names, step_words(), room)
 
 
-def _step(run: Run, waited: float) -> int:
+def _step(run: RunData, waited: float) -> int:
     """The step of the scale of a time waited: 0 where nobody waits."""
     return 1 + bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0)) if waited else 0
 
 
-def _names(run: Run, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str]]:
+def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str]]:
     """Kind, point and name of each zone: beyond its slots, as seen from its node, away from the middle."""
     found = []
     for zone in places:
@@ -72,8 +70,8 @@ def _names(run: Run, places: list[Zone], middle: float, room: float) -> list[tup
     return found
 
 
-def _picture(run: Run) -> Html:
-    from desim_warehouse.report import plot
+def _picture(run: RunData) -> Html:
+    from desim_warehouse import plot
 
     data, facts = plot.congestion(run)._repr_png_()  # type: ignore[attr-defined] # what Jupyter calls, too
     return html.picture(b64encode(data).decode("ascii"), facts["width"], facts["alt"])
@@ -83,16 +81,7 @@ _LEAST = 0.005
 """Part of a task's time from which on it has a bar of its own."""
 
 
-def rows(figure: Rows) -> Html:
-    """Intervals, or bars from 0, one below the other."""
-    ends = [end for one in figure.rows for end in (one.low, one.high, one.mean) if end is not None]
-    low, high = min([*ends, figure.at or 0.0]), max([*ends, figure.at or 0.0])
-    room = 0.04 * (high - low) if figure.at is not None else 0.0
-    low, span = low - room, (high - low + 2 * room) or 1.0
-    return html.figure("rows", figure, lambda value: round(1000 * (value - low) / span, 1))
-
-
-def account(run: Run) -> Html | None:
+def account(run: RunData) -> Html | None:
     """Where the time of a task goes, of a robot where there were none, in one unit; None: the log does not say."""
     if run.record.level != "all":
         return None

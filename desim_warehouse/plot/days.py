@@ -11,8 +11,8 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.fleet_log.validate import Validation
 from desim_warehouse.layout import Layout
 from desim_warehouse.look import palette
-from desim_warehouse.report.plot import floor as plan
-from desim_warehouse.report.plot import style as look
+from desim_warehouse.plot import floor as plan
+from desim_warehouse.plot import style as look
 from desim_warehouse.study.fit import Fitted
 
 if TYPE_CHECKING:

@@ -5,12 +5,12 @@
 | an indicator by a factor, with intervals       | `by_factor`             | study table                  |
 | the same for each level of a further factor    | `facets`                | study table                  |
 | throughput by fleet size, and its knee         | `throughput`            | study table                  |
-| what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
-| orders that came and were delivered            | `arrivals`              | Run                          |
-| batteries                                      | `battery`               | Run                          |
-| where robots wait                              | `congestion`            | Run                          |
+| what robots do                                 | `utilisation`, `gantt`  | RunData (`utilisation`: or table) |
+| orders that came and were delivered            | `arrivals`              | RunData                          |
+| batteries                                      | `battery`               | RunData                          |
+| where robots wait                              | `congestion`            | RunData                          |
 | the warehouse                                  | `layout`                | Model or Run                 |
-| where the warm-up ends                         | `warm_up`               | Run or observations          |
+| where the warm-up ends                         | `warm_up`               | RunData or observations          |
 | the same in Welch's plot                       | `welch`                 | `settle(model)` or observations |
 | a real day over simulated ones                 | `day`                   | `dw.validate`                |
 | edges, real against simulated, and on the floor | `passages`, `residuals` | `dw.validate`               |
@@ -24,12 +24,12 @@ touches pyplot or leaves settings behind; in Jupyter the Axes at the end of a ce
 from __future__ import annotations
 
 from desim_warehouse.look.palette import COLOURS
-from desim_warehouse.report.plot.days import day, fitted, passages, residuals
-from desim_warehouse.report.plot.factors import by_factor, facets, throughput
-from desim_warehouse.report.plot.fleet import battery, gantt, utilisation
-from desim_warehouse.report.plot.floor import layout
-from desim_warehouse.report.plot.heat import congestion
-from desim_warehouse.report.plot.series import arrivals, warm_up, welch
+from desim_warehouse.plot.days import day, fitted, passages, residuals
+from desim_warehouse.plot.factors import by_factor, facets, throughput
+from desim_warehouse.plot.fleet import battery, gantt, utilisation
+from desim_warehouse.plot.floor import layout
+from desim_warehouse.plot.heat import congestion
+from desim_warehouse.plot.series import arrivals, warm_up, welch
 
 __all__ = [
     "COLOURS",

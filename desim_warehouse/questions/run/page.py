@@ -5,19 +5,22 @@ The key figures of its model stand there, too.
 
 from __future__ import annotations
 
-import platform
 from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse._version import __version__
+from desim_warehouse import plot
 from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer.page import made_with
 from desim_warehouse.answer.root_words import root as root_in_words
 from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.feasibility import errors
 from desim_warehouse.layout import Layout
 from desim_warehouse.look import html
+from desim_warehouse.look import page as pages
 from desim_warehouse.look.html import Html
+from desim_warehouse.look.page import ReportPage
+from desim_warehouse.look.web import StillPage
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, charge_alike, said
 from desim_warehouse.model.facts.disturbances import closures, disturbances
@@ -27,11 +30,9 @@ from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
-from desim_warehouse.report import page as pages
-from desim_warehouse.report import plot, run_words
-from desim_warehouse.report.page import ReportPage
-from desim_warehouse.report.svg import account, floor
-from desim_warehouse.run import Run
+from desim_warehouse.questions.run import words as run_words
+from desim_warehouse.questions.run.drawings import account, floor
+from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
 from desim_warehouse.values.units import SECONDS
 
@@ -172,23 +173,49 @@ _SPANS = 400
 """The most states in the Gantt chart; of longer runs a part is shown."""
 
 
-def read(folder: str | Path | Run) -> Run:
-    """A run, given or from a folder, with everything logged: simulated again if it was not."""
-    from desim_warehouse.run import Run as Done
-    from desim_warehouse.run.folder import load_run
-
-    run = folder if isinstance(folder, Done) else load_run(folder)
+def read(source: str | Path | RunData) -> RunData:
+    """Return a run, or load it from its folder, with everything logged: simulated again if it was not."""
+    run = source if isinstance(source, RunData) else RunData.load(source)
     if run.record.level == "all":
         return run
-    again = pages.in_full(run.model, run.seed)
+    again = in_full(run.model, run.seed)
     same = again is not None and again.record.end == run.record.end and again.record.robots == run.record.robots
     return again if again is not None and same else run
 
 
-def page(folder: str | Path | Run, replay: str | None = None) -> ReportPage:
+def in_full(model: Model, seed: int) -> RunData | None:
+    """Simulate a run with everything logged; None where it fails, or would run code: reports must be safe to open."""
+    if model.policies.own():
+        return None
+    try:
+        return RunData.simulated(model.replace({"log": "all"}), seed)
+    except WarehouseError:
+        return None
+
+
+def drawings(run: RunData) -> list[Html]:
+    """Draw where the time of a task goes, and the floor by waiting, as far as the log tells."""
+    return [drawing for drawing in (account(run), floor(run)) if drawing is not None]
+
+
+def tables(run: RunData) -> list[tuple[str, Html]]:
+    """List what the page of an answer folds away of the run that it shows, each table with its title."""
+    parts = {"Stations and chargers": resources(run), "What robots waited for": lost_time(run)}
+    shown = [(title, part) for title, part in parts.items() if part is not None]
+    return [*shown, ("The warehouse", model_facts(run.model))]
+
+
+def in_short(run: RunData) -> StillPage:
+    """Compose what Jupyter shows of a run: the first page of its report, and its indicators."""
+    first = [first_page(run), account(run), floor(run)]
+    report = ReportPage(title=run.model.name, first=first, folded={"All indicators": [indicators(run)]})
+    return StillPage(run.model.name, report.html())
+
+
+def page(folder: str | Path | RunData, replay: str | None = None) -> ReportPage:
     """The report of a run, given or from a folder; `replay` is the file for its replay, which the first page links."""
     run = read(folder)
-    return pages.ReportPage(
+    return ReportPage(
         title=run.model.name,
         first=[first_page(run, replay), account(run), floor(run)],
         folded={
@@ -203,14 +230,18 @@ def page(folder: str | Path | Run, replay: str | None = None) -> ReportPage:
     )
 
 
-def first_page(run: Run, replay: str | None = None) -> Html:
+def first_page(run: RunData, replay: str | None = None) -> Html:
     """The question, the answer, and what a year like the run costs."""
     about = run.model.description or f"Work: {work(run.model)}."
     said = [*run_words.sentences(run), *run_words.waited(run)]
-    return pages.first_page(run.model.name, about, question(run), run_words.numbers_of(run), said, run, replay)
+    link = None
+    if replay is not None:
+        run.replay(replay)
+        link = html.link("Watch a run", Path(replay).name)
+    return pages.first_page(run.model.name, about, question(run), run_words.numbers_of(run), said, link)
 
 
-def question(run: Run) -> str:
+def question(run: RunData) -> str:
     """What was simulated."""
     model = run.model
     fleet: dict[str, Any] = {"fleet.size": model.fleet.size}
@@ -219,13 +250,13 @@ def question(run: Run) -> str:
     return f"What do {words.design_spoken(fleet)} achieve in {run_words.counted_time(run)}?"
 
 
-def indicators(run: Run) -> Html:
+def indicators(run: RunData) -> Html:
     """All indicators with their units."""
     rows = [[words.indicator_name(key), words.value(key, value, run.model), key] for key, value in run.kpis.items()]
     return html.table(["indicator", "value", "name"], rows, words=3, name="indicators")
 
 
-def resources(run: Run) -> Html | None:
+def resources(run: RunData) -> Html | None:
     """How busy the servers of each station and the chargers of each bay are, and how many robots queue there."""
     if run.record.level != "all":
         return html.paragraph("How busy stations and chargers are needs a run with log: all.", "note")
@@ -248,7 +279,7 @@ def resources(run: Run) -> Html | None:
     return table if few else table + html.paragraph(f"Of {len(every)} the {_PLACES} that are most in use.", "note")
 
 
-def robot_figures(run: Run) -> list[Axes]:
+def robot_figures(run: RunData) -> list[Axes]:
     """Shares of time, states over time, and batteries where there are any."""
     fleet = range(run.model.fleet.size)
     figures = [plot.utilisation(run)]
@@ -262,7 +293,7 @@ def robot_figures(run: Run) -> list[Axes]:
     return figures
 
 
-def kinds_of_robots(run: Run) -> Html | None:
+def kinds_of_robots(run: RunData) -> Html | None:
     """What the robots of each kind did, and how low their batteries came, where there are kinds."""
     history, counted = run.history, run.history.counted
     kinds = run.model.fleet.kinds_of_robots()
@@ -287,7 +318,7 @@ def kinds_of_robots(run: Run) -> Html | None:
     return html.table(heads, rows, name="kinds")
 
 
-def lost_time(run: Run) -> Html | None:
+def lost_time(run: RunData) -> Html | None:
     """What robots waited for in the end, and how much time was lost to it."""
     if run.record.level != "all":
         return html.paragraph("What robots waited for needs a run with log: all.", "note")
@@ -302,7 +333,7 @@ def lost_time(run: Run) -> Html | None:
     return html.table(["robots waited", "time, all together", "of the fleet's time", "robots"], rows, name="lost")
 
 
-def warm_up_figures(run: Run) -> list[Axes]:
+def warm_up_figures(run: RunData) -> list[Axes]:
     """Where the warm-up ends, for a lifelong run long enough to tell."""
     if not run.model.tasks.never_end:
         return []
@@ -312,19 +343,14 @@ def warm_up_figures(run: Run) -> list[Axes]:
         return []
 
 
-def warm_up(run: Run) -> Html | None:
+def warm_up(run: RunData) -> Html | None:
     """How to read the figure of the warm-up."""
     if not warm_up_figures(run):
         return None  # it ends with its work, or is too short: there is no steady state
     return html.paragraph(f"Counted from {numbers.duration(run.record.begin, run.model.units.time)} on.", "note")
 
 
-def made_with() -> tuple[str, str]:
-    """What makes the report; its runs may be older."""
-    return "Report made with", f"desim-warehouse {__version__}, Python {platform.python_version()}"
-
-
-def method(run: Run, folder: str | None) -> Html:
+def method(run: RunData, folder: str | None) -> Html:
     """How to get the same run again."""
     rows = [
         *(

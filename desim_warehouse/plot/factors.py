@@ -10,7 +10,7 @@ from desim_warehouse.answer import words
 from desim_warehouse.errors import ReportError
 from desim_warehouse.look import palette
 from desim_warehouse.model import Model
-from desim_warehouse.report.plot import style as look
+from desim_warehouse.plot import style as look
 from desim_warehouse.study.table import Cell, averaged_over, cells, is_numeric, order, usable
 from desim_warehouse.study.table import levels as levels_of
 from desim_warehouse.values.labels import plain

@@ -1,0 +1,163 @@
+"""The parts of an answer as plain data: numbers, options, figures, tables, and the answer that holds them.
+
+Everything that is shown of an answer is made of these values, so the terminal (`text`), `--json`, the file answer.json
+and the page (`page`) cannot differ. Keys that one question alone has stand beside the common ones.
+
+No command stands beside each number: `what-if` looks once and a verdict at several looks, so the command that should
+show a number again would print another interval. The command as it was typed gives the same answer from the same
+runs.
+"""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+from pydantic import BaseModel, ConfigDict
+
+from desim_warehouse.answer.standing import Standing
+
+
+class _Plain(BaseModel):
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class SaidNumber(_Plain):
+    """A mean with its one interval, that of the verdict on it (None: exact); `text` is how everybody prints it."""
+
+    of: str
+    mean: float
+    low: float | None = None
+    high: float | None = None
+    text: str
+
+
+class Option(_Plain):
+    """What was tried, one row; `same` are others whose runs are equal to these.
+
+    `also`: further numbers of it. `said`: instead of a number, such as what an option delivers that cannot keep up.
+    `set`: what makes the model into it. `group`: for which demand, or in which indicator, where there are several.
+    `cost`: a year, in the currency of the model. `p`: of a difference.
+    """
+
+    name: str
+    standing: Standing
+    number: SaidNumber | None = None
+    also: tuple[SaidNumber, ...] = ()
+    said: str = ""
+    runs: int
+    cost: float | None = None
+    p: float | None = None
+    group: str = ""
+    set: dict[str, Any] = {}
+    same: tuple[str, ...] = ()
+
+    @property
+    def numbers(self) -> tuple[SaidNumber, ...]:
+        """All of its numbers."""
+        return (() if self.number is None else (self.number,)) + self.also
+
+    @property
+    def text(self) -> str:
+        """Its first number, or what is said instead."""
+        return self.said or (self.numbers[0].text if self.numbers else "no value")
+
+    @property
+    def full_name(self) -> str:
+        """Its name, with those of the options that are the same."""
+        return f"{self.name} (the same: {', '.join(self.same)})" if self.same else self.name
+
+
+class BigNumber(_Plain):
+    """A large number, what it is, and a note such as its interval."""
+
+    value: str
+    what: str
+    note: str = ""
+
+
+class Bar(_Plain):
+    """A row of a figure: an interval, or a bar from 0 where there is only a mean."""
+
+    label: str
+    mean: float
+    low: float | None = None
+    high: float | None = None
+    text: str
+    standing: str = ""
+
+
+class Rows(_Plain):
+    """Intervals below one another on one scale, with a line at `at`: a target, or 0 for no effect."""
+
+    title: str
+    at: float | None = None
+    at_words: str = ""
+    rows: tuple[Bar, ...]
+
+
+class PairGrid(_Plain):
+    """Which pairs of two counts are enough: a panel for each demand, a row for each count of `down`."""
+
+    title: str
+    across: tuple[str, ...]
+    down: tuple[str, ...]
+    panels: dict[str, tuple[tuple[Standing, ...], ...]]
+
+
+class Folded(_Plain):
+    """A table that is folded away on the page; `printed`: the terminal has it, too."""
+
+    title: str
+    note: str = ""
+    printed: bool = False
+    head: tuple[str, ...] = ()
+    rows: tuple[tuple[str, ...], ...] = ()
+
+
+class Subject(_Plain):
+    """The one design that a page shows: its name, its model as a file has it, and the seed of the run shown."""
+
+    name: str
+    model: dict[str, Any]
+    seed: int
+
+
+class AnswerData(_Plain):
+    """The answer to a question as plain data; `answer.Answer` also shows and saves itself.
+
+    `answer`: sentences, the first of which is the answer. `about`: the design that they are about, None where they name
+    none; only then there are `tiles`. `measures`: by what numbers of options are `of`, what people call it. `promise`:
+    what holds with which `confidence` (None: nothing is judged). `command`: as it was typed.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="allow")
+
+    format: Literal[1] = 1
+    kind: str
+    name: str
+    description: str = ""
+    question: str
+    answer: tuple[str, ...]
+    tiles: tuple[BigNumber, ...] = ()
+    measures: dict[str, str] = {}
+    options: tuple[Option, ...] = ()
+    figure: Rows | PairGrid | None = None
+    about: Subject | None = None
+    tables: tuple[Folded, ...] = ()
+    promise: str = ""
+    notes: tuple[str, ...] = ()
+    runs: int
+    confidence: float | None
+    command: str = ""
+    made: dict[str, str] = {}
+
+    def content(self, **more: Any) -> dict[str, Any]:
+        """What `--json` prints: all but the model itself."""
+        return self.model_dump(mode="json", exclude={"about": {"model"}}) | more
+
+    def groups(self) -> dict[str, list[Option]]:
+        """The options of each group."""
+        groups: dict[str, list[Option]] = {}
+        for option in self.options:
+            groups.setdefault(option.group, []).append(option)
+        return groups

@@ -1,0 +1,99 @@
+"""An answer as text: its sentences, tables that fit into the width of the terminal, and how sure it is."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from io import StringIO
+
+from desim_warehouse.answer.numbers import capital, number, p_value
+from desim_warehouse.answer.parts import AnswerData, Option
+from desim_warehouse.answer.standing import WORDS
+from desim_warehouse.errors import number_of
+
+WIDTH = 100
+"""Columns where the output is no terminal."""
+_NAME = 28
+"""The fewest columns of the names of options, as far as they are so long."""
+_GAP = 2
+
+
+def printed(answer: AnswerData, width: int = WIDTH) -> str:
+    """The lines of an answer in so many columns."""
+    parts = ["\n".join(answer.answer)]
+    parts += [_printed_table(one.title, one.head, one.rows, width) for one in answer.tables if one.printed]
+    for group, options in answer.groups().items():
+        parts += _tables(capital(group), answer.measures, options, width)
+    return "\n\n".join([*parts, "\n".join([*answer.notes, how_sure(answer)])])
+
+
+def how_sure(answer: AnswerData) -> str:
+    """What holds with which confidence, and of how many runs."""
+    runs = f"{number_of(answer.runs, 'run')}." if answer.runs else ""
+    return f"{answer.promise} {runs}".strip()
+
+
+def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[str], list[list[str]]]:
+    """The head and the rows of a table of options: name, a column for each measure, and what is known besides.
+
+    What is said instead of a number stands in the first of these columns. What no option has, has no column.
+    """
+    shown = [of for of in measures if any(number.of == of for one in options for number in one.numbers)]
+    shown = shown or list(measures)[:1]
+    rows = [[one.full_name, *_cells(one, shown)] for one in options]
+    heads = ["option", *(measures[of] for of in shown)]
+    more: list[tuple[str, list[str]]] = [
+        ("", [WORDS[one.standing] for one in options]),
+        ("p", [p_value(one.p) if one.p is not None else "" for one in options]),
+        ("runs", [number(one.runs) for one in options]),
+        ("a year", ["" if one.cost is None else number(one.cost) for one in options]),
+    ]
+    for head, column in more:
+        if any(column):
+            heads.append(head)
+            rows = [[*row, cell] for row, cell in zip(rows, column, strict=True)]
+    return heads, rows
+
+
+def _cells(one: Option, shown: Sequence[str]) -> list[str]:
+    found = {number.of: number.text for number in one.numbers}
+    first = one.said or (found.get(shown[0], "") if shown else one.text)
+    return [first, *(found.get(of, "") for of in shown[1:])]
+
+
+def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], width: int) -> Iterator[str]:
+    """A table, or where not all measures fit beside one another, one below the other."""
+    fit = _that_fit(measures, options, width)
+    first = dict(list(measures.items())[:fit])
+    yield _printed_table(title, *table(first, options), width)
+    rest = {of: name for of, name in measures.items() if of not in first}
+    bare = [one.model_copy(update={"said": "", "same": (), "number": None}) for one in options if one.also]
+    while rest and bare:
+        fit = _that_fit(rest, bare, width)
+        heads, rows = table(dict(list(rest.items())[:fit]), bare)
+        yield _printed_table("", heads[: fit + 1], [row[: fit + 1] for row in rows], width)
+        rest = dict(list(rest.items())[fit:])
+
+
+def _that_fit(measures: Mapping[str, str], options: Sequence[Option], width: int) -> int:
+    """How many measures fit, at least one."""
+    for many in range(len(measures), 1, -1):
+        heads, rows = table(dict(list(measures.items())[:many]), options)
+        widths = [max(map(len, column)) + _GAP for column in zip(heads, *rows, strict=True)]
+        if min(widths[0], _NAME) + sum(widths[1:]) <= width:
+            return many
+    return 1
+
+
+def _printed_table(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> str:
+    from rich.console import Console
+    from rich.table import Table
+
+    made = Table(box=None, pad_edge=False, padding=(0, _GAP, 0, 0))
+    for head in heads:
+        made.add_column(head, justify="right" if head in {"p", "runs", "a year"} else "left")
+    for row in rows:
+        made.add_row(*row)
+    stream = StringIO()
+    Console(file=stream, width=width, highlight=False, markup=False).print(made)
+    lines = [line.rstrip() for line in stream.getvalue().splitlines()]
+    return "\n".join([title, *lines] if title else lines)
