@@ -27,7 +27,7 @@ from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.layout import build
 from desim_warehouse.layout.travel import travel_on
 from desim_warehouse.plot.floor import save
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.run.probe import _calm, _probe
 from desim_warehouse.world import World
 

@@ -13,7 +13,7 @@ import desim_warehouse as dw
 from benchmarks.memory import peak
 
 if TYPE_CHECKING:
-    from desim_warehouse.run import Run
+    from desim_warehouse.questions.run import Run
 
 RUNS = 5
 SATURATED = {"saturated": 200}

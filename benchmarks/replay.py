@@ -17,7 +17,7 @@ import desim_warehouse as dw
 from desim_warehouse.layout.naming import block_nodes
 
 if TYPE_CHECKING:
-    from desim_warehouse.run import Run
+    from desim_warehouse.questions.run import Run
 
 COLUMNS, ROWS = 40, 16
 PLAYED = 5.0

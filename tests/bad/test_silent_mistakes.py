@@ -10,7 +10,7 @@ import pytest
 
 from desim_warehouse.model import load
 from desim_warehouse.model.parse import read_yaml
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 
 HERE = Path(__file__).parent / "silent"
 FILES = sorted(HERE.glob("[0-9]*.yaml"))

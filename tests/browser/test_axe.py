@@ -35,7 +35,7 @@ def a_study(folder):
 
 def a_study_of_words(folder):
     factors = {"fleet.size": [1, 3], "policies.allocation": ["nearest", "hungarian"]}
-    dw.Study(example(), factors, replications=2).run().page(folder / "page.html")
+    dw.what_if_page(dw.Study(example(), factors, replications=2).run().results, folder / "page.html")
     return folder / "page.html"
 
 

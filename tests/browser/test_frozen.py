@@ -14,7 +14,7 @@ def made(tmp_path_factory):
     path = tmp_path_factory.mktemp("page") / "page.html"
     factors = {"fleet.size": [1, 2, 3], "policies.allocation": ["in-order", "nearest"]}
     changes = {"tasks.goods": {"random": 4}, "name": HOSTILE}
-    dw.Study("models/multibots.yaml", factors, changes=changes, replications=3).run().page(path)
+    dw.what_if_page(dw.Study("models/multibots.yaml", factors, changes=changes, replications=3).run().results, path)
     return path
 
 

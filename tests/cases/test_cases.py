@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import WarehouseError
-from desim_warehouse.study.study import Study
+from desim_warehouse.questions.study import Study
 from tests import little
 from tests.auditor import audit
 from tests.recount import differences

@@ -15,7 +15,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.folders import gallery
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.plot import floor
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.docs import pages
 
 

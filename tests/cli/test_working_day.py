@@ -11,7 +11,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.working_day import Peak, WorkingDay, read_peak, read_shifts
 from tests.docs import pages
 

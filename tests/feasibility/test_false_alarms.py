@@ -9,7 +9,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.findings import CODES
 from desim_warehouse.model.parse import read_yaml
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.docs import pages
 
 SLIPS = tuple(CODES)[tuple(CODES).index("BATTERY_RATES") :]

@@ -14,7 +14,7 @@ from desim_warehouse.cli import desim
 from desim_warehouse.feasibility.batteries import cause
 from desim_warehouse.findings import CODES, Acceptable
 from desim_warehouse.layout import build
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.world.test_hours import SQUARE
 
 PLANNER = Path(__file__).with_name("planner.yaml")

@@ -3,7 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.world.test_flows import RING, first
 
 HOUR = {"run.length": 3 * 3600}

@@ -1,7 +1,7 @@
 """What keeps robots from work at times, and what of it the quick estimate leaves out: `desim check` says so."""
 
 import desim_warehouse as dw
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.world.test_hours import SQUARE
 
 LIFELONG = {**SQUARE, "tasks": {**SQUARE["tasks"], "goods": {"poisson": 20}}, "run": {"length": 40_000}}

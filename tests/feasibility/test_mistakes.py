@@ -7,7 +7,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse import CheckError, LayoutError, ModelError
 from desim_warehouse.findings import CODES
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 
 PLANNER = Path(__file__).with_name("planner.yaml")
 FOUR = {"policies.charging": "four-thresholds"}

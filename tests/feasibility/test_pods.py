@@ -5,7 +5,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.findings import CODES
 from desim_warehouse.folders import gallery
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.run.quick import estimate
 
 HALL = gallery()["goods-to-person"]

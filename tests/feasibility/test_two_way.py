@@ -3,7 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 
 LANE = {
     "layout": {

@@ -13,7 +13,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.facts.keys import containers, kind_of, sections, whole_annotation
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.model.schema import Model
-from desim_warehouse.run import simulate
+from desim_warehouse.questions.run import simulate
 from desim_warehouse.run.quick import BY_TIME, UNKNOWN, estimate, left_out
 from desim_warehouse.values.distributions import Distribution
 

@@ -8,7 +8,7 @@ import desim_warehouse as dw
 from desim_warehouse import LayoutError
 from desim_warehouse.layout import build, checks
 from desim_warehouse.layout.spec import LayoutSpec
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 
 SQUARE = {
     "layout": {

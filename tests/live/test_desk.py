@@ -18,9 +18,9 @@ import desim_warehouse as dw
 from desim_warehouse.answer import words
 from desim_warehouse.cli import desim
 from desim_warehouse.questions.judged import within as told
+from desim_warehouse.questions.study import Results
 from desim_warehouse.report.write import report
 from desim_warehouse.study.plan import run_seed
-from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics.judge import looked_at
 from desim_warehouse.study.target import read_target
 from tests.live.client import TUTORIAL, Client, client

@@ -13,7 +13,7 @@ import pytest
 from benchmarks.memory import peak
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import load
-from desim_warehouse.run import simulate
+from desim_warehouse.questions.run import simulate
 from desim_warehouse.study.reading import read_study
 from desim_warehouse.values.fields import LIMITS
 

@@ -16,10 +16,10 @@ from desim_warehouse.cli import desim
 from desim_warehouse.model.order_day import order_day
 from desim_warehouse.model.sections import order_file
 from desim_warehouse.outcome.chains import LANE, Root
+from desim_warehouse.questions.check import check
+from desim_warehouse.questions.run import load_run
 from desim_warehouse.questions.run.page import lost_time
 from desim_warehouse.report.export import export
-from desim_warehouse.run import check
-from desim_warehouse.run.folder import load_run
 from desim_warehouse.values.fields import LIMITS
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 
 FOLDER = os.environ.get("DESIM_PLANTS")
 

@@ -11,7 +11,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.plants import import_layout
 from desim_warehouse.plants.formats import FORMATS
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.plants.damage import SECONDS, damaged, outcome
 from tests.plants.drawings import DRAWN
 

@@ -8,7 +8,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.layout import build
 from desim_warehouse.plants import import_layout, read_plant
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.auditor import audit
 from tests.plants.damage import one_message
 from tests.plants.foreign import needs_plants, plant_file, remarks

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study.study import Study
+from desim_warehouse.questions.study import Study
 
 MULTIBOTS = Path(__file__).parents[2] / "models" / "multibots.yaml"
 

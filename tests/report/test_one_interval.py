@@ -9,9 +9,9 @@ from desim_warehouse.answer import standing
 from desim_warehouse.answer.numbers import PERCENT, Scale
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.questions import sentences
+from desim_warehouse.questions.study import Study
 from desim_warehouse.report.example import example
 from desim_warehouse.study.statistics.judge import DesignVerdict
-from desim_warehouse.study.study import Study
 
 ONE = r"([<>]?[\d.,−]+)"
 ENDS = re.compile(rf"{ONE}[^(]*\({ONE} to {ONE}\)")

@@ -7,13 +7,12 @@ import pytest
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.questions.sentences import knee_of_throughput
+from desim_warehouse.questions.study import Results, Study
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.plan import StudyPlan
-from desim_warehouse.study.results import Results
 from desim_warehouse.study.statistics.intervals import estimate
-from desim_warehouse.study.study import Study
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import read_target
 from desim_warehouse.values.units import UnitNames

@@ -13,10 +13,10 @@ import desim_warehouse as dw
 from desim_warehouse.answer.text import printed
 from desim_warehouse.cli import desim
 from desim_warehouse.questions import compare_words
+from desim_warehouse.questions.study import Study
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.statistics.intervals import estimate
-from desim_warehouse.study.study import Study
 from tests.report.test_answer import is_everywhere
 from tests.report.test_report import Page, needs_nothing_from_outside
 from tests.world.test_flows import RING

@@ -1,6 +1,6 @@
 """A ring that robots drive round, of which every number can be worked out by hand."""
 
-from desim_warehouse.run import Run
+from desim_warehouse.questions.run import Run
 from desim_warehouse.world import World
 
 RATES = {"standing": 0.5, "empty": 1.0, "loaded": 2.0, "handling": 1.5}

@@ -10,9 +10,9 @@ from desim_warehouse.answer import words
 from desim_warehouse.outcome.indicators import INDICATORS, find
 from desim_warehouse.outcome.log import COLUMNS, KINDS, STATES, LogRow
 from desim_warehouse.outcome.measures import quantile
+from desim_warehouse.questions.study import Study
 from desim_warehouse.states import APART, TIMES, absent
 from desim_warehouse.study import procedures
-from desim_warehouse.study.study import Study
 from tests import little
 from tests.run.ring import RATES, ring
 from tests.world.test_flows import RING

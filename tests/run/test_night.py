@@ -9,7 +9,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.errors import BatteryError, ModelError
 from desim_warehouse.model.facts.hours import has_nights, longest_rest
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.run.night import night
 from desim_warehouse.world import World
 from desim_warehouse.world.orders.demand import NoOrders

@@ -8,7 +8,7 @@ from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.facts.charging import cycle_levels, refills_overnight
 from desim_warehouse.outcome import verdicts
 from desim_warehouse.outcome.verdicts import judge_design, judge_run
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 
 WORDS = Draft(size=(60, 40), orders=200, robots=8, chargers=2, due=5, aisles=8, stations=3)
 

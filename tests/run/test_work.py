@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.outcome.verdicts import judge
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.accounting import faults
 from tests.world.test_hours import SQUARE, simulated
 

@@ -8,8 +8,8 @@ from click.testing import CliRunner
 
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import WarehouseError
+from desim_warehouse.questions.study import Results
 from desim_warehouse.study.plan import run_seed
-from desim_warehouse.study.results import Results
 
 from .conftest import MULTIBOTS, ROOT
 

@@ -327,7 +327,7 @@ def test_slots_stay_as_they_are_while_chargers_vary_and_only_those_beyond_them_b
     assert slots_and_chargers(1) == [(2, 1), (2, 0)]
     assert slots_and_chargers(4) == [(2, 2), (2, 2)]
     assert slots_and_chargers(5) == [(3, 3), (2, 2)]
-    from desim_warehouse.run import check
+    from desim_warehouse.questions.check import check
 
     assert check(model.replace(designs.of_chargers(5))).calculation.power.chargers == 5
 

@@ -3,8 +3,8 @@
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.questions.study import Study
 from desim_warehouse.study.rare import expected, warnings
-from desim_warehouse.study.study import Study
 from tests.docs import pages
 
 FAILING = {

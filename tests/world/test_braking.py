@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.motion import Motion
 from tests.auditor import audit

@@ -7,8 +7,8 @@ A ring A > B > C > D > A of four edges of 30, speed 1, D = 1. The robot is at it
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.questions.check import check
 from desim_warehouse.questions.run.words import sentences
-from desim_warehouse.run import check
 from tests.auditor import audit
 from tests.recount import differences
 

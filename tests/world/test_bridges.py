@@ -4,7 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from benchmarks.two_way import core_model
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.auditor import audit
 
 

@@ -5,7 +5,7 @@ import math
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.auditor import audit
 from tests.recount import differences
 from tests.world.test_zones import LOOP, on

@@ -5,7 +5,7 @@ import pytest
 from scipy import stats
 
 import desim_warehouse as dw
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 
 FLOOR = {
     "name": "handling",

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import desim_warehouse as dw
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.world.traffic.motion import Motion
 from tests.auditor import audit
 from tests.world import ring

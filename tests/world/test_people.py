@@ -6,7 +6,7 @@ from scipy import stats
 
 import desim_warehouse as dw
 from desim_warehouse.layout import build
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.traffic.people import sources, storage_aisles
 from tests.auditor import audit

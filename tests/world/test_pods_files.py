@@ -6,7 +6,7 @@ import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model.order_day import order_day
 from desim_warehouse.model.sections.pods import PodsSpec
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.pods import Shelves
 from tests.audit_pods import audit_pods

@@ -4,7 +4,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.outcome.positions import Positions
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from tests.auditor import audit
 from tests.world.ring import RING
 

@@ -5,7 +5,7 @@ from itertools import pairwise
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.run import check
+from desim_warehouse.questions.check import check
 from desim_warehouse.world.traffic.avoidance import Avoidance
 from tests.auditor import audit
 
