@@ -25,6 +25,7 @@ from desim_warehouse.values.distributions import ObservedFile
 from desim_warehouse.values.fields import LIMITS
 
 STORAGE: Keys = ("layout", "storage")
+LAYOUT: Keys = ("layout", "file")
 
 
 def resolve(document: Document, outline: Outline) -> None:
@@ -88,9 +89,6 @@ def _is_below(folder: Path, name: Any) -> bool:
         return Path(folder, name).resolve().is_relative_to(folder.resolve())
     except (OSError, ValueError, TypeError, RuntimeError):  # no name of a file; a ring of links
         return False
-
-
-LAYOUT: Keys = ("layout", "file")
 
 
 def _layout(section: Any, document: Document) -> list[Problem]:

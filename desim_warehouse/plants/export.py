@@ -21,6 +21,16 @@ from desim_warehouse.plants.tables import EDGES_FILE, NODES_FILE
 from desim_warehouse.plants.write import one_line
 from desim_warehouse.values.fields import Part
 
+_AT_THE_END = 0.01
+"""A storage place so near the end of a lane, in metres, is at the node there."""
+Row = dict[str, str | float | bool]
+_DIGITS = 6  # of metres and metres a second
+_EQUAL = 1e-6
+_NODE_COLUMNS = ("name", "x", "y", "role", "station")
+_EDGE_COLUMNS = ("from", "to", "length", "speed", "speed_back", "two_way", "side_by_side")
+LayoutFormat = Literal["lif", "opentcs", "graphml", "csv"]
+LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
+
 
 def plain_names(plant: Plant) -> None:
     """Change what a plant and its parts are called where it is not plain; what is changed is noted there."""
@@ -58,10 +68,6 @@ def _plain(names: Iterable[str]) -> dict[str, str]:
 
 def _trimmed(name: str) -> str:
     return " ".join(one_line(name).split())
-
-
-_AT_THE_END = 0.01
-"""A storage place so near the end of a lane, in metres, is at the node there."""
 
 
 def drawn(model: Model) -> Plant:
@@ -212,20 +218,11 @@ def _unusual(part: Part, carried: set[str]) -> bool:
     return any(getattr(part, key) != one.default for key, one in keys.items() if key not in carried)
 
 
-Row = dict[str, str | float | bool]
-_DIGITS = 6  # of metres and metres a second
-_EQUAL = 1e-6
-
-
 def tables(plant: Plant) -> dict[str, str]:
     """The two tables by the names of their files; what they cannot hold is noted in the plant."""
     _losses(plant)
     edges = [{"from": link.source, "to": link.target, **_edge(plant, link)} for link in plant.links]
     return {NODES_FILE: _csv(_NODE_COLUMNS, list(_nodes(plant))), EDGES_FILE: _csv(_columns(edges), edges)}
-
-
-_NODE_COLUMNS = ("name", "x", "y", "role", "station")
-_EDGE_COLUMNS = ("from", "to", "length", "speed", "speed_back", "two_way", "side_by_side")
 
 
 def _columns(edges: list[Row]) -> tuple[str, ...]:
@@ -303,10 +300,6 @@ def _data(row: Row) -> str:
         f'<data key="{name}">{escape(str(value).lower() if value is True else str(value))}</data>'
         for name, value in row.items()
     )
-
-
-LayoutFormat = Literal["lif", "opentcs", "graphml", "csv"]
-LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
 
 
 def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, ...]:  # noqa: A002 - as pandas and others
