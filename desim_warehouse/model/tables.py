@@ -27,6 +27,8 @@ from desim_warehouse.values.fields import LIMITS
 STORAGE: Keys = ("layout", "storage")
 LAYOUT: Keys = ("layout", "file")
 
+Reader = Callable[[dict[str, Any], Keys, "Path", FilePositions], Any]
+
 
 def resolve(document: Document, outline: Outline) -> None:
     """Read the tables that a model names and put their values in, so that the model is complete by itself.
@@ -266,7 +268,6 @@ def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: FilePositions) 
         raise _RefusedError(Problem((*keys, "file"), text)) from None
 
 
-Reader = Callable[[dict[str, Any], Keys, "Path", FilePositions], Any]
 _READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "from_to": _pairs, "orders": _orders}
 """How tables are read that are named below tasks, by their key."""
 

@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 
 By = Literal["task", "flow", "station", "robot", "edge", "node", "hour"]
 """What `account` may be asked for."""
+OF_WORK = ("task", "flow", "station")
+"""Accounts of the time of tasks. The others are of robots."""
 Found = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
 """The rows of a table, and for each stretch of time its row, its part and its length."""
 ALL = "all tasks"
@@ -80,8 +82,6 @@ a line: it waits until a robot goes for a pod with its item, and is picked after
 BATCHED, UNTAKEN = _TO_BATCH.name, (_TO_BATCH.name, _UNASSIGNED.name, _TO_POD.name)
 """The part of a task's time that it waits for a batch, and those before a robot takes it."""
 _PICKED = names(lambda state: state.phase is Phase.UNLOADING)
-OF_WORK = ("task", "flow", "station")
-"""Accounts of the time of tasks. The others are of robots."""
 
 
 class Piece(NamedTuple):

@@ -38,6 +38,9 @@ COLUMNS = {
 }
 """What the columns mean, in their order."""
 
+PLACES = ("enter", "parked", "docked", "cleared")
+"""Rows that say where a robot is from then on: on an edge, or off the lanes at a node."""
+
 
 class LogRow(NamedTuple):
     """A row by the names of its columns."""
@@ -99,9 +102,6 @@ KINDS = {
     "person_out": RowKind("tasks", "the person leaves", "number of the visit"),
 }
 """The kinds of rows (energy: the robot's)."""
-
-PLACES = ("enter", "parked", "docked", "cleared")
-"""Rows that say where a robot is from then on: on an edge, or off the lanes at a node."""
 
 _MOVES = frozenset(name for name, kind in KINDS.items() if kind.level == "moves")
 

@@ -59,6 +59,8 @@ BRAKES = Usual("0.05 m/s^2", "10 m/s^2")
 
 _NO_BRAKES = "braking without a deceleration, so that the braking distance is not known, expected deceleration too"
 
+_NUMBER_OR_SPREAD = by_type(number=(*NUMBER, str), spread=SECTION)
+
 
 class Consumption(Part):
     """Energy per time unit by state."""
@@ -254,9 +256,6 @@ class SpreadEnergy(Part):
 
 def _form_of_energy(value: Any) -> str | None:
     return "\0settled" if value == "settled" else _NUMBER_OR_SPREAD(value)
-
-
-_NUMBER_OR_SPREAD = by_type(number=(*NUMBER, str), spread=SECTION)
 
 
 class OnEdge(Part):
