@@ -100,45 +100,10 @@ class Interruption(BaseException):
 PASSED_ON = (KeyboardInterrupt, Interruption)
 """What code of the user's own raises without a fault of its own; all else, SystemExit too, is one."""
 
-
-def shown(value: object) -> str:
-    """A value that code of the user's own has made, for a message; such a value may refuse to be shown."""
-    try:
-        return repr(value)
-    except Exception:  # noqa: BLE001 - whatever their __repr__ raises
-        return f"a {type(value).__name__}"
-
-
-def reason(error: Exception) -> str:
-    """Why something failed, for a message that names the file itself: without error numbers and paths."""
-    if isinstance(error, KeyError):
-        return f"{error} is missing"
-    if isinstance(error, FileExistsError | NotADirectoryError):
-        return "a file is in the place of a folder"
-    return getattr(error, "strerror", None) or str(error)
-
-
 _LONGEST = 50  # characters of a value in a message
 _LARGE = 1e15  # whole numbers below it are written out
 _ALIKE = 0.6  # of 1, as difflib counts
 _LONG = 3  # letters that may abbreviate a longer word
-
-
-def spoken(words: Iterable[str], last: str = "and") -> str:
-    """A list in words: a, b and c."""
-    *head, tail = list(words)
-    return f"{', '.join(head)} {last} {tail}" if head else tail
-
-
-def number_of(count: float, what: str) -> str:
-    """A number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
-    return f"{count:,.15g} {what}{'s' * (count != 1)}"
-
-
-def first_of(names: Sequence[str], most: int) -> str:
-    """The first of many names, and how many more: a, b and 3 more."""
-    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
-
 
 _ALSO_CALLED = {
     "service_level": ("on_time",),
@@ -179,6 +144,39 @@ _ALSO_CALLED = {
     "pickers": ("workers", "servers"),
 }
 """What people call things that have another name here; the first one that there is where it is said is meant."""
+
+
+def shown(value: object) -> str:
+    """A value that code of the user's own has made, for a message; such a value may refuse to be shown."""
+    try:
+        return repr(value)
+    except Exception:  # noqa: BLE001 - whatever their __repr__ raises
+        return f"a {type(value).__name__}"
+
+
+def reason(error: Exception) -> str:
+    """Why something failed, for a message that names the file itself: without error numbers and paths."""
+    if isinstance(error, KeyError):
+        return f"{error} is missing"
+    if isinstance(error, FileExistsError | NotADirectoryError):
+        return "a file is in the place of a folder"
+    return getattr(error, "strerror", None) or str(error)
+
+
+def spoken(words: Iterable[str], last: str = "and") -> str:
+    """A list in words: a, b and c."""
+    *head, tail = list(words)
+    return f"{', '.join(head)} {last} {tail}" if head else tail
+
+
+def number_of(count: float, what: str) -> str:
+    """A number of things, `what` in the singular: `1 task`, `1,200 tasks`."""
+    return f"{count:,.15g} {what}{'s' * (count != 1)}"
+
+
+def first_of(names: Sequence[str], most: int) -> str:
+    """The first of many names, and how many more: a, b and 3 more."""
+    return ", ".join(names[:most]) + (f" and {len(names) - most} more" if len(names) > most else "")
 
 
 def nearest(word: str, words: Iterable[str]) -> str | None:

@@ -8,6 +8,10 @@ from pathlib import Path
 
 _DEEPEST = 200
 """Folders inside one another; `Path.mkdir` takes a call for each, and Python allows some hundred."""
+PLACES = {"gallery": "models/gallery", "notebooks": "reports"}
+"""A folder of the installed package, and where it is in the source tree; pyproject.toml says the same to the wheel."""
+ANSWER = "answer.json"
+"""The answer to a question, in the folder of its runs."""
 
 
 def make_folder(folder: Path, mode: int = 0o777) -> None:
@@ -21,10 +25,6 @@ def make_folder(folder: Path, mode: int = 0o777) -> None:
     folder.mkdir(mode, parents=True, exist_ok=True)
 
 
-PLACES = {"gallery": "models/gallery", "notebooks": "reports"}
-"""A folder of the installed package, and where it is in the source tree; pyproject.toml says the same to the wheel."""
-
-
 def shipped(kind: str) -> Path:
     """The folder with files of a kind: in the installed package, or in the source tree."""
     home = Path(__file__).parent
@@ -35,10 +35,6 @@ def shipped(kind: str) -> Path:
 def gallery() -> dict[str, Path]:
     """The model files of the gallery, by name."""
     return {path.stem: path for path in sorted(shipped("gallery").glob("*.yaml"))}
-
-
-ANSWER = "answer.json"
-"""The answer to a question, in the folder of its runs."""
 
 
 def write_whole(path: Path, text: str) -> None:

@@ -24,6 +24,8 @@ ROLES = {
 """How the replay page draws robots: colours on light and on dark ground, safe for colour-blind people."""
 Consumption = Literal["standing", "empty", "loaded", "handling"]
 Place = Literal["station", "chargers"]
+PACKING = "packing"
+"""A station of this name, as of drafts, has people who pack."""
 
 
 class Phase(Enum):
@@ -46,20 +48,6 @@ class Queue(NamedTuple):
 
     at: Place
     what: str
-
-
-SERVER = Queue("station", "a place")
-PACKING = "packing"
-"""A station of this name, as of drafts, has people who pack."""
-
-
-def staff(zone: str) -> str:
-    """Who serves robots in a station, in the singular, as people say it."""
-    return "packer" if zone == PACKING else "place"
-
-
-OPENING = Queue("station", "its opening")
-CHARGER = Queue("chargers", "a charger")
 
 
 @dataclass(frozen=True)
@@ -104,6 +92,24 @@ class State:
 def _always(_: object) -> bool:
     return True
 
+
+def seen(name: str, task: int) -> State:
+    """The state of a robot as it is shown, given the number of its task: one without a task queues for a charger."""
+    state = STATES[name]
+    if state is not _QUEUEING:
+        return state
+    return FOR_CHARGER if task < 0 else FOR_SERVER
+
+
+def names(is_so: Callable[[State], bool]) -> frozenset[str]:
+    """The states of the log of which something is true; of queueing, if it is of one of the two kinds."""
+    return frozenset(name for name in STATES if is_so(seen(name, 0)) or is_so(seen(name, -1)))
+
+
+SERVER = Queue("station", "a place")
+
+OPENING = Queue("station", "its opening")
+CHARGER = Queue("chargers", "a charger")
 
 STATES = {
     state.name: state
@@ -336,12 +342,6 @@ TIMES: dict[str, State] = {**STATES, WAITING.name: WAITING, **APART}
 AT_START = next(iter(STATES))
 """What robots are doing as a run begins: the first of them all."""
 
-
-def absent(model: Any) -> frozenset[str]:
-    """The states and times of `TIMES` that robots of a model cannot be in, by name."""
-    return frozenset(name for name, state in TIMES.items() if not state.applies(model))
-
-
 _QUEUEING = STATES["queueing"]
 FOR_SERVER = replace(_QUEUEING, name="queueing_server", doing="queueing at a station")
 FOR_CHARGER = replace(
@@ -358,20 +358,6 @@ SHOWN = {
 }
 """The states as they are shown: a robot that queues for a charger is apart, as it is not working."""
 
-
-def seen(name: str, task: int) -> State:
-    """The state of a robot as it is shown, given the number of its task: one without a task queues for a charger."""
-    state = STATES[name]
-    if state is not _QUEUEING:
-        return state
-    return FOR_CHARGER if task < 0 else FOR_SERVER
-
-
-def names(is_so: Callable[[State], bool]) -> frozenset[str]:
-    """The states of the log of which something is true; of queueing, if it is of one of the two kinds."""
-    return frozenset(name for name in STATES if is_so(seen(name, 0)) or is_so(seen(name, -1)))
-
-
 OPERATING = names(lambda state: state.draws in ("empty", "loaded", "handling"))
 """In which a robot is in operation, unless it waits in traffic: it drives, or loads and unloads."""
 SERVED = names(lambda state: state.occupies == "station")
@@ -382,3 +368,13 @@ CHARGED = names(lambda state: state.draws is None)
 """In which a robot is charged."""
 RESTING = names(lambda state: state.phase is Phase.REST)
 """In which nothing is drawn from the battery in a slot with a charger."""
+
+
+def staff(zone: str) -> str:
+    """Who serves robots in a station, in the singular, as people say it."""
+    return "packer" if zone == PACKING else "place"
+
+
+def absent(model: Any) -> frozenset[str]:
+    """The states and times of `TIMES` that robots of a model cannot be in, by name."""
+    return frozenset(name for name, state in TIMES.items() if not state.applies(model))

@@ -4,12 +4,11 @@ What a task costs is measured, one robot of each kind by itself (`run/quick.py`)
 do each are upper bounds from that, by Little's law and the asymptotic bounds of closed queueing networks (Denning and
 Buzen, Computing Surveys 10 (1978) 225-261). What they can do together is less, as robots queue: see `capacity`.
 
-How much a number of robots gets done where they queue: mean value analysis of a closed network.
-
-A robot goes round and round. For a part of each task it is served where others may be before it, for the rest of it
-nobody is in its way (Reiser and Lavenberg, Journal of the ACM 27 (1980) 313-322). Several servers count as one that is
-so much faster, and a time without queues (Seidmann, Schweitzer and Shalev-Oren, LSOR 1987). Times of service are taken
-to vary as exponential ones do: where they vary less, queues are shorter.
+How much less, `Network` says, by mean value analysis of a closed network (Reiser and Lavenberg, Journal of the ACM 27
+(1980) 313-322). A robot goes round and round. For a part of each task it is served where others may be before it, for
+the rest of it nobody is in its way. Several servers count as one that is so much faster, and a time without queues
+(Seidmann, Schweitzer and Shalev-Oren, LSOR 1987). Times of service are taken to vary as exponential ones do: where
+they vary less, queues are shorter.
 """
 
 from __future__ import annotations
@@ -31,69 +30,6 @@ if TYPE_CHECKING:
 
 BUSIEST = 0.99
 """Of the time that a place may be busy: beyond, queues grow so long that no number of robots is said to do."""
-
-
-@dataclass(frozen=True)
-class Place:
-    """Where robots queue: the time for which a task is served there, and by how many servers it may be.
-
-    `name` is what is said of it where it is the limit.
-    """
-
-    name: str
-    time: float
-    servers: int
-
-    @property
-    def most(self) -> float:
-        """Tasks per time unit that it lets through, always busy."""
-        return self.servers / self.time if self.time else math.inf
-
-
-class Network:
-    """Robots that always have work; `alone` is the time of a task with nobody in the way, service included."""
-
-    def __init__(self, alone: float, places: Sequence[Place]) -> None:
-        import numpy as np
-
-        self.alone = alone
-        self.places = [place for place in places if place.time]
-        self.most = min((place.most for place in self.places), default=math.inf)
-        self._each = np.array([place.time / place.servers for place in self.places])
-        self._away = alone - float(self._each.sum())
-        self._queues = np.zeros(len(self.places))
-        self._done = [0.0]
-
-    def throughput(self, robots: int) -> float:
-        """Tasks per time unit of so many robots."""
-        if not self.alone:
-            return math.inf
-        if not self.places:
-            return robots / self.alone
-        while len(self._done) <= robots:
-            waits = self._each * (1 + self._queues)
-            rate = len(self._done) / (self._away + float(waits.sum()))
-            self._queues = rate * waits
-            self._done.append(rate)
-        return self._done[robots]
-
-    @property
-    def longest(self) -> str:
-        """The place with the longest queue of the most robots that were asked for."""
-        return self.places[int(self._queues.argmax())].name
-
-    def robots_for(self, rate: float) -> float:
-        """The robots that it takes for so many tasks per time unit, in fractions; inf where no number does."""
-        if rate > BUSIEST * self.most:
-            return math.inf
-        if not self.places:
-            return rate * self.alone
-        robots = 1
-        while self.throughput(robots) < rate:
-            robots += 1
-        below = self.throughput(robots - 1)
-        return robots - 1 + (rate - below) / (self.throughput(robots) - below)
-
 
 MORE = 1.1
 """What twice the robots do more than those at the knee."""
@@ -414,3 +350,65 @@ class QuickEstimate:
             text += f"; asked for, {worst.node} ({worst.staff}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
             text += f" in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else ""
         return text
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where robots queue: the time for which a task is served there, and by how many servers it may be.
+
+    `name` is what is said of it where it is the limit.
+    """
+
+    name: str
+    time: float
+    servers: int
+
+    @property
+    def most(self) -> float:
+        """Tasks per time unit that it lets through, always busy."""
+        return self.servers / self.time if self.time else math.inf
+
+
+class Network:
+    """Robots that always have work; `alone` is the time of a task with nobody in the way, service included."""
+
+    def __init__(self, alone: float, places: Sequence[Place]) -> None:
+        import numpy as np
+
+        self.alone = alone
+        self.places = [place for place in places if place.time]
+        self.most = min((place.most for place in self.places), default=math.inf)
+        self._each = np.array([place.time / place.servers for place in self.places])
+        self._away = alone - float(self._each.sum())
+        self._queues = np.zeros(len(self.places))
+        self._done = [0.0]
+
+    def throughput(self, robots: int) -> float:
+        """Tasks per time unit of so many robots."""
+        if not self.alone:
+            return math.inf
+        if not self.places:
+            return robots / self.alone
+        while len(self._done) <= robots:
+            waits = self._each * (1 + self._queues)
+            rate = len(self._done) / (self._away + float(waits.sum()))
+            self._queues = rate * waits
+            self._done.append(rate)
+        return self._done[robots]
+
+    @property
+    def longest(self) -> str:
+        """The place with the longest queue of the most robots that were asked for."""
+        return self.places[int(self._queues.argmax())].name
+
+    def robots_for(self, rate: float) -> float:
+        """The robots that it takes for so many tasks per time unit, in fractions; inf where no number does."""
+        if rate > BUSIEST * self.most:
+            return math.inf
+        if not self.places:
+            return rate * self.alone
+        robots = 1
+        while self.throughput(robots) < rate:
+            robots += 1
+        below = self.throughput(robots - 1)
+        return robots - 1 + (rate - below) / (self.throughput(robots) - below)

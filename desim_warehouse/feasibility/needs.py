@@ -24,6 +24,10 @@ if TYPE_CHECKING:
     from desim_warehouse.layout.layout import Edge
     from desim_warehouse.model import Model
 
+ONE: dict[str, Any] = {"size": 1, "start": (), "start_on_lanes": ()}
+TIME = Consumption(standing=1.0, empty=1.0, loaded=1.0, handling=1.0)
+"""With this consumption what tasks draw is the time that they take."""
+
 
 @dataclass(frozen=True)
 class Needs:
@@ -37,11 +41,6 @@ class Needs:
     reach: float
     mean: float
     of: Mapping[tuple[int, tuple[str, ...]], tuple[float, float]]
-
-
-ONE: dict[str, Any] = {"size": 1, "start": (), "start_on_lanes": ()}
-TIME = Consumption(standing=1.0, empty=1.0, loaded=1.0, handling=1.0)
-"""With this consumption what tasks draw is the time that they take."""
 
 
 def least_needs(

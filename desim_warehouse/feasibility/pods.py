@@ -38,9 +38,11 @@ if TYPE_CHECKING:
     from desim_warehouse.model.schema import Units
     from desim_warehouse.model.sections.flows import FlowSpec
 
-
 MOST_OPEN = 200
 """Lines that are taken to be open at a station that works on any number of orders."""
+
+TO_SPARE = 2
+"""Pods bound for a picker beyond those that keep it busy, which even out that they come at random."""
 
 
 @dataclass(frozen=True)
@@ -187,10 +189,6 @@ def _of_line(power: Power, most: float) -> Power:
 
 
 # What is probably a mistake in a model with pods
-
-
-TO_SPARE = 2
-"""Pods bound for a picker beyond those that keep it busy, which even out that they come at random."""
 
 
 def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:

@@ -24,13 +24,14 @@ if TYPE_CHECKING:
 
     Floats = NDArray[np.float64]
 
-
 MANY = 30
 """Times from which on their mean is taken to be normal; below that their logarithms are."""
 _QUICK = 2.0
 """Times of less than so many messages escape the log too often."""
 _SAME = 0.03
 """Times that spread less than this share of their mean, as far as the log can tell, are all alike."""
+
+_KEY = "fleet.robot.breakdowns"
 
 
 @dataclass(frozen=True)
@@ -144,8 +145,6 @@ def mean_interval(times: Floats) -> tuple[float, float]:
 
 
 # Breakdowns
-
-_KEY = "fleet.robot.breakdowns"
 
 
 def breakdowns(tracks: Tracks) -> list[KeyEstimate]:

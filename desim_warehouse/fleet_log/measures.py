@@ -18,6 +18,10 @@ if TYPE_CHECKING:
     Floats = NDArray[np.float64]
     Event = tuple[Any, float, int]
 
+_PARTS = (1.0, 0.5, 0.25, 1 / 6, 1 / 12)
+_FEW = 4
+"""Parts that a day should have, in hours: the longest of which there are so many, else the shortest."""
+
 
 class Measure(NamedTuple):
     """A figure of a day: in words, what to look at where a model has another, and what it is in.
@@ -66,11 +70,6 @@ class MeasuredDay(NamedTuple):
     drops: Floats
     passed: Floats
     stood: Floats
-
-
-_PARTS = (1.0, 0.5, 0.25, 1 / 6, 1 / 12)
-_FEW = 4
-"""Parts that a day should have, in hours: the longest of which there are so many, else the shortest."""
 
 
 def parts_of(model: Model, log: FleetLog) -> Floats:

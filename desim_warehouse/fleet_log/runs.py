@@ -18,6 +18,12 @@ _ACTIONS = {Phase.LOADING: PICK, Phase.UNLOADING: DROP, Phase.CHARGING: CHARGE}
 _DRIVING = {Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY}
 _FULL = 100.0
 
+_WITH_LOAD = {
+    name
+    for name, state in SHOWN.items()
+    if state.phase in {Phase.TO_STATION, Phase.UNLOADING} or (state.queue is not None and state.queue.at == "station")
+}
+
 
 def sampled(run: RunData, every: float = 1.0) -> pd.DataFrame:
     """What robots report every so many seconds: the columns of `FleetLog.table`, the heading, nodes by name.
@@ -45,13 +51,6 @@ def sampled(run: RunData, every: float = 1.0) -> pd.DataFrame:
         columns["charge"][:, robot] = _charge(run, robot, times)
     table["time"] *= seconds
     return table.assign(**{name: column.ravel() for name, column in columns.items()})
-
-
-_WITH_LOAD = {
-    name
-    for name, state in SHOWN.items()
-    if state.phase in {Phase.TO_STATION, Phase.UNLOADING} or (state.queue is not None and state.queue.at == "station")
-}
 
 
 def _loaded(names: list[str]) -> list[bool]:

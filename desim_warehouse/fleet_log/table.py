@@ -39,6 +39,23 @@ _MOST_DUPLICATES = 0.9
 _NEARLY_ALL = 0.9
 GAP = 2.5
 """Messages further apart than this multiple of the usual step have a gap between them."""
+_TYPES = {
+    "time": "d",
+    "robot": "i",
+    "x": "f",
+    "y": "f",
+    "node": "i",
+    "driving": "b",
+    "load": "b",
+    "action": "b",
+    "charge": "f",
+    "fault": "b",
+}
+_LOGICAL = ("driving", "load", "fault")
+UNSAID = -1
+"""In the column `load`: the message does not say whether the robot is loaded."""
+LATE = 30.0
+"""Seconds by which a message may come after a later one; beyond that the clock has jumped."""
 
 
 @dataclass
@@ -106,23 +123,6 @@ class FleetLog:
     def length(self) -> float:
         """The time from the first message to the last, in seconds."""
         return float(self.table["time"].max()) if len(self.table) else 0.0
-
-
-_TYPES = {
-    "time": "d",
-    "robot": "i",
-    "x": "f",
-    "y": "f",
-    "node": "i",
-    "driving": "b",
-    "load": "b",
-    "action": "b",
-    "charge": "f",
-    "fault": "b",
-}
-_LOGICAL = ("driving", "load", "fault")
-UNSAID = -1
-"""In the column `load`: the message does not say whether the robot is loaded."""
 
 
 class Collector:
@@ -235,10 +235,6 @@ def _in_order(robot: NDArray[Any], time: NDArray[np.float64], notes: Notes) -> N
         notes.duplicates += int(again.sum())
         kept.append(rows[~again])
     return np.concatenate(kept)
-
-
-LATE = 30.0
-"""Seconds by which a message may come after a later one; beyond that the clock has jumped."""
 
 
 def _carried(robot: NDArray[Any], action: NDArray[Any]) -> NDArray[np.int8]:

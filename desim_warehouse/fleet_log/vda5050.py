@@ -22,14 +22,15 @@ from desim_warehouse.run import RunData
 
 V = TypeVar("V")
 _KINDS = {"pick": PICK, "drop": DROP, "startCharging": CHARGE}
+_STATE = "a state message of VDA 5050"
+_WORDS = {dict: "an object", list: "a list of objects", str: "text", bool: "true or false", float: "a number"}
+_TYPES = {code: kind for kind, code in _KINDS.items()}
 _MILLISECONDS = 1e11
 """A number above this is a time in milliseconds since 1970, below in seconds."""
 _FIRST_DAY = dt.datetime(2026, 1, 1, tzinfo=dt.UTC)
 """When a run begins whose model names no date."""
 GAP_LENGTH = (20.0, 90.0)
 """Least and largest length of the gaps that are written, in seconds."""
-
-
 LONGEST = 1_000_000
 """Bytes of a line that is read; a state message has some thousands."""
 _LAST_TIME = 4_102_444_800.0
@@ -66,10 +67,6 @@ def read_messages(path: Path) -> FleetLog:
     except OSError as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a log") from error
     return found.log()
-
-
-_STATE = "a state message of VDA 5050"
-_WORDS = {dict: "an object", list: "a list of objects", str: "text", bool: "true or false", float: "a number"}
 
 
 def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
@@ -186,9 +183,6 @@ def messages(run: RunData, *, noise: float = 0.0, gaps: float = 0.0, every: floa
             actions[row.robot] += row.action != NOTHING
             before[row.robot] = row.action
         yield json.dumps(_message(row, rank, start, actions[row.robot]), separators=(",", ":"))
-
-
-_TYPES = {code: kind for kind, code in _KINDS.items()}
 
 
 def _message(row: Any, rank: int, start: dt.datetime, action: int) -> dict[str, Any]:

@@ -20,7 +20,6 @@ if TYPE_CHECKING:
     import networkx as nx
     from scipy.sparse import csr_array
 
-
 _TRIALS = 2000
 _HUBS, _TRIPS = 32, 200_000
 """On a large floor, the least number of hubs from which trips are measured, and of nodes to which they lead."""
@@ -33,6 +32,9 @@ _COOLING, _HEAT, _COLD, _AISLES = 4, 0.01, 0.01, 0.2
 share of the first, and the share of trials that turn a whole aisle."""
 _SAME = 1e-9
 """A mean trip that differs by less, as a share, is no shorter."""
+
+_AS_LISTED, _TURNED, _BOTH = 1, 2, 3
+"""What is open of a lane: its direction as listed, the other one, both: bits, so that they can be masked."""
 
 
 @dataclass(frozen=True)
@@ -80,10 +82,6 @@ def orient_lanes(
         else:
             kept.append(lane if way == _AS_LISTED else lane[::-1])
     return Orientation(tuple(kept), tuple(bridges), floor.mean_trip_of(best) / before)
-
-
-_AS_LISTED, _TURNED, _BOTH = 1, 2, 3
-"""What is open of a lane: its direction as listed, the other one, both: bits, so that they can be masked."""
 
 
 class _Floor:

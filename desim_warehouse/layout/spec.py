@@ -49,7 +49,8 @@ Side = Literal["north", "south", "east", "west"]
 
 _SHOWN = 12  # node names in a message
 _COMPARED = 1000  # node names in which one like another is looked for
-
+_EDGE = "an edge: [A, B] or a section with from and to"
+_PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
 Positions = Mapping[str, tuple[float, float]]
 
@@ -58,18 +59,6 @@ def _node(name: str, info: ValidationInfo) -> str:
     """Refuse the name of a node that the layout does not have."""
     _known_node(name, info)
     return name
-
-
-NodeName = Annotated[Name, AfterValidator(_node)]
-
-
-def see_node(name: str, info: ValidationInfo, *keys: str) -> None:
-    """Refuse the name of a node that the layout does not have, at its key below the value that is checked."""
-    nodes = known(info).nodes
-    if nodes and name not in nodes:
-        near = nearest(name, nodes) if len(nodes) <= _COMPARED else None
-        hint = f"; did you mean '{near}'?" if near else ""
-        raise wrong(f"no such node, expected one of the {len(nodes)} nodes of the layout{hint}", *keys)
 
 
 def _node_or(zones: str) -> AfterValidator:
@@ -95,9 +84,20 @@ def _nodes(zones: str) -> AfterValidator:
     return AfterValidator(nodes)
 
 
-NodeOrStation = Annotated[Name, _node_or("stations")]
-NodesOfBays = Annotated[tuple[Annotated[Name, _node_or("bays")], ...], _nodes("bays")]
-NodesOfStations = Annotated[tuple[Annotated[Name, _node_or("stations")], ...], _nodes("stations")]
+def _of_the_layout(edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
+    edges = known(info).edges
+    if edges and edge not in edges:
+        turned = ", such as the opposite one" if edge[::-1] in edges else ""
+        raise wrong(f"no such edge (got {got(edge)}), expected an edge of the layout{turned}")
+    return edge
+
+
+def _on_the_edge(offset: float, info: ValidationInfo) -> float:
+    length = known(info).edges.get(info.data.get("edge", ("", "")))
+    if length is not None and offset >= length:
+        expected = f"an offset below the edge's length, {got(length)}"
+        raise wrong(f"beyond the end of its edge (got {got(offset)}), expected {expected}")
+    return offset
 
 
 def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
@@ -115,6 +115,25 @@ def _known_node(name: str, info: ValidationInfo, zones: str = "") -> None:
     if all(end in nodes for end in name.split(">")):
         hint = f"; an edge is written [{', '.join(name.split('>'))}]"
     raise wrong(f"no such {kind} (got {got(name)}), expected {expected}{hint}")
+
+
+NodeName = Annotated[Name, AfterValidator(_node)]
+
+NodeOrStation = Annotated[Name, _node_or("stations")]
+NodesOfBays = Annotated[tuple[Annotated[Name, _node_or("bays")], ...], _nodes("bays")]
+NodesOfStations = Annotated[tuple[Annotated[Name, _node_or("stations")], ...], _nodes("stations")]
+
+EdgeName = Annotated[tuple[Name, Name], AfterValidator(_of_the_layout)]
+Offset = Annotated[Length, AfterValidator(_on_the_edge)]
+
+
+def see_node(name: str, info: ValidationInfo, *keys: str) -> None:
+    """Refuse the name of a node that the layout does not have, at its key below the value that is checked."""
+    nodes = known(info).nodes
+    if nodes and name not in nodes:
+        near = nearest(name, nodes) if len(nodes) <= _COMPARED else None
+        hint = f"; did you mean '{near}'?" if near else ""
+        raise wrong(f"no such node, expected one of the {len(nodes)} nodes of the layout{hint}", *keys)
 
 
 def _short_edge(value: Any) -> Any:
@@ -166,30 +185,6 @@ def _straight(*ends: Any) -> float | None:
         return math.dist(*ends)
     except (TypeError, ValueError, OverflowError):  # which is told where the coordinates are checked
         return None
-
-
-_EDGE = "an edge: [A, B] or a section with from and to"
-_PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
-
-
-def _of_the_layout(edge: tuple[str, str], info: ValidationInfo) -> tuple[str, str]:
-    edges = known(info).edges
-    if edges and edge not in edges:
-        turned = ", such as the opposite one" if edge[::-1] in edges else ""
-        raise wrong(f"no such edge (got {got(edge)}), expected an edge of the layout{turned}")
-    return edge
-
-
-def _on_the_edge(offset: float, info: ValidationInfo) -> float:
-    length = known(info).edges.get(info.data.get("edge", ("", "")))
-    if length is not None and offset >= length:
-        expected = f"an offset below the edge's length, {got(length)}"
-        raise wrong(f"beyond the end of its edge (got {got(offset)}), expected {expected}")
-    return offset
-
-
-EdgeName = Annotated[tuple[Name, Name], AfterValidator(_of_the_layout)]
-Offset = Annotated[Length, AfterValidator(_on_the_edge)]
 
 
 class Storage(Part):

@@ -1,6 +1,6 @@
-"""What the live page says of a design: before any run the quick estimate, or why it cannot be simulated.
+"""What the live page says of a design, before any run and after some.
 
-After runs: numbers, a verdict that stands, and the sentence of the page.
+Before: the quick estimate, or why it cannot be simulated. After: numbers, a verdict that stands, and a sentence.
 """
 
 from __future__ import annotations
@@ -35,6 +35,12 @@ from desim_warehouse.study.plan import StudyPlan, run_seed
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict, looked_at, looks_by
 from desim_warehouse.study.table import Row
+
+CONFIDENCE = 0.95
+FEWEST = 5
+"""Runs of a design that cannot last, or of which some fail, before it is given up."""
+_SHOWN = 6
+"""Indicators on the page."""
 
 
 class ByHand(NamedTuple):
@@ -86,13 +92,6 @@ def _needed(found: QuickEstimate, model: Model) -> dict[str, float]:
             if bay.total_chargers:
                 needed[f"layout.bays.{zone}.total_chargers"] = found.power.needed
     return needed
-
-
-CONFIDENCE = 0.95
-FEWEST = 5
-"""Runs of a design that cannot last, or of which some fail, before it is given up."""
-_SHOWN = 6
-"""Indicators on the page."""
 
 
 @dataclass(frozen=True)

@@ -3,7 +3,7 @@
 Every call but the page itself needs the token. Host must be ours on every call, and Origin where there is one, so that
 no other page, and no name that leads here, can ask. Nothing is allowed to other origins, and bodies are small.
 
-Connections of the live page's server: whoever begins a request and does not end it soon is not waited for.
+`TimedRequests` closes connections on which a request is begun and not soon ended.
 """
 
 from __future__ import annotations
@@ -38,43 +38,6 @@ if TYPE_CHECKING:
     from starlette.requests import Request
     from starlette.types import ASGIApp, Receive, Scope, Send
 
-
-WITHIN = 10.0
-"""Seconds in which a request must come whole, and the first one after a connection is opened."""
-
-
-class TimedRequests(H11Protocol):
-    """HTTP/1.1 that closes connections with a request that is not whole in time; uvicorn waits for ever."""
-
-    _late: TimerHandle | None = None
-
-    def connection_made(self, transport: Transport) -> None:  # type: ignore[override]
-        """Wait for the first request."""
-        super().connection_made(transport)
-        self._watch()
-
-    def data_received(self, data: bytes) -> None:
-        """Wait for the rest of a request, if there is more to come."""
-        super().data_received(data)
-        self._watch()
-
-    def connection_lost(self, exc: Exception | None) -> None:
-        """Wait for nothing."""
-        self._stop()
-        super().connection_lost(exc)
-
-    def _watch(self) -> None:
-        if self.conn.their_state not in {h11.IDLE, h11.SEND_BODY}:
-            self._stop()
-        elif self._late is None:
-            self._late = self.loop.call_later(WITHIN, self.transport.close)
-
-    def _stop(self) -> None:
-        if self._late is not None:
-            self._late.cancel()
-            self._late = None
-
-
 M = TypeVar("M", bound=Message)
 MOST_BODY = 64 * 1024
 ALIVE = 5.0
@@ -87,6 +50,40 @@ SHARED = (
     *(f"replay/js/{name}.js" for name in ("12-side", "15-player", "18-legend")),
 )
 """Scripts of the replay that the live page uses."""
+
+WITHIN = 10.0
+"""Seconds in which a request must come whole, and the first one after a connection is opened."""
+HEADERS = {
+    "Cache-Control": "no-store",
+    "X-Content-Type-Options": "nosniff",
+    "Referrer-Policy": "no-referrer",
+    "Cross-Origin-Resource-Policy": "same-origin",
+}
+
+
+def application(desk: Desk, about: About, token: str, hosts: frozenset[str], frames: tuple[str, ...] = ()) -> ASGIApp:
+    """The server of a desk, for whoever has the token."""
+    calls = Calls(desk, about, frames)
+    routes = [
+        Route("/", calls.page, methods=["GET"]),
+        Route("/api/model", calls.model, methods=["GET"]),
+        Route("/api/openapi.json", calls.openapi, methods=["GET"]),
+        Route("/api/design", calls.design, methods=["POST"]),
+        Route("/api/design/{id}/events", calls.events, methods=["GET"]),
+        Route("/api/design/{id}/floor", calls.floor, methods=["GET"]),
+        Route("/api/share", calls.share, methods=["POST"]),
+    ]
+    handlers: Any = {HTTPException: _http, WarehouseError: _wrong}
+    app = Starlette(routes=routes, exception_handlers=handlers)
+    app.router.redirect_slashes = False
+    return Guard(app, token, hosts)
+
+
+def page(name: str) -> str:
+    """The page as one text; its policy comes with the answer."""
+    import html
+
+    return joined("desim_warehouse.live", {"title": html.escape(name), "frozen": ""}, SHARED, policy="")
 
 
 class Guard:
@@ -127,14 +124,6 @@ class Guard:
 def refused(status: int, *problems: str) -> JSONResponse:
     """An answer that says why nothing was done."""
     return JSONResponse({"problems": list(problems)}, status, HEADERS)
-
-
-HEADERS = {
-    "Cache-Control": "no-store",
-    "X-Content-Type-Options": "nosniff",
-    "Referrer-Policy": "no-referrer",
-    "Cross-Origin-Resource-Policy": "same-origin",
-}
 
 
 class Calls:
@@ -250,31 +239,6 @@ class _Stream(StreamingResponse):
             self._leave()
 
 
-def application(desk: Desk, about: About, token: str, hosts: frozenset[str], frames: tuple[str, ...] = ()) -> ASGIApp:
-    """The server of a desk, for whoever has the token."""
-    calls = Calls(desk, about, frames)
-    routes = [
-        Route("/", calls.page, methods=["GET"]),
-        Route("/api/model", calls.model, methods=["GET"]),
-        Route("/api/openapi.json", calls.openapi, methods=["GET"]),
-        Route("/api/design", calls.design, methods=["POST"]),
-        Route("/api/design/{id}/events", calls.events, methods=["GET"]),
-        Route("/api/design/{id}/floor", calls.floor, methods=["GET"]),
-        Route("/api/share", calls.share, methods=["POST"]),
-    ]
-    handlers: Any = {HTTPException: _http, WarehouseError: _wrong}
-    app = Starlette(routes=routes, exception_handlers=handlers)
-    app.router.redirect_slashes = False
-    return Guard(app, token, hosts)
-
-
-def page(name: str) -> str:
-    """The page as one text; its policy comes with the answer."""
-    import html
-
-    return joined("desim_warehouse.live", {"title": html.escape(name), "frozen": ""}, SHARED, policy="")
-
-
 async def _read(request: Request, kind: type[M]) -> M:
     """The body of a call as a message.
 
@@ -319,3 +283,35 @@ async def _http(_: Request, error: Exception) -> Response:
 async def _wrong(_: Request, error: Exception) -> Response:
     problems = error.problems if isinstance(error, ModelError | CheckError) else [str(error)]
     return refused(422, *problems)
+
+
+class TimedRequests(H11Protocol):
+    """HTTP/1.1 that closes connections with a request that is not whole in time; uvicorn waits for ever."""
+
+    _late: TimerHandle | None = None
+
+    def connection_made(self, transport: Transport) -> None:  # type: ignore[override]
+        """Wait for the first request."""
+        super().connection_made(transport)
+        self._watch()
+
+    def data_received(self, data: bytes) -> None:
+        """Wait for the rest of a request, if there is more to come."""
+        super().data_received(data)
+        self._watch()
+
+    def connection_lost(self, exc: Exception | None) -> None:
+        """Wait for nothing."""
+        self._stop()
+        super().connection_lost(exc)
+
+    def _watch(self) -> None:
+        if self.conn.their_state not in {h11.IDLE, h11.SEND_BODY}:
+            self._stop()
+        elif self._late is None:
+            self._late = self.loop.call_later(WITHIN, self.transport.close)
+
+    def _stop(self) -> None:
+        if self._late is not None:
+            self._late.cancel()
+            self._late = None

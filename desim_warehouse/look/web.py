@@ -16,9 +16,11 @@ from desim_warehouse.look.palette import PAGE
 if TYPE_CHECKING:
     from importlib.resources.abc import Traversable
 
-
 ESCAPES = {"<": "\\u003c", ">": "\\u003e", "&": "\\u0026", "\u2028": "\\u2028", "\u2029": "\\u2029"}
 """Characters that must be escaped in a script of a page."""
+
+POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
+"""What a page that is a file may do: run its own script."""
 
 
 class WebPage:
@@ -61,10 +63,6 @@ class StillPage(WebPage):
     """A page without scripts, whose frame lets none run."""
 
     sandbox = ""
-
-
-POLICY = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:"
-"""What a page that is a file may do: run its own script."""
 
 
 def joined(

@@ -20,9 +20,31 @@ if TYPE_CHECKING:
     from pydantic import BaseModel, ValidationError
     from pydantic_core import ErrorDetails
 
-
 Keys = tuple[str | int, ...]
 """The path to a value: keys of sections and ranks in lists, as in ("fleet", "start", 0)."""
+Node = dict[str, Any]
+
+_PAIR: dict[str | int, int] = {"from": 0, "to": 1}  # an edge may be written [A, B]
+_MOST = 50
+"""Problems that are told at once."""
+_MORE: Keys = ("\0more",)
+"""Where the number of problems that are not shown stands."""
+_OURS = {
+    "int_type": "should be a whole number",
+    "int_from_float": "should be a whole number",
+    "float_type": "should be a number",
+    "string_type": "should be text",
+    "string_too_short": "should not be empty",
+    "string_unicode": "should be text that can be written in UTF-8",
+    "tuple_type": "should be a list",
+    "too_short": "should not be empty",
+}
+"""Where pydantic's words say Python rather than what stands in a file."""
+_NUMBERS = {"int_type", "int_from_float", "float_type", "form"}
+_SECTIONS = {"model_type", "mapping_type", "dict_type"}
+_VERY_ALIKE = 0.8  # of 1, as difflib counts
+_OPEN = {"additionalProperties": True}  # below the parameters of a policy anything can stand
+_KINDS = {"integer": "a whole number", "number": "a number", "string": "text", "array": "a list"}
 
 
 def dotted(keys: Keys) -> str:
@@ -47,9 +69,6 @@ class Position:
     def in_file(cls, rank: int, file: str, line: int, column: int) -> Position:
         """A line and a column of a file, both counted from 1."""
         return cls(rank, line, column, f"{file}:{line}:{column}")
-
-
-_PAIR: dict[str | int, int] = {"from": 0, "to": 1}  # an edge may be written [A, B]
 
 
 @dataclass
@@ -130,25 +149,6 @@ def printable(text: str) -> str:
     return "".join(char if char.isprintable() else repr(char)[1:-1] for char in text)
 
 
-_MOST = 50
-"""Problems that are told at once."""
-_MORE: Keys = ("\0more",)
-"""Where the number of problems that are not shown stands."""
-_OURS = {
-    "int_type": "should be a whole number",
-    "int_from_float": "should be a whole number",
-    "float_type": "should be a number",
-    "string_type": "should be text",
-    "string_too_short": "should not be empty",
-    "string_unicode": "should be text that can be written in UTF-8",
-    "tuple_type": "should be a list",
-    "too_short": "should not be empty",
-}
-"""Where pydantic's words say Python rather than what stands in a file."""
-_NUMBERS = {"int_type", "int_from_float", "float_type", "form"}
-_SECTIONS = {"model_type", "mapping_type", "dict_type"}
-
-
 def from_pydantic(error: ValidationError, outline: Outline, under: Keys = ()) -> list[Problem]:
     """The problems that pydantic found with values at `under`, with their cures."""
     # A list of which every entry is wrong is also too short to pydantic, which counts the right ones.
@@ -210,11 +210,6 @@ def _numeric(text: str) -> bool:
 
 
 # Which keys there are
-
-_VERY_ALIKE = 0.8  # of 1, as difflib counts
-_OPEN = {"additionalProperties": True}  # below the parameters of a policy anything can stand
-_KINDS = {"integer": "a whole number", "number": "a number", "string": "text", "array": "a list"}
-Node = dict[str, Any]
 
 
 class Outline:

@@ -24,6 +24,15 @@ _TOO_DEEP = f"too many lists or sections inside one another, expected {_DEEPEST}
 Files = Literal["any", "beside", "none"]
 """Which files a document may name: any, those below its folder, or none."""
 
+_SYNTAX = {
+    "'\\t'": "a tab before a word, expected spaces",
+    "<block": "indented differently from the lines before",
+    "mapping values": "a ':' that follows no key, expected 'key: value' on every line",
+    "quoted scalar": "an unfinished text, expected a closing quote",
+}
+"""Jargon of the YAML reader, and our words for it."""
+Whole = TypeVar("Whole", bound=Part)
+
 
 @dataclass
 class Document:
@@ -132,15 +141,6 @@ def read_yaml(text: str, source: str, most: int = _MOST, known: Callable[[Keys],
         _refuse(source, before.count("\n") + 1, error.position - before.rfind("\n"), wrong)
     except RecursionError:
         _refuse(source, 1, 1, _TOO_DEEP)
-
-
-_SYNTAX = {
-    "'\\t'": "a tab before a word, expected spaces",
-    "<block": "indented differently from the lines before",
-    "mapping values": "a ':' that follows no key, expected 'key: value' on every line",
-    "quoted scalar": "an unfinished text, expected a closing quote",
-}
-"""Jargon of the YAML reader, and our words for it."""
 
 
 def _refuse(source: str, line: int, column: int, text: str) -> NoReturn:
@@ -266,9 +266,6 @@ def plain(value: Any, keys: Keys, problems: list[Problem]) -> Any:  # noqa: PLR0
     wrong = f"not a value a model file can have (got {type(value).__name__})"
     problems.append(Problem(keys, f"{wrong}, expected numbers, text, lists and mappings"))
     return str(value)
-
-
-Whole = TypeVar("Whole", bound=Part)
 
 
 def valid(document: Document, kind: type[Whole], outline: Outline) -> Whole:

@@ -75,6 +75,10 @@ from desim_warehouse.values.fields import (
 )
 from desim_warehouse.values.units import METRES, SECONDS, UnitNames
 
+BY_YEAR = "what it costs to buy, divided by the years of use, in whole units of the currency"
+# small robots cost 2,000 to buy and last ten years; for the upper end see PRICE_A_YEAR
+ROBOT_PRICE = Usual(100, price=True, words="a year", cure=BY_YEAR)
+
 
 class Units(Part):
     """Names of the units the file is written in, and the seconds in one time unit."""
@@ -312,11 +316,6 @@ class Cost(Part):
     distance: NotNegative = Field(1.0, title="weight of distance", description="w_d, for each length unit driven")
     time: NotNegative = Field(1.0, title="weight of time", description="w_t, for each time unit of T")
     collisions: NotNegative = Field(1.0, title="weight of collisions", description="w_c, for each collision")
-
-
-BY_YEAR = "what it costs to buy, divided by the years of use, in whole units of the currency"
-# small robots cost 2,000 to buy and last ten years; for the upper end see PRICE_A_YEAR
-ROBOT_PRICE = Usual(100, price=True, words="a year", cure=BY_YEAR)
 
 
 class Prices(Part):

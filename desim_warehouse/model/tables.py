@@ -25,6 +25,9 @@ from desim_warehouse.values.distributions import ObservedFile
 from desim_warehouse.values.fields import LIMITS
 
 STORAGE: Keys = ("layout", "storage")
+LAYOUT: Keys = ("layout", "file")
+
+Reader = Callable[[dict[str, Any], Keys, "Path", FilePositions], Any]
 
 
 def resolve(document: Document, outline: Outline) -> None:
@@ -88,9 +91,6 @@ def _is_below(folder: Path, name: Any) -> bool:
         return Path(folder, name).resolve().is_relative_to(folder.resolve())
     except (OSError, ValueError, TypeError, RuntimeError):  # no name of a file; a ring of links
         return False
-
-
-LAYOUT: Keys = ("layout", "file")
 
 
 def _layout(section: Any, document: Document) -> list[Problem]:
@@ -268,7 +268,6 @@ def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: FilePositions) 
         raise _RefusedError(Problem((*keys, "file"), text)) from None
 
 
-Reader = Callable[[dict[str, Any], Keys, "Path", FilePositions], Any]
 _READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "from_to": _pairs, "orders": _orders}
 """How tables are read that are named below tasks, by their key."""
 

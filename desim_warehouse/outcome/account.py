@@ -27,9 +27,15 @@ from desim_warehouse.states import APART, SHOWN, WAITING, Phase, absent, names
 if TYPE_CHECKING:
     import pandas as pd
 
-
 By = Literal["task", "flow", "station", "robot", "edge", "node", "hour"]
 """What `account` may be asked for."""
+OF_WORK = ("task", "flow", "station")
+"""Accounts of the time of tasks. The others are of robots."""
+Found = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
+"""The rows of a table, and for each stretch of time its row, its part and its length."""
+ALL = "all tasks"
+"""The row of tasks that belong to no flow."""
+_known: WeakKeyDictionary[History, list[list[Piece]]] = WeakKeyDictionary()
 
 
 class Share(NamedTuple):
@@ -76,8 +82,6 @@ a line: it waits until a robot goes for a pod with its item, and is picked after
 BATCHED, UNTAKEN = _TO_BATCH.name, (_TO_BATCH.name, _UNASSIGNED.name, _TO_POD.name)
 """The part of a task's time that it waits for a batch, and those before a robot takes it."""
 _PICKED = names(lambda state: state.phase is Phase.UNLOADING)
-OF_WORK = ("task", "flow", "station")
-"""Accounts of the time of tasks. The others are of robots."""
 
 
 class Piece(NamedTuple):
@@ -106,7 +110,7 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
         raise ReportError(
             f"an account of time needs log: all (now log: {history.log.level}), run with --set log=all to record it"
         )
-    index, found = _TABLES[by](history)
+    index, found = _rows(history, by)
     spent: defaultdict[tuple[Hashable, str], list[float]] = defaultdict(list)
     for row, part, length in found:
         spent[row, part].append(length)
@@ -121,6 +125,20 @@ def account(history: History, by: By = "robot") -> pd.DataFrame:
     return pd.DataFrame(table, index=pd.Index(index, name=by), dtype=float)
 
 
+def _rows(history: History, by: By) -> Found:
+    """Tell what the rows of an account are, and which stretches of time belong to each."""
+    tables: dict[By, Callable[[History], Found]] = {
+        "task": _by_task,
+        "flow": _by_flow,
+        "station": _by_station,
+        "robot": _by_robot,
+        "edge": _by_edge,
+        "node": _by_node,
+        "hour": _by_hour,
+    }
+    return tables[by](history)
+
+
 def share_of_tasks(history: History, *parts: str) -> float:
     """Some parts of the time of all tasks together, as a share of it."""
     spent = account(history, "task").sum()
@@ -128,16 +146,7 @@ def share_of_tasks(history: History, *parts: str) -> float:
     return math.fsum(float(spent.get(part, 0.0)) for part in parts) / whole if whole else 0.0
 
 
-Found = tuple["list[int] | list[str]", "Iterable[tuple[Hashable, str, float]]"]
-"""The rows of a table, and for each stretch of time its row, its part and its length."""
-ALL = "all tasks"
-"""The row of tasks that belong to no flow."""
-
-
 # Robots
-
-
-_known: WeakKeyDictionary[History, list[list[Piece]]] = WeakKeyDictionary()
 
 
 def pieces(history: History) -> list[list[Piece]]:
@@ -302,17 +311,6 @@ def _turns(history: History) -> dict[int, float]:
         if one.ended == "open":  # the first of a robot's is picked when the run ends, the others wait
             found[one.task], last[one.robot] = last[one.robot], math.inf
     return found
-
-
-_TABLES: dict[By, Callable[[History], Found]] = {
-    "task": _by_task,
-    "flow": _by_flow,
-    "station": _by_station,
-    "robot": _by_robot,
-    "edge": _by_edge,
-    "node": _by_node,
-    "hour": _by_hour,
-}
 
 
 def equipment(prices: Prices, kinds: Sequence[str], chargers: int, batteries: int) -> float:

@@ -28,6 +28,8 @@ CROSSING, LANE, TWO_WAY, RING = "crossing", "lane", "two_way_lane", "ring"
 QUEUES = frozenset(name for name, state in SHOWN.items() if state.queue is not None)
 _MOVING = frozenset({Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY, Phase.REST})
 
+_known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
+
 
 class Root(NamedTuple):
     """What a chain of waits ends at: a state of a robot, a wait for a closure or person, or a root above; and where.
@@ -46,9 +48,6 @@ class Lost(NamedTuple):
     start: float
     end: float
     root: Root
-
-
-_known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
 
 
 def lost(history: History) -> list[Lost]:

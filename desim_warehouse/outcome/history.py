@@ -43,13 +43,15 @@ if TYPE_CHECKING:
 
     Curve = tuple[list[float], list[float]]
 
-
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
 _end_of = attrgetter("end")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
+
+Spans = tuple[list[int], list[float]]
+"""Tasks done in equal spans of time, and the sums of their cycle times."""
 
 
 def _blocked(row: LogRow, end: float) -> Blocked:
@@ -501,10 +503,6 @@ class History:
         if self._kinds[robot] in self._swapped:
             return 0.0
         return charging.charge_gain(self.batteries[robot], level, time)
-
-
-Spans = tuple[list[int], list[float]]
-"""Tasks done in equal spans of time, and the sums of their cycle times."""
 
 
 def in_spans(tasks: Iterable[TaskHistory], begin: float, end: float, spans: int) -> Spans:

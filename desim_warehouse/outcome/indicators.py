@@ -47,6 +47,25 @@ AT = "@"
 """Between an indicator and the part of the day that it is of."""
 _STRETCH = re.compile(r"\d\d:\d\d-\d\d:\d\d")
 
+_JUDGED = {
+    False: (
+        *("T", "S", "C", "throughput_per_hour", "cycle_time_mean", "on_time", "cycle_time_p95", "share_waiting"),
+        *("orders_on_time", "annual_cost"),
+    ),
+    True: (
+        *("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "share_waiting", "cycle_time_mean"),
+        *("worked_on_time", "orders_on_time", "charger_utilisation", "availability", "annual_cost"),
+    ),
+}
+"""What a run is judged by, first things first: where its work ends (first of all as in the paper), and where not."""
+
+_COUNTS: dict[Unit, tuple[str, str]] = {
+    "share of tasks": ("tasks_due", "tasks"),
+    "share of load units": ("loads_due", "worked"),
+    "share of orders": ("orders_due", "orders"),
+}
+"""The indicator that counts what a share is of, and the one that did so in runs of versions before 0.4.0."""
+
 
 @dataclass(frozen=True)
 class Indicator:
@@ -587,19 +606,6 @@ def kpis(history: History) -> RunIndicators:
     return found
 
 
-_JUDGED = {
-    False: (
-        *("T", "S", "C", "throughput_per_hour", "cycle_time_mean", "on_time", "cycle_time_p95", "share_waiting"),
-        *("orders_on_time", "annual_cost"),
-    ),
-    True: (
-        *("throughput_per_hour", "cycle_time_p95", "on_time", "backlog", "share_waiting", "cycle_time_mean"),
-        *("worked_on_time", "orders_on_time", "charger_utilisation", "availability", "annual_cost"),
-    ),
-}
-"""What a run is judged by, first things first: where its work ends (first of all as in the paper), and where not."""
-
-
 def judged_by(names: Collection[str], *, never_ends: bool) -> list[str]:
     """The indicators that a run of this kind is judged by, first things first, as far as it has them."""
     return [name for name in _JUDGED[never_ends] if name in names]
@@ -650,14 +656,6 @@ def within(name: str) -> tuple[float, float]:
     if indicator is None:
         return -math.inf, math.inf
     return -math.inf if indicator.signed else 0.0, 1.0 if indicator.is_share else math.inf
-
-
-_COUNTS: dict[Unit, tuple[str, str]] = {
-    "share of tasks": ("tasks_due", "tasks"),
-    "share of load units": ("loads_due", "worked"),
-    "share of orders": ("orders_due", "orders"),
-}
-"""The indicator that counts what a share is of, and the one that did so in runs of versions before 0.4.0."""
 
 
 def is_of_due(name: str) -> bool:

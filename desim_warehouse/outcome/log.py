@@ -19,12 +19,27 @@ from desim_warehouse._version import __version__
 if TYPE_CHECKING:
     import pandas as pd
 
-
 Detail = Literal["all", "moves", "tasks"]
 STATES = tuple(states.STATES)
 """What a robot is doing. Waiting in traffic is counted apart. `wait`: it queues for a server or a charger."""
 NONE = -1
 """No robot, or no task."""
+
+COLUMNS = {
+    "time": "when, in the model's time unit",
+    "kind": "what happened: see below",
+    "robot": "number of the robot, from 0; -1: none",
+    "task": "number of the task, in order of release; -1: none",
+    "node": "the node it happened at, or that the robot comes to next",
+    "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into, `A>A` of one on a node",
+    "value": "a number that depends on the kind",
+    "until": "`drive`: when the robot will be there; `edge_closed`: when it opens",
+    "other": "`collision`: the robot that was waited for; with pods, see below, and `released`: the item; -1: none",
+}
+"""What the columns mean, in their order."""
+
+PLACES = ("enter", "parked", "docked", "cleared")
+"""Rows that say where a robot is from then on: on an edge, or off the lanes at a node."""
 
 
 class LogRow(NamedTuple):
@@ -39,20 +54,6 @@ class LogRow(NamedTuple):
     value: float | None
     until: float | None
     other: int
-
-
-COLUMNS = {
-    "time": "when, in the model's time unit",
-    "kind": "what happened: see below",
-    "robot": "number of the robot, from 0; -1: none",
-    "task": "number of the task, in order of release; -1: none",
-    "node": "the node it happened at, or that the robot comes to next",
-    "edge": "the edge as `A>B`; `delivered`: that of the storage place it was put into, `A>A` of one on a node",
-    "value": "a number that depends on the kind",
-    "until": "`drive`: when the robot will be there; `edge_closed`: when it opens",
-    "other": "`collision`: the robot that was waited for; with pods, see below, and `released`: the item; -1: none",
-}
-"""What the columns mean, in their order."""
 
 
 class RowKind(NamedTuple):
@@ -101,10 +102,6 @@ KINDS = {
     "person_out": RowKind("tasks", "the person leaves", "number of the visit"),
 }
 """The kinds of rows (energy: the robot's)."""
-
-
-PLACES = ("enter", "parked", "docked", "cleared")
-"""Rows that say where a robot is from then on: on an edge, or off the lanes at a node."""
 
 _MOVES = frozenset(name for name, kind in KINDS.items() if kind.level == "moves")
 

@@ -3,21 +3,18 @@
 The rules are in `RULES`: tables, reports, JSON and the reference in the documentation all read them. They
 use indicators, those of a run or their means over the runs of a design, so that both are judged alike.
 
-Whether batteries have settled while a run counts: does their mean level fall, what charging costs is to come.
+A run counts in full once its batteries have settled (`fall`). Where their mean level falls, what charging costs is
+still to come; where it rises, more is charged than will be, and the fleet looks worse than it is. `expected` says what
+will be: settled, each robot charges for the part f of its time in which it takes up what it draws in the rest, with e
+drawn and g given for each time unit (1 - f) e = f g.
 
-Does it rise, more is charged than will be, and the fleet looks worse than it is.
-
-Settled, each robot charges for the part f of its time in which it takes up what it draws in the rest: with e drawn and
-g given for each time unit, (1 - f) e = f g.
-
-Whether one run shows that fewer robots under way would do more: its own hours with fewer, beside those with more.
-
-A floor has a most that it lets through, with some number of robots under way, and lets less through with more of them:
-the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation Research B 42 (2008)
-759-770). A run draws a part of that curve only where the number under way changes, and long enough that jams have time
-to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on average. Windows
-with many robots under way are compared with those with fewer. Where the number hardly changes, as with work always
-waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
+Fewer robots under way may do more. Whether one run shows that, `past_knee` says from its own hours, those with fewer
+beside those with more. A floor has a most that it lets through, with some number of robots under way, and lets less
+through with more of them: the macroscopic fundamental diagram of road networks (Geroliminis and Daganzo, Transportation
+Research B 42 (2008) 759-770). A run draws a part of that curve only where the number under way changes, and long enough
+that jams have time to form or to dissolve. So the counted time is cut into windows in which a robot does two tasks on
+average. Windows with many robots under way are compared with those with fewer. Where the number hardly changes, as with
+work always waiting, one run cannot say it, and `desim size --key traffic.most_out` tries it out.
 """
 
 from __future__ import annotations
@@ -38,6 +35,23 @@ from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import is_of_due
 
+PILES_UP = "CANNOT_KEEP_UP"
+LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL", "NOT_SETTLED")
+"""Verdicts on designs whose time to come is worse than the time simulated, if their size is above 0."""
+ERRORS_OF_ARRIVALS = 3
+"""Standard errors of the number of arrivals by which a backlog must have grown."""
+LEAST_FALL = 0.01
+"""Share of the capacity per hour by which batteries must fall."""
+CHARGERS_BUSY = 0.95
+"""Share of their time from which chargers count as always in use."""
+MOST_WAITING = 0.5
+"""Share of the fleet's time spent waiting in traffic from which it is jammed."""
+
+LEAST_DRIFT = 0.01
+"""Share of the capacity per hour by which the mean level must move."""
+CONFIDENCE = 0.99
+"""Of the interval that the move must exceed."""
+
 LEAST_WAITING = 0.2
 """Part of the fleet's time in traffic below which nothing is past a knee."""
 TASKS_A_WINDOW = 2
@@ -51,160 +65,6 @@ BANDS = 10
 """Windows are put together whose number of robots under way is the same to a tenth of the most."""
 FEWER = 8
 """Bands up to this one are held against the highest one."""
-
-
-class PastKnee(NamedTuple):
-    """With `cap` robots under way, on average, more was done an hour than with `many`, by the part `gain`."""
-
-    cap: int
-    many: int
-    gain: float
-
-
-class Window(NamedTuple):
-    """Robots under way on average, and goods loaded and delivered (a half of a task each) for each time unit."""
-
-    under_way: float
-    done: float
-
-
-def past_knee(history: History) -> PastKnee | None:
-    """What the counted part of a run shows, or None."""
-    fleet = history.counted * len(history.log.robots)
-    if not fleet or history.totals["waiting"] < LEAST_WAITING * fleet:
-        return None
-    found = windows(history)
-    most = max((window.under_way for window in found), default=0.0)
-    bands: defaultdict[int, list[Window]] = defaultdict(list)
-    for window in found:
-        bands[math.ceil(window.under_way / most * BANDS - 1e-9)].append(window)
-    high = bands[BANDS]
-    fewer = [band for number, band in bands.items() if number <= FEWER and len(band) >= LEAST_WINDOWS]
-    if len(high) < LEAST_WINDOWS or not fewer:
-        return None
-    best = max(fewer, key=_done)
-    error = math.sqrt(sum(variance(window.done for window in band) / len(band) for band in (best, high)))
-    gain = _done(best) - _done(high)
-    if gain <= STANDARD_ERRORS * error or gain < LEAST_GAIN * _done(high):
-        return None
-    cap, many = (round(fmean(one.under_way for one in band)) for band in (best, high))
-    return PastKnee(cap, many, gain / _done(high))
-
-
-def _done(band: list[Window]) -> float:
-    return fmean(window.done for window in band)
-
-
-def windows(history: History) -> list[Window]:
-    """The counted time in windows of equal length, about as long as a robot takes for `TASKS_A_WINDOW` tasks."""
-    changes: defaultdict[float, int] = defaultdict(int)
-    for spans in history.changes:
-        for span in spans:
-            if span.end > span.start and not span.seen.is_parked:
-                changes[max(span.start, history.begin)] += 1
-                changes[max(span.end, history.begin)] -= 1
-    goods = [time for task in history.tasks.values() for time in (task.loaded, task.delivered) if history.counts(time)]
-    goods = sorted(time for time in goods if time <= history.end)
-    times = sorted(changes)
-    numbers = list(accumulate(changes[time] for time in times))
-    total = math.fsum(n * (end - start) for n, start, end in zip(numbers, times, times[1:], strict=False))
-    if not goods or not total:
-        return []
-    count = int(history.counted * len(goods) / 2 / total / TASKS_A_WINDOW)
-    if not count:
-        return []
-    length = history.counted / count
-    out, done = [0.0] * count, [0] * count
-    for number, start, end in zip(numbers, times, times[1:], strict=False):
-        for rank in range(int((start - history.begin) / length), count):
-            left, right = history.begin + rank * length, history.begin + (rank + 1) * length
-            if left >= end:
-                break
-            out[rank] += number * max(min(end, right) - max(start, left), 0.0)
-    for time in goods:
-        done[min(int((time - history.begin) / length), count - 1)] += 1
-    return [Window(area / length, n / length) for area, n in zip(out, done, strict=True)]
-
-
-LEAST_DRIFT = 0.01
-"""Share of the capacity per hour by which the mean level must move."""
-CONFIDENCE = 0.99
-"""Of the interval that the move must exceed."""
-
-
-def drifts_of_robots(history: History) -> list[float]:
-    """By how much the level of each robot moved in the counted time: shares of the capacity an hour."""
-    import numpy as np
-
-    hours = history.counted / history.model.units.hour
-    if not history.batteries or not hours:
-        return []
-    ends = [np.interp((history.begin, history.end), times, levels) for times, levels in history.energy_curves]
-    pairs = zip(ends, history.batteries, strict=True)
-    return [float(last - first) / battery.capacity / hours for (first, last), battery in pairs]
-
-
-def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | None:
-    """By how much levels fall, or rise (below 0), from the moves of a run's robots or a design's runs; None: by chance.
-
-    Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
-    from 0 (a t interval). `part`: of the error, where it is asked again as runs come in. Of a fleet that begins settled
-    nothing is said: what is left of a drift then comes from the one run in which it settled.
-    """
-    if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
-        return None
-    if model.fleet.start_energy == "settled":
-        return None
-    mean = -fmean(values)
-    if not abs(mean) >= LEAST_DRIFT or _refills(mean, model):
-        return None
-    from scipy.special import stdtrit
-
-    half = float(stdtrit(len(values) - 1, 1 - (1 - CONFIDENCE) * part / 2)) * stdev(values) / math.sqrt(len(values))
-    return mean if abs(mean) > half else None
-
-
-def _refills(fall: float, model: Model) -> bool:
-    """Whether a night makes good what batteries fall in a day, by a share of the capacity an hour."""
-    return refills_overnight(model, fall * model.run.end / model.units.hour)
-
-
-def expected(kpis: Mapping[str, float], model: Model) -> str:
-    """What is to be expected of chargers and robots once batteries have settled, by estimate, in words."""
-    time = kpis.get("T", math.nan)
-    counted = time - model.run.warm_up if time > model.run.warm_up else time
-    away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
-    drawn, chargers = kpis.get("energy", math.nan) / away, sum(chargers_at(model, model.floor).values())
-    if not chargers or not math.isfinite(drawn):
-        return "what charging costs is not seen"
-    charging = model.fleet.size * drawn / (drawn + charging_rate(model))
-    if charging > chargers:
-        at = number_of(chargers, "charger")
-        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {at}"
-    used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
-    return (
-        f"settled, by estimate, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are "
-        f"at work, with chargers used {used} % of the time (here {now} %)"
-    )
-
-
-def amount_of(value: float) -> str:
-    """Two digits."""
-    return amount(float(f"{value:.2g}"))
-
-
-ERRORS_OF_ARRIVALS = 3
-"""Standard errors of the number of arrivals by which a backlog must have grown."""
-LEAST_FALL = 0.01
-"""Share of the capacity per hour by which batteries must fall."""
-CHARGERS_BUSY = 0.95
-"""Share of their time from which chargers count as always in use."""
-MOST_WAITING = 0.5
-"""Share of the fleet's time spent waiting in traffic from which it is jammed."""
-
-PILES_UP = "CANNOT_KEEP_UP"
-LASTING = ("CANNOT_KEEP_UP", "BATTERIES_FALL", "NOT_SETTLED")
-"""Verdicts on designs whose time to come is worse than the time simulated, if their size is above 0."""
 
 
 @dataclass(frozen=True)
@@ -433,3 +293,137 @@ def _with_drift(
 def _shown(value: float) -> str:
     """Two significant digits."""
     return f"{value:,.0f}" if value >= 10 else f"{value:.1f}".removesuffix(".0")  # noqa: PLR2004
+
+
+def drifts_of_robots(history: History) -> list[float]:
+    """By how much the level of each robot moved in the counted time: shares of the capacity an hour."""
+    import numpy as np
+
+    hours = history.counted / history.model.units.hour
+    if not history.batteries or not hours:
+        return []
+    ends = [np.interp((history.begin, history.end), times, levels) for times, levels in history.energy_curves]
+    pairs = zip(ends, history.batteries, strict=True)
+    return [float(last - first) / battery.capacity / hours for (first, last), battery in pairs]
+
+
+def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | None:
+    """By how much levels fall, or rise (below 0), from the moves of a run's robots or a design's runs; None: by chance.
+
+    Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
+    from 0 (a t interval). `part`: of the error, where it is asked again as runs come in. Of a fleet that begins settled
+    nothing is said: what is left of a drift then comes from the one run in which it settled.
+    """
+    if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
+        return None
+    if model.fleet.start_energy == "settled":
+        return None
+    mean = -fmean(values)
+    if not abs(mean) >= LEAST_DRIFT or _refills(mean, model):
+        return None
+    from scipy.special import stdtrit
+
+    half = float(stdtrit(len(values) - 1, 1 - (1 - CONFIDENCE) * part / 2)) * stdev(values) / math.sqrt(len(values))
+    return mean if abs(mean) > half else None
+
+
+def _refills(fall: float, model: Model) -> bool:
+    """Whether a night makes good what batteries fall in a day, by a share of the capacity an hour."""
+    return refills_overnight(model, fall * model.run.end / model.units.hour)
+
+
+def expected(kpis: Mapping[str, float], model: Model) -> str:
+    """What is to be expected of chargers and robots once batteries have settled, by estimate, in words."""
+    time = kpis.get("T", math.nan)
+    counted = time - model.run.warm_up if time > model.run.warm_up else time
+    away = model.fleet.size * counted * (1 - kpis.get("share_charging", math.nan))
+    drawn, chargers = kpis.get("energy", math.nan) / away, sum(chargers_at(model, model.floor).values())
+    if not chargers or not math.isfinite(drawn):
+        return "what charging costs is not seen"
+    charging = model.fleet.size * drawn / (drawn + charging_rate(model))
+    if charging > chargers:
+        at = number_of(chargers, "charger")
+        return f"to give what they draw {amount_of(charging)} robots would have to charge, at {at}"
+    used, now = (amount_of(100 * share) for share in (charging / chargers, kpis.get("charger_utilisation", math.nan)))
+    return (
+        f"settled, by estimate, {amount_of(charging)} robots charge and {amount_of(model.fleet.size - charging)} are "
+        f"at work, with chargers used {used} % of the time (here {now} %)"
+    )
+
+
+def amount_of(value: float) -> str:
+    """Two digits."""
+    return amount(float(f"{value:.2g}"))
+
+
+class PastKnee(NamedTuple):
+    """With `cap` robots under way, on average, more was done an hour than with `many`, by the part `gain`."""
+
+    cap: int
+    many: int
+    gain: float
+
+
+class Window(NamedTuple):
+    """Robots under way on average, and goods loaded and delivered (a half of a task each) for each time unit."""
+
+    under_way: float
+    done: float
+
+
+def past_knee(history: History) -> PastKnee | None:
+    """What the counted part of a run shows, or None."""
+    fleet = history.counted * len(history.log.robots)
+    if not fleet or history.totals["waiting"] < LEAST_WAITING * fleet:
+        return None
+    found = windows(history)
+    most = max((window.under_way for window in found), default=0.0)
+    bands: defaultdict[int, list[Window]] = defaultdict(list)
+    for window in found:
+        bands[math.ceil(window.under_way / most * BANDS - 1e-9)].append(window)
+    high = bands[BANDS]
+    fewer = [band for number, band in bands.items() if number <= FEWER and len(band) >= LEAST_WINDOWS]
+    if len(high) < LEAST_WINDOWS or not fewer:
+        return None
+    best = max(fewer, key=_done)
+    error = math.sqrt(sum(variance(window.done for window in band) / len(band) for band in (best, high)))
+    gain = _done(best) - _done(high)
+    if gain <= STANDARD_ERRORS * error or gain < LEAST_GAIN * _done(high):
+        return None
+    cap, many = (round(fmean(one.under_way for one in band)) for band in (best, high))
+    return PastKnee(cap, many, gain / _done(high))
+
+
+def _done(band: list[Window]) -> float:
+    return fmean(window.done for window in band)
+
+
+def windows(history: History) -> list[Window]:
+    """The counted time in windows of equal length, about as long as a robot takes for `TASKS_A_WINDOW` tasks."""
+    changes: defaultdict[float, int] = defaultdict(int)
+    for spans in history.changes:
+        for span in spans:
+            if span.end > span.start and not span.seen.is_parked:
+                changes[max(span.start, history.begin)] += 1
+                changes[max(span.end, history.begin)] -= 1
+    goods = [time for task in history.tasks.values() for time in (task.loaded, task.delivered) if history.counts(time)]
+    goods = sorted(time for time in goods if time <= history.end)
+    times = sorted(changes)
+    numbers = list(accumulate(changes[time] for time in times))
+    total = math.fsum(n * (end - start) for n, start, end in zip(numbers, times, times[1:], strict=False))
+    if not goods or not total:
+        return []
+    count = int(history.counted * len(goods) / 2 / total / TASKS_A_WINDOW)
+    if not count:
+        return []
+    length = history.counted / count
+    out, done = [0.0] * count, [0] * count
+    for number, start, end in zip(numbers, times, times[1:], strict=False):
+        for rank in range(int((start - history.begin) / length), count):
+            left, right = history.begin + rank * length, history.begin + (rank + 1) * length
+            if left >= end:
+                break
+            out[rank] += number * max(min(end, right) - max(start, left), 0.0)
+    for time in goods:
+        done[min(int((time - history.begin) / length), count - 1)] += 1
+    return [Window(area / length, n / length) for area, n in zip(out, done, strict=True)]

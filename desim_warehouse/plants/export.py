@@ -21,47 +21,61 @@ from desim_warehouse.plants.tables import EDGES_FILE, NODES_FILE
 from desim_warehouse.plants.write import one_line
 from desim_warehouse.values.fields import Part
 
-
-def plain_names(plant: Plant) -> None:
-    """Change what a plant and its parts are called where it is not plain; what is changed is noted there."""
-    points, positions = _plain(plant.points), _plain(location.name for location in plant.locations)
-    links, areas = _plain(link.name for link in plant.links), _plain(area.name for area in plant.areas)
-    plant.name = _trimmed(plant.name) or "layout"
-    plant.points = {points[name]: replace(point, name=points[name]) for name, point in plant.points.items()}
-    plant.links = [
-        replace(link, name=links[link.name], source=points[link.source], target=points[link.target])
-        for link in plant.links
-    ]
-    plant.locations = [
-        Location(positions[one.name], {points[name]: allowed for name, allowed in one.operations.items()}, one.position)
-        for one in plant.locations
-    ]
-    members = {**links, **points}
-    plant.areas = [
-        replace(area, name=areas[area.name], members=tuple(members[name] for name in area.members))
-        for area in plant.areas
-    ]
-    vehicles = _plain(vehicle.name for vehicle in plant.vehicles)
-    plant.vehicles = [replace(one, name=vehicles[one.name]) for one in plant.vehicles]
-    changed = [
-        f"{new} from {old!r}" for names in (points, positions, areas) for old, new in names.items() if old != new
-    ]
-    plant.note("changed", "name", changed, "with characters that not every file can hold, or blanks around it")
-
-
-def _plain(names: Iterable[str]) -> dict[str, str]:
-    """The plain form of every name, each of them once."""
-    plain = {name: _trimmed(name) for name in names}
-    taken = {name for name, trimmed in plain.items() if trimmed == name}
-    return {name: name if trimmed == name else claim(trimmed or "unnamed", taken) for name, trimmed in plain.items()}
-
-
-def _trimmed(name: str) -> str:
-    return " ".join(one_line(name).split())
-
-
 _AT_THE_END = 0.01
 """A storage place so near the end of a lane, in metres, is at the node there."""
+Row = dict[str, str | float | bool]
+_DIGITS = 6  # of metres and metres a second
+_EQUAL = 1e-6
+_NODE_COLUMNS = ("name", "x", "y", "role", "station")
+_EDGE_COLUMNS = ("from", "to", "length", "speed", "speed_back", "two_way", "side_by_side")
+LayoutFormat = Literal["lif", "opentcs", "graphml", "csv"]
+LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
+
+
+def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, ...]:  # noqa: A002 - as pandas and others
+    """Write the layout of a model for other programs, in metres and seconds.
+
+    Args:
+        model: the model.
+        path: the file; for csv the folder that gets nodes.csv and edges.csv.
+        format: lif (Layout Interchange Format of VDMA, 1.0.0), opentcs (a plant model, 7.0.0), graphml or csv.
+
+    Returns:
+        What of the model the format cannot hold, and what is changed.
+
+    Raises:
+        ReportError: another format, or a path that cannot be written.
+        LayoutError: where two things claim one node.
+    """
+    if format not in LAYOUT_FORMATS:
+        near = nearest(format, LAYOUT_FORMATS)
+        hint = f"; did you mean {got(near)}?" if near else ""
+        raise ReportError(f"format {got(format)}: expected one of {', '.join(LAYOUT_FORMATS)}{hint}")
+    path, plant = Path(path), drawn(as_model(model))
+    plain_names(plant)
+    texts = _texts(plant, format)
+    try:
+        make_folder(path if format == "csv" else path.parent)
+        for name, text in texts.items():
+            (path / name if name else path).write_text(text, encoding="utf-8")
+    except (OSError, ValueError) as error:
+        raise ReportError(f"{path}: cannot be written ({reason(error)})") from None
+    return tuple(plant.remarks)
+
+
+def _texts(plant: Plant, form: str) -> dict[str, str]:
+    """The texts to write, by the names of files in a folder. A single file has no name."""
+    if form == "csv":
+        return tables(plant)
+    if form == "graphml":
+        return {"": graphml(plant)}
+    if form == "opentcs":
+        from desim_warehouse.plants.to_opentcs import opentcs
+
+        return {"": opentcs(plant)}
+    from desim_warehouse.plants.to_lif import lif
+
+    return {"": lif(plant)}
 
 
 def drawn(model: Model) -> Plant:
@@ -212,9 +226,42 @@ def _unusual(part: Part, carried: set[str]) -> bool:
     return any(getattr(part, key) != one.default for key, one in keys.items() if key not in carried)
 
 
-Row = dict[str, str | float | bool]
-_DIGITS = 6  # of metres and metres a second
-_EQUAL = 1e-6
+def plain_names(plant: Plant) -> None:
+    """Change what a plant and its parts are called where it is not plain; what is changed is noted there."""
+    points, positions = _plain(plant.points), _plain(location.name for location in plant.locations)
+    links, areas = _plain(link.name for link in plant.links), _plain(area.name for area in plant.areas)
+    plant.name = _trimmed(plant.name) or "layout"
+    plant.points = {points[name]: replace(point, name=points[name]) for name, point in plant.points.items()}
+    plant.links = [
+        replace(link, name=links[link.name], source=points[link.source], target=points[link.target])
+        for link in plant.links
+    ]
+    plant.locations = [
+        Location(positions[one.name], {points[name]: allowed for name, allowed in one.operations.items()}, one.position)
+        for one in plant.locations
+    ]
+    members = {**links, **points}
+    plant.areas = [
+        replace(area, name=areas[area.name], members=tuple(members[name] for name in area.members))
+        for area in plant.areas
+    ]
+    vehicles = _plain(vehicle.name for vehicle in plant.vehicles)
+    plant.vehicles = [replace(one, name=vehicles[one.name]) for one in plant.vehicles]
+    changed = [
+        f"{new} from {old!r}" for names in (points, positions, areas) for old, new in names.items() if old != new
+    ]
+    plant.note("changed", "name", changed, "with characters that not every file can hold, or blanks around it")
+
+
+def _plain(names: Iterable[str]) -> dict[str, str]:
+    """The plain form of every name, each of them once."""
+    plain = {name: _trimmed(name) for name in names}
+    taken = {name for name, trimmed in plain.items() if trimmed == name}
+    return {name: name if trimmed == name else claim(trimmed or "unnamed", taken) for name, trimmed in plain.items()}
+
+
+def _trimmed(name: str) -> str:
+    return " ".join(one_line(name).split())
 
 
 def tables(plant: Plant) -> dict[str, str]:
@@ -222,10 +269,6 @@ def tables(plant: Plant) -> dict[str, str]:
     _losses(plant)
     edges = [{"from": link.source, "to": link.target, **_edge(plant, link)} for link in plant.links]
     return {NODES_FILE: _csv(_NODE_COLUMNS, list(_nodes(plant))), EDGES_FILE: _csv(_columns(edges), edges)}
-
-
-_NODE_COLUMNS = ("name", "x", "y", "role", "station")
-_EDGE_COLUMNS = ("from", "to", "length", "speed", "speed_back", "two_way", "side_by_side")
 
 
 def _columns(edges: list[Row]) -> tuple[str, ...]:
@@ -303,57 +346,3 @@ def _data(row: Row) -> str:
         f'<data key="{name}">{escape(str(value).lower() if value is True else str(value))}</data>'
         for name, value in row.items()
     )
-
-
-LayoutFormat = Literal["lif", "opentcs", "graphml", "csv"]
-LAYOUT_FORMATS: tuple[str, ...] = get_args(LayoutFormat)
-
-
-def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, ...]:  # noqa: A002 - as pandas and others
-    """Write the layout of a model for other programs, in metres and seconds.
-
-    Args:
-        model: the model.
-        path: the file; for csv the folder that gets nodes.csv and edges.csv.
-        format: lif (Layout Interchange Format of VDMA, 1.0.0), opentcs (a plant model, 7.0.0), graphml or csv.
-
-    Returns:
-        What of the model the format cannot hold, and what is changed.
-
-    Raises:
-        ReportError: another format, or a path that cannot be written.
-        LayoutError: where two things claim one node.
-    """
-    if format not in LAYOUT_FORMATS:
-        near = nearest(format, LAYOUT_FORMATS)
-        hint = f"; did you mean {got(near)}?" if near else ""
-        raise ReportError(f"format {got(format)}: expected one of {', '.join(LAYOUT_FORMATS)}{hint}")
-    path, plant = Path(path), drawn(as_model(model))
-    plain_names(plant)
-    texts = _texts(plant, format)
-    try:
-        make_folder(path if format == "csv" else path.parent)
-        for name, text in texts.items():
-            (path / name if name else path).write_text(text, encoding="utf-8")
-    except (OSError, ValueError) as error:
-        raise ReportError(f"{path}: cannot be written ({reason(error)})") from None
-    return tuple(plant.remarks)
-
-
-def _texts(plant: Plant, form: str) -> dict[str, str]:
-    """The texts to write, by the names of files in a folder. A single file has no name."""
-    if form == "csv":
-        from desim_warehouse.plants.export import tables
-
-        return tables(plant)
-    if form == "graphml":
-        from desim_warehouse.plants.export import graphml
-
-        return {"": graphml(plant)}
-    if form == "opentcs":
-        from desim_warehouse.plants.to_opentcs import opentcs
-
-        return {"": opentcs(plant)}
-    from desim_warehouse.plants.to_lif import lif
-
-    return {"": lif(plant)}

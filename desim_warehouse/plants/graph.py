@@ -20,11 +20,13 @@ from desim_warehouse.plants.xml import Element, read_xml
 if TYPE_CHECKING:
     import networkx as nx
 
-
 EXPECTED = "a graph (GraphML)"
 _NAME = "node"  # of the columns for what a graph says beside attributes
 _TAIL, _HEAD = "from_node", "to_node"
 _DIRECTED = {"true": {"two_way": "no"}, "false": {"two_way": "yes"}}
+
+Rows = list[tuple[str, str, dict[str, Any]]]
+"""Nodes or edges: where they stand for messages, and in the file, and their values by name."""
 
 
 def looks(path: Path, start: bytes) -> bool:
@@ -153,7 +155,3 @@ def _drawn(data: Element) -> Iterator[tuple[str, str]]:
         for place in shape.all("y:Geometry"):
             for axis, side in (("x", "width"), ("y", "height")):
                 yield axis, repr(place.number(axis) + place.number(side, default=0.0) / 2)
-
-
-Rows = list[tuple[str, str, dict[str, Any]]]
-"""Nodes or edges: where they stand for messages, and in the file, and their values by name."""

@@ -20,6 +20,8 @@ from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint
 from desim_warehouse.values.fields import LIMITS
 
 _ANY = float("inf")
+Cell = tuple[int, int]
+_DIGITS = 9
 
 
 class CellKind(NamedTuple):
@@ -33,7 +35,6 @@ class CellKind(NamedTuple):
 
 BLOCKED = CellKind("blocked", free=False)
 AISLE = CellKind("aisle")
-Cell = tuple[int, int]
 
 
 @dataclass(frozen=True)
@@ -206,9 +207,6 @@ class Lines:
     def refuse(self, text: str) -> NoReturn:
         """Raise the error that something is wrong in the line that was read last."""
         raise ModelError([f"{self.path}:{max(self.next, 1)}: {text}"])
-
-
-_DIGITS = 9
 
 
 def not_too_many(path: Path, free: int) -> None:

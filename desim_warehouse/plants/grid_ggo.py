@@ -25,6 +25,8 @@ _TURNS = ((0, 1), (-1, 0), (0, -1), (1, 0))
 _COUNTS = {"n_endpoint": "e", "n_agent_loc": "r", "n_shelf": "@", "n_workstation": "w"}
 _USED = {"name", "layout", "weight", "weights", "n_row", "n_col", "optimize_wait", *_COUNTS}
 
+_LEAST, _MOST = 1e-6, 1e6
+
 
 def looks(_: Path, start: bytes) -> bool:
     """Whether a file may be such a grid: JSON with a layout, or its size."""
@@ -92,9 +94,6 @@ def _weights(head: dict[str, Any], grid: Grid, path: Path) -> dict[tuple[Cell, C
         if isinstance(weight, bool) or not isinstance(weight, int | float) or not _LEAST <= weight <= _MOST:
             refuse(path, f"weights[{rank}]: not a weight (got {got(weight)}), expected a number above 0")
     return dict(zip(steps, map(float, ours), strict=True))
-
-
-_LEAST, _MOST = 1e-6, 1e6
 
 
 def _next(cell: Cell, turn: tuple[int, int]) -> Cell:

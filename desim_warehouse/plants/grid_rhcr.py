@@ -21,6 +21,8 @@ _TURNS = ((0, 1), (-1, 0), (0, -1), (1, 0))
 _COLUMNS = 10
 _CELL = "id, type, station, x, y and five weights, such as 12,Travel,None,3,4,1,inf,1,inf,1"
 
+_SIZE = "the numbers of columns and rows, such as 77,37"
+
 
 class _Square(NamedTuple):
     x: int
@@ -52,9 +54,6 @@ def read(path: Path, content: bytes, cell: float = 1.0) -> Plant:
     _fill(plant, squares, height, cell)
     not_too_many(path, len(plant.points))
     return plant
-
-
-_SIZE = "the numbers of columns and rows, such as 77,37"
 
 
 def _square(line: str, lines: Lines) -> _Square:

@@ -20,6 +20,9 @@ _MOST = 20  # problems that are told at once
 _WRONG = 500_000  # values
 _LARGEST = LIMITS["number"][0]
 _FLAGS = {"true": True, "false": False}
+_GONE: Any = object()
+POSITION = "\0place"
+"""Under this key, what was read of an object has its position in the file."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,9 +63,6 @@ class Section:
 
 Kind: TypeAlias = Text | Number | Flag | Each | Section
 _WORDS = {Text: "text", Number: "a number", Flag: "true or false", Each: "a list", Section: "an object"}
-_GONE: Any = object()
-POSITION = "\0place"
-"""Under this key, what was read of an object has its position in the file."""
 
 
 def section(keys: Mapping[str, Kind], required: str = "", needed: str = "") -> Section:

@@ -36,103 +36,7 @@ from desim_warehouse.plants.keyed import POSITION, Reader
 from desim_warehouse.plants.plant import Link, Location, Plant, Waypoint, claim, unique
 from desim_warehouse.plants.stops import NONE, sounds_like
 
-_STEEPEST = 30  # degree
-_NODES = 16  # of the quadrature
-_AGREE = 1e-9  # of the length
-_HALVED = 20  # times at most: a cusp converges slowly
-
-
-def arc_length(
-    degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
-) -> float:
-    """The length of a curve, a non-uniform rational B-spline, from its first knot of full support to its last.
-
-    Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
-    coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts
-    are halved until both agree.
-
-    Args:
-        degree: of the pieces, from 1 to 30.
-        knots: not falling, as many as there are points, and degree + 1.
-        points: control points, at least degree + 1.
-        weights: of the control points, above 0.
-
-    Raises:
-        ValueError: where these are no curve, with the reason.
-    """
-    count = len(points)
-    if not 1 <= degree <= _STEEPEST:
-        raise ValueError(f"of degree {degree}")
-    if count <= degree or len(knots) != count + degree + 1:
-        raise ValueError(f"{count} control points and {len(knots)} knots for degree {degree}")
-    if any(b < a for a, b in pairwise(knots)) or knots[degree] == knots[count]:
-        raise ValueError("knots that fall, or are all the same")
-    if min(weights) <= 0:
-        raise ValueError("weights that are not above 0")
-    if degree == 1:  # along a straight line weights change the pace only
-        return sum(math.dist(a, b) for a, b in pairwise(points))
-    return _integrated(degree, knots, points, weights)
-
-
-def _integrated(
-    degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
-) -> float:
-    import numpy as np
-    from scipy.interpolate import BSpline
-
-    scale = np.asarray(weights, dtype=float)[:, None]
-    curve = BSpline(np.asarray(knots, dtype=float), np.hstack([points * scale, scale]), degree)
-    at, share = np.polynomial.legendre.leggauss(_NODES)
-
-    def lengths(starts: Any, ends: Any) -> Any:
-        """Of parts of the curve, each inside one span of the knots."""
-        half = (ends - starts) / 2
-        where = starts[:, None] + half[:, None] * (at + 1)
-        (x, y, weight), (dx, dy, change) = (np.moveaxis(curve(where, nu), -1, 0) for nu in (0, 1))
-        return np.hypot(dx * weight - x * change, dy * weight - y * change) / weight**2 @ share * half
-
-    corners = np.unique(knots[degree : len(points) + 1])
-    starts, ends = corners[:-1], corners[1:]
-    parts = lengths(starts, ends)
-    tolerance = _AGREE * max(float(parts.sum()), 1e-12)
-    whole = 0.0
-    for _ in range(_HALVED):
-        middles = (starts + ends) / 2
-        left, right = lengths(starts, middles), lengths(middles, ends)
-        again = np.abs(left + right - parts) > tolerance / max(len(parts), 1)
-        whole += float((left + right)[~again].sum())
-        starts, ends = np.r_[starts[again], middles[again]], np.r_[middles[again], ends[again]]
-        parts = np.r_[left[again], right[again]]
-    return whole + float(parts.sum())
-
-
-_APART = 10.0  # metres
-
-
-def draw_apart(plant: Plant, level_of: Mapping[str, str]) -> None:
-    """Move the points of levels that overlap to the right; lengths of links between levels must be known before.
-
-    Args:
-        plant: the plant; what is moved is noted there.
-        level_of: the level of every point.
-    """
-    points: dict[str, list[str]] = {}
-    for name, level in level_of.items():
-        points.setdefault(level, []).append(name)
-    boxes: list[tuple[float, float, float, float]] = []
-    moved = []
-    for level, names in points.items():
-        xs, ys = [plant.points[name].x for name in names], [plant.points[name].y for name in names]
-        left, right, top, bottom = min(xs), max(xs), min(ys), max(ys)
-        if any(left <= box[1] and box[0] <= right and top <= box[3] and box[2] <= bottom for box in boxes):
-            shift = max(box[1] for box in boxes) + _APART - left
-            for name in names:
-                plant.points[name] = replace(plant.points[name], x=plant.points[name].x + shift)
-            left, right = left + shift, right + shift
-            moved.append(level)
-        boxes.append((left, right, top, bottom))
-    plant.note("changed", "level", moved, "over or under another, so drawn beside it")
-
+Item = dict[str, Any]
 
 EXPECTED = "a layout in LIF (JSON)"
 OPTIONS = ("layout", "vehicle_type", "two_way", "strict")
@@ -143,7 +47,12 @@ _TYPES = 1000  # of vehicles, at most
 _FIT = 0.05  # of the distance between its nodes: a trajectory whose ends are off by more belongs elsewhere
 _RAMP = 1.0  # metres: a lift or ramp is at least so long
 
-Item = dict[str, Any]
+_STEEPEST = 30  # degree
+_NODES = 16  # of the quadrature
+_AGREE = 1e-9  # of the length
+_HALVED = 20  # times at most: a cusp converges slowly
+
+_APART = 10.0  # metres
 
 
 def looks(path: Path, start: bytes) -> bool:
@@ -447,3 +356,92 @@ def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
     if abs(straight - chord) > _FIT * max(straight, chord) or not length > 0:
         return None, "does not lead from one node of its edge to the other, so the edge is taken to be straight"
     return length, ""
+
+
+def arc_length(
+    degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
+) -> float:
+    """The length of a curve, a non-uniform rational B-spline, from its first knot of full support to its last.
+
+    Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
+    coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts
+    are halved until both agree.
+
+    Args:
+        degree: of the pieces, from 1 to 30.
+        knots: not falling, as many as there are points, and degree + 1.
+        points: control points, at least degree + 1.
+        weights: of the control points, above 0.
+
+    Raises:
+        ValueError: where these are no curve, with the reason.
+    """
+    count = len(points)
+    if not 1 <= degree <= _STEEPEST:
+        raise ValueError(f"of degree {degree}")
+    if count <= degree or len(knots) != count + degree + 1:
+        raise ValueError(f"{count} control points and {len(knots)} knots for degree {degree}")
+    if any(b < a for a, b in pairwise(knots)) or knots[degree] == knots[count]:
+        raise ValueError("knots that fall, or are all the same")
+    if min(weights) <= 0:
+        raise ValueError("weights that are not above 0")
+    if degree == 1:  # along a straight line weights change the pace only
+        return sum(math.dist(a, b) for a, b in pairwise(points))
+    return _integrated(degree, knots, points, weights)
+
+
+def _integrated(
+    degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
+) -> float:
+    import numpy as np
+    from scipy.interpolate import BSpline
+
+    scale = np.asarray(weights, dtype=float)[:, None]
+    curve = BSpline(np.asarray(knots, dtype=float), np.hstack([points * scale, scale]), degree)
+    at, share = np.polynomial.legendre.leggauss(_NODES)
+
+    def lengths(starts: Any, ends: Any) -> Any:
+        """Of parts of the curve, each inside one span of the knots."""
+        half = (ends - starts) / 2
+        where = starts[:, None] + half[:, None] * (at + 1)
+        (x, y, weight), (dx, dy, change) = (np.moveaxis(curve(where, nu), -1, 0) for nu in (0, 1))
+        return np.hypot(dx * weight - x * change, dy * weight - y * change) / weight**2 @ share * half
+
+    corners = np.unique(knots[degree : len(points) + 1])
+    starts, ends = corners[:-1], corners[1:]
+    parts = lengths(starts, ends)
+    tolerance = _AGREE * max(float(parts.sum()), 1e-12)
+    whole = 0.0
+    for _ in range(_HALVED):
+        middles = (starts + ends) / 2
+        left, right = lengths(starts, middles), lengths(middles, ends)
+        again = np.abs(left + right - parts) > tolerance / max(len(parts), 1)
+        whole += float((left + right)[~again].sum())
+        starts, ends = np.r_[starts[again], middles[again]], np.r_[middles[again], ends[again]]
+        parts = np.r_[left[again], right[again]]
+    return whole + float(parts.sum())
+
+
+def draw_apart(plant: Plant, level_of: Mapping[str, str]) -> None:
+    """Move the points of levels that overlap to the right; lengths of links between levels must be known before.
+
+    Args:
+        plant: the plant; what is moved is noted there.
+        level_of: the level of every point.
+    """
+    points: dict[str, list[str]] = {}
+    for name, level in level_of.items():
+        points.setdefault(level, []).append(name)
+    boxes: list[tuple[float, float, float, float]] = []
+    moved = []
+    for level, names in points.items():
+        xs, ys = [plant.points[name].x for name in names], [plant.points[name].y for name in names]
+        left, right, top, bottom = min(xs), max(xs), min(ys), max(ys)
+        if any(left <= box[1] and box[0] <= right and top <= box[3] and box[2] <= bottom for box in boxes):
+            shift = max(box[1] for box in boxes) + _APART - left
+            for name in names:
+                plant.points[name] = replace(plant.points[name], x=plant.points[name].x + shift)
+            left, right = left + shift, right + shift
+            moved.append(level)
+        boxes.append((left, right, top, bottom))
+    plant.note("changed", "level", moved, "over or under another, so drawn beside it")

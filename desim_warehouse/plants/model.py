@@ -35,76 +35,6 @@ from desim_warehouse.plants.stops import Stops, stops_of
 from desim_warehouse.plants.write import apart, are_orders, kept, orders_beside, orders_text, written
 from desim_warehouse.values.fields import Part
 
-
-class RobotFile(Part):
-    """A robot and its battery; what is not there is as drawn, or assumed."""
-
-    robot: RobotSpec | None = None
-    battery: BatterySpec | None = None
-
-
-_OUTLINE = Outline(RobotFile)
-
-
-def read_robot(path: str | Path) -> dict[str, Any]:
-    """The sections of a file about a robot, as they stand in it.
-
-    Args:
-        path: a YAML file with `robot` as below `fleet`, `battery`, or both, in metres and seconds or with units.
-
-    Raises:
-        ModelError: with every problem of the file, in its order.
-    """
-    document = from_file(Path(path), str(path), "a robot with robot or battery", _OUTLINE)
-    valid(document, RobotFile, _OUTLINE)
-    return {key: value for key, value in document.data.items() if value is not None}
-
-
-def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
-    """The zones section of a model of a plant; areas that cannot be zones there are noted, with the reason."""
-    if not plant.areas:
-        return {}
-    edges = {frozenset((edge["from"], edge["to"])) for edge in content["layout"]["edges"]}
-    ends = {link.name: [link.source, link.target] for link in plant.links}
-    zones: dict[str, Any] = {}
-    empty: list[Area] = []
-    ends_too: list[Area] = []
-    lost = []
-    for area in plant.areas:
-        members = _members(area, plant, ends, edges)
-        lost += [f"{name} of {area.name}" for name in area.members if name not in members]
-        if members:
-            zones[area.name] = {"members": list(members.values()), "rule": area.rule}
-            ends_too += [area] if area.rule == "one-robot" and not {*ends}.isdisjoint(members) else []
-        else:
-            empty.append(area)
-    positions = {area.name: area.position for area in plant.areas}
-    node = next(iter(content["layout"]["nodes"]))
-    any_work = {"goods": [0], "unload_at": [node], "load_time": 0, "unload_time": 0}  # those of orders are in a file
-    model = load({**content, "tasks": any_work, "traffic": {"zones": zones}}) if zones else None
-    if model is not None:
-        for finding in examine(model.floor, model.traffic.zones, model.fleet.contact, "auto"):
-            name = finding.place.removeprefix("traffic.zones.")
-            if finding.level == "error" and zones.pop(name, None):
-                plant.note("left out", "block", [name], finding.text, [positions[name]])
-    plant.note_parts("left out", "block", empty, "none of its members is a point or path of the model")
-    plant.note("left out", "member", lost, "of a block: no point or path of the model")
-    kept = [area for area in ends_too if area.name in zones]
-    plant.note_parts("changed", "block", kept, "the points at the ends of its paths belong to it, too")
-    return zones
-
-
-def _members(area: Area, plant: Plant, ends: Mapping[str, list[str]], edges: set[frozenset[str]]) -> dict[str, Any]:
-    """Members by name as a model has them: nodes by name, edges as pairs."""
-    found: dict[str, Any] = {}
-    for name in area.members:
-        if name in plant.points:
-            found[name] = name
-        elif name in ends and frozenset(ends[name]) in edges:
-            found[name] = ends[name]
-    return found
-
-
 Content = dict[str, Any]
 Keys = tuple[str | int, ...]
 
@@ -462,3 +392,72 @@ def _round(value: float, digits: int = DIGITS) -> float | int:
     """As it is written: no more digits than a drawing means."""
     rounded = round(float(value), digits)
     return int(rounded) if rounded.is_integer() else rounded
+
+
+class RobotFile(Part):
+    """A robot and its battery; what is not there is as drawn, or assumed."""
+
+    robot: RobotSpec | None = None
+    battery: BatterySpec | None = None
+
+
+_OUTLINE = Outline(RobotFile)
+
+
+def read_robot(path: str | Path) -> dict[str, Any]:
+    """The sections of a file about a robot, as they stand in it.
+
+    Args:
+        path: a YAML file with `robot` as below `fleet`, `battery`, or both, in metres and seconds or with units.
+
+    Raises:
+        ModelError: with every problem of the file, in its order.
+    """
+    document = from_file(Path(path), str(path), "a robot with robot or battery", _OUTLINE)
+    valid(document, RobotFile, _OUTLINE)
+    return {key: value for key, value in document.data.items() if value is not None}
+
+
+def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
+    """The zones section of a model of a plant; areas that cannot be zones there are noted, with the reason."""
+    if not plant.areas:
+        return {}
+    edges = {frozenset((edge["from"], edge["to"])) for edge in content["layout"]["edges"]}
+    ends = {link.name: [link.source, link.target] for link in plant.links}
+    zones: dict[str, Any] = {}
+    empty: list[Area] = []
+    ends_too: list[Area] = []
+    lost = []
+    for area in plant.areas:
+        members = _members(area, plant, ends, edges)
+        lost += [f"{name} of {area.name}" for name in area.members if name not in members]
+        if members:
+            zones[area.name] = {"members": list(members.values()), "rule": area.rule}
+            ends_too += [area] if area.rule == "one-robot" and not {*ends}.isdisjoint(members) else []
+        else:
+            empty.append(area)
+    positions = {area.name: area.position for area in plant.areas}
+    node = next(iter(content["layout"]["nodes"]))
+    any_work = {"goods": [0], "unload_at": [node], "load_time": 0, "unload_time": 0}  # those of orders are in a file
+    model = load({**content, "tasks": any_work, "traffic": {"zones": zones}}) if zones else None
+    if model is not None:
+        for finding in examine(model.floor, model.traffic.zones, model.fleet.contact, "auto"):
+            name = finding.place.removeprefix("traffic.zones.")
+            if finding.level == "error" and zones.pop(name, None):
+                plant.note("left out", "block", [name], finding.text, [positions[name]])
+    plant.note_parts("left out", "block", empty, "none of its members is a point or path of the model")
+    plant.note("left out", "member", lost, "of a block: no point or path of the model")
+    kept = [area for area in ends_too if area.name in zones]
+    plant.note_parts("changed", "block", kept, "the points at the ends of its paths belong to it, too")
+    return zones
+
+
+def _members(area: Area, plant: Plant, ends: Mapping[str, list[str]], edges: set[frozenset[str]]) -> dict[str, Any]:
+    """Members by name as a model has them: nodes by name, edges as pairs."""
+    found: dict[str, Any] = {}
+    for name in area.members:
+        if name in plant.points:
+            found[name] = name
+        elif name in ends and frozenset(ends[name]) in edges:
+            found[name] = ends[name]
+    return found

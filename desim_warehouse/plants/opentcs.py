@@ -54,6 +54,12 @@ _START = ("loopback:initialPosition", "tcs:initialPosition")
 RULES: dict[str, Rule] = {"SINGLE_VEHICLE_ONLY": "one-robot", "SAME_DIRECTION_ONLY": "one-direction"}
 """What the types of blocks mean."""
 
+_IN_ORDER = (
+    ("energyLevelCritical", "energyLevelGood"),
+    ("energyLevelSufficientlyRecharged", "energyLevelFullyRecharged"),
+)
+"""Energy levels of a vehicle of which the first should be below the second."""
+
 
 def read(path: Path, content: bytes) -> Plant:
     """Read a plant model; raises ModelError with the line where it cannot be."""
@@ -163,13 +169,6 @@ def _vehicle(item: Element, plant: Plant) -> Vehicle:
         item.number("energyLevelCritical", default=0.0) / 100 or None,
         item.position,
     )
-
-
-_IN_ORDER = (
-    ("energyLevelCritical", "energyLevelGood"),
-    ("energyLevelSufficientlyRecharged", "energyLevelFullyRecharged"),
-)
-"""Energy levels of a vehicle of which the first should be below the second."""
 
 
 def _energy(root: Element, plant: Plant) -> None:

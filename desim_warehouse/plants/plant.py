@@ -15,6 +15,8 @@ Rule: TypeAlias = Literal["one-robot", "one-direction"]
 """How robots share an area."""
 What: TypeAlias = Literal["left out", "changed", "doubtful", "unreachable", "assumed"]
 
+Part: TypeAlias = "Waypoint | Link | Location | Vehicle | Area | Transport"
+
 
 @dataclass(frozen=True, slots=True)
 class Waypoint:
@@ -125,9 +127,6 @@ class Remark:
         number, names = len(self.names), f": {self.which()}" if self.names else ""
         kind = self.kind if self.what == "assumed" else number_of(number, self.kind)
         return f"{self.what}: {kind}: {self.why}{names}"
-
-
-Part: TypeAlias = "Waypoint | Link | Location | Vehicle | Area | Transport"
 
 
 @dataclass(slots=True)

@@ -35,6 +35,8 @@ _PAIR = 2
 _UNNAMED = {"", "building", "site"}
 """What traffic editors call a map that nobody gave a name."""
 _WORK = {"pickup_dispenser": "pickup", "dropoff_ingestor": "dropoff"}
+Keys = tuple[str | int, ...]
+Spot = tuple[float, float]
 
 
 def _words(text: str) -> frozenset[str]:
@@ -57,8 +59,6 @@ _OF_MAPS = _words(
     "name building_name levels lifts doors graphs crowd_sim coordinate_system parameters reference_level_name "
     "map_version"
 )
-Keys = tuple[str | int, ...]
-Spot = tuple[float, float]
 
 
 def looks(path: Path, start: bytes) -> bool:

@@ -58,6 +58,52 @@ _METRES = UnitNames()
 _SHOWN = 30  # of them in a message
 _COMPARED = 1000  # names in which one like another is looked for
 
+EXPECTED = "a table of nodes (CSV) with the columns name, x and y"
+NODES_FILE, EDGES_FILE = "nodes.csv", "edges.csv"
+"""Their names in a folder."""
+_EDGES = "a table of edges (CSV) with the columns from and to"
+_NODES = re.compile("nodes|points", re.IGNORECASE)
+_MOST = 1000  # columns
+_DECIMAL = re.compile(r"[+-]?\d+,\d+")
+
+
+def looks(path: Path, start: bytes) -> bool:  # noqa: ARG001 - as all formats
+    """Whether a file may be a table: by its ending."""
+    return path.suffix.lower() in {".csv", ".tsv"}
+
+
+def read(path: Path, content: bytes, *, two_way: bool = False) -> Plant:
+    """Read a table of nodes and the table of edges beside it.
+
+    Args:
+        path: the table of nodes.
+        content: what stands in it.
+        two_way: whether edges that do not say lead both ways.
+
+    Raises:
+        ModelError: with the row and column, where something is wrong.
+    """
+    beside = edges_beside(path)
+    plant = Plant(
+        _NODES.sub("", path.stem).strip(" _-.") or path.absolute().parent.name, f"{path.name} and {beside.name} (CSV)"
+    )
+    nodes, edges = _Table(path, content), _Table(beside, content_of(beside, _EDGES))
+    node_columns, edge_columns = nodes.columns(NODE), edges.columns(EDGE)
+    node_columns.require(f"{path}:1", "name", "x", *(() if "north" in node_columns.named else ("y",)))
+    edge_columns.require(f"{beside}:1", "from", "to")
+    fill(plant, nodes.records(node_columns), edges.records(edge_columns), two_way=two_way)
+    for table, columns in ((path, node_columns), (beside, edge_columns)):
+        plant.note("left out", "column", columns.unread, f"of {table.name}: nothing that a layout has")
+    return plant
+
+
+def edges_beside(path: Path) -> Path:
+    """The table of edges that belongs to a table of nodes: `edges` in place of `nodes` in its name."""
+    if not _NODES.search(path.stem):
+        text = f"{path}: a table whose name does not say what is in it, expected nodes.csv with edges.csv beside it"
+        raise ModelError([text])
+    return path.with_name(_NODES.sub(lambda found: "EDGES" if found[0].isupper() else "edges", path.stem) + path.suffix)
+
 
 @dataclass(frozen=True, slots=True)
 class Columns:
@@ -234,53 +280,6 @@ def _link(record: TableRecord, plant: Plant, two_way: bool) -> None:
     beside = bool(record.flag("side_by_side"))
     link = Link(name, *ends, record.above_0("length"), speed, back, record.position, side_by_side=beside)
     plant.links.append(link)
-
-
-EXPECTED = "a table of nodes (CSV) with the columns name, x and y"
-NODES_FILE, EDGES_FILE = "nodes.csv", "edges.csv"
-"""Their names in a folder."""
-_EDGES = "a table of edges (CSV) with the columns from and to"
-_NODES = re.compile("nodes|points", re.IGNORECASE)
-_MOST = 1000  # columns
-_DECIMAL = re.compile(r"[+-]?\d+,\d+")
-
-
-def looks(path: Path, start: bytes) -> bool:  # noqa: ARG001 - as all formats
-    """Whether a file may be a table: by its ending."""
-    return path.suffix.lower() in {".csv", ".tsv"}
-
-
-def read(path: Path, content: bytes, *, two_way: bool = False) -> Plant:
-    """Read a table of nodes and the table of edges beside it.
-
-    Args:
-        path: the table of nodes.
-        content: what stands in it.
-        two_way: whether edges that do not say lead both ways.
-
-    Raises:
-        ModelError: with the row and column, where something is wrong.
-    """
-    beside = edges_beside(path)
-    plant = Plant(
-        _NODES.sub("", path.stem).strip(" _-.") or path.absolute().parent.name, f"{path.name} and {beside.name} (CSV)"
-    )
-    nodes, edges = _Table(path, content), _Table(beside, content_of(beside, _EDGES))
-    node_columns, edge_columns = nodes.columns(NODE), edges.columns(EDGE)
-    node_columns.require(f"{path}:1", "name", "x", *(() if "north" in node_columns.named else ("y",)))
-    edge_columns.require(f"{beside}:1", "from", "to")
-    fill(plant, nodes.records(node_columns), edges.records(edge_columns), two_way=two_way)
-    for table, columns in ((path, node_columns), (beside, edge_columns)):
-        plant.note("left out", "column", columns.unread, f"of {table.name}: nothing that a layout has")
-    return plant
-
-
-def edges_beside(path: Path) -> Path:
-    """The table of edges that belongs to a table of nodes: `edges` in place of `nodes` in its name."""
-    if not _NODES.search(path.stem):
-        text = f"{path}: a table whose name does not say what is in it, expected nodes.csv with edges.csv beside it"
-        raise ModelError([text])
-    return path.with_name(_NODES.sub(lambda found: "EDGES" if found[0].isupper() else "edges", path.stem) + path.suffix)
 
 
 class _Table:

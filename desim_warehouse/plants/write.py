@@ -22,10 +22,12 @@ if TYPE_CHECKING:
     Comments = Mapping[tuple[str | int, ...], str]
     Content = dict[str, Any]
 
-
 _PLAIN = re.compile(r"[^\W\d_](?:[\w. /()+-]*[\w()+])?", re.ASCII)
 _WORDS = {"true", "false", "null", "yes", "no", "on", "off", "y", "n"}
 _WIDE = 100  # characters of a part in one line
+
+MOST = 500
+"""Entries of a part of the layout, or tasks, that are written into the model file itself."""
 
 
 def written(content: Mapping[str, Any], comments: Comments, head: Iterable[str] = ()) -> str:
@@ -115,10 +117,6 @@ def _scalar(value: Any) -> str:
 def one_line(text: str) -> str:
     """The text with blanks for line ends and other unseen characters."""
     return "".join(one if one.isprintable() else " " for one in text)
-
-
-MOST = 500
-"""Entries of a part of the layout, or tasks, that are written into the model file itself."""
 
 
 def apart(content: Content, path: Path) -> tuple[Content, dict[Path, str]]:

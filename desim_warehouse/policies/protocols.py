@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 if TYPE_CHECKING:
     import networkx as nx
 
+CHARGERS = ("own", "nearest", "least-loaded")
+"""Rules for choosing a charger; ties go to the nearest, then to the first in the model file."""
+
 
 class StopPlace(NamedTuple):
     """Where a task stops on its way: at one of some `nodes`, or at a storage place, an edge and an offset on it.
@@ -148,10 +151,6 @@ class Levels:
         if self.swap_time is not None and not 0 <= self.swap_time < math.inf:
             return f"swap_time is {self.swap_time}, no time"
         return None
-
-
-CHARGERS = ("own", "nearest", "least-loaded")
-"""Rules for choosing a charger; ties go to the nearest, then to the first in the model file."""
 
 
 class Travel(Protocol):

@@ -28,190 +28,7 @@ DAY = 86400.0
 MONDAY = "2026-03-02"
 """The day on which a run starts that has only a time of day."""
 
-
 _CLOCK = re.compile(r"(\d\d?):([0-5]\d)(?::([0-5]\d))?", re.ASCII)
-
-
-def clock_time(text: str) -> float:
-    """Seconds from midnight to a time of day such as `06:30`; `24:00` is the end of the day.
-
-    Nothing else is taken, such as offsets from UTC: the times of a run have no time zone.
-
-    Raises:
-        ValueError: where it is none.
-    """
-    found = _CLOCK.fullmatch(text)
-    hours, minutes, seconds = map(int, found.groups("0")) if found else (25, 0, 0)
-    time = hours * 3600.0 + minutes * 60 + seconds
-    if time > DAY:
-        raise ValueError(text)
-    return time
-
-
-def clock_of(start: str) -> float:
-    """The time of day in seconds of the `start` of a run, which may have a date."""
-    return clock_time(start.rpartition("T")[2])
-
-
-def _span(text: str) -> str:
-    try:
-        begin, end = _ends(text)
-    except ValueError:
-        raise wrong(f"no stretch of a day (got {got(text)}), expected one such as '06:00-14:00'") from None
-    if begin == end:
-        raise wrong(
-            f"it ends when it begins (got {got(text)}), expected one such as '06:00-14:00'; '00:00-24:00': all day"
-        )
-    return text
-
-
-def _ends(span: str) -> Stretch:
-    begin, _, end = span.partition("-")
-    return clock_time(begin.strip()), clock_time(end.strip())
-
-
-Span = Annotated[Name, AfterValidator(_span)]
-"""A stretch of the day, such as `06:00-14:00`; past midnight: `22:00-06:00`."""
-
-
-def seconds_of(span: str) -> Stretch:
-    """A stretch of the day in seconds from midnight; past midnight it ends on the next day."""
-    first, last = _ends(span)
-    return first, last if last > first else last + DAY
-
-
-class Shifts(Part):
-    """`open: ["06:00-14:00", "14:30-22:00"]`: by the clock, on some days of the week, breaks taken out."""
-
-    open: tuple[Span, ...] = Field(min_length=1, description="stretches of the day, such as '06:00-14:00'")
-    breaks: tuple[Span, ...] = Field((), description="stretches of the day to take out")
-    days: tuple[Weekday, ...] = Field(
-        DAYS, min_length=1, description="days of the week on which a stretch begins; default: all"
-    )
-
-    def hours(self, start: str, second: float) -> Hours:
-        """On the clock of a run that starts at `start`, in its time units (`second`: a second in them)."""
-        day, _, clock = start.rpartition("T")
-        weekday = dt.date.fromisoformat(day or MONDAY).weekday()
-        phase = weekday * DAY + clock_time(clock)
-        week = [DAYS.index(name) * DAY for name in self.days]
-        open_ones = [(day + a, day + b) for day in week for a, b in map(seconds_of, self.open)]
-        breaks = [
-            (day + a, day + b) for day in (n * DAY for n in range(-1, 8)) for a, b in map(seconds_of, self.breaks)
-        ]
-        left = without(wrapped(open_ones, 7 * DAY), breaks)
-        return Hours([(a * second, b * second) for a, b in left], 7 * DAY * second, phase * second)
-
-    def words(self, unit: str) -> str:  # noqa: ARG002 - by the clock
-        """It in a few words."""
-        breaks = f" without {', '.join(self.breaks)}" if self.breaks else ""
-        days = f" on {', '.join(self.days)}" if set(self.days) != set(DAYS) else ""
-        return f"{', '.join(self.open)}{breaks}{days}"
-
-    @model_validator(mode="after")
-    def _some(self) -> Shifts:
-        if not self.hours(MONDAY + "T00:00", 1.0).stretches:
-            raise wrong("its breaks leave nothing of it, expected some time that is open", "breaks")
-        return self
-
-
-class Pattern(Part):
-    """`every: 8 h, lasts: 30 min`: again and again from the start of the run."""
-
-    every: Annotated[Duration, Usual("5 min", "366 d")] = Field(
-        description="from the beginning of one to the beginning of the next"
-    )
-    lasts: Annotated[Duration, Usual("1 min", "366 d")] = Field(description="how long each lasts")
-    first: Annotated[Time, Usual("1 min", instant=True)] = Field(
-        0.0, description="when the first begins, from the start of the run"
-    )
-
-    @field_validator("lasts")
-    @classmethod
-    def _within(cls, lasts: float, info: ValidationInfo) -> float:
-        every = info.data.get("every", math.inf)
-        if lasts > every:
-            raise wrong(f"longer than from one to the next (got {got(lasts)}), expected at most every, {got(every)}")
-        return lasts
-
-    def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
-        """On the clock of a run."""
-        return Hours([(0.0, self.lasts)], self.every, -self.first, self.first)
-
-    def words(self, unit: str) -> str:
-        """It in a few words."""
-        first = f", from {self.first:g} on" if self.first else ""
-        return f"{self.lasts:g} of every {self.every:g} {unit}{first}"
-
-
-class Stretches(Part):
-    """`between: [[2 h, 3 h], [5 h, 6 h]]`: these times of the run, and then no more."""
-
-    between: Annotated[tuple[tuple[Time, Time], ...], Usual("1 min", instant=True)] = Field(
-        min_length=1, description="[from, to], from the start of the run"
-    )
-
-    @field_validator("between")
-    @classmethod
-    def _forward(cls, stretches: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
-        for rank, (begin, end) in enumerate(stretches):
-            if end <= begin:
-                when = "when" if end == begin else "before"
-                raise wrong(f"it ends {when} it begins (got {got((begin, end))}), expected [from, to]", rank)
-        return stretches
-
-    def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
-        """On the clock of a run."""
-        return Hours(merged(self.between))
-
-    def words(self, unit: str) -> str:
-        """It in a few words."""
-        return f"{', '.join(f'{begin:g} to {end:g}' for begin, end in self.between)} {unit}"
-
-
-_KINDS: dict[str, type[Part]] = {"open": Shifts, "every": Pattern, "between": Stretches}
-
-
-def _pick(value: Any) -> str | None:
-    keys = type(value).model_fields if isinstance(value, Part) else value
-    return next((f"\0{key}" for key in _KINDS if isinstance(keys, Mapping) and key in keys), None)
-
-
-Calendar = Annotated[
-    Annotated[Shifts, form("open")] | Annotated[Pattern, form("every")] | Annotated[Stretches, form("between")],
-    Forms(
-        "{open: ['06:00-14:00'], days: [...], breaks: [...]}, {every: 8 h, lasts: 30 min} or {between: [[1 h, 2 h]]}",
-        pick=_pick,
-    ),
-]
-"""When something is open, at work or in force."""
-
-
-def _named(name: str, info: ValidationInfo) -> str:
-    there = known(info).calendars
-    if there is not None and name not in there:
-        near = nearest(name, there)
-        hint = f"; did you mean '{near}'?" if near else ""
-        expected = f"one of {spoken(there, 'or')}" if there else "one of calendars, of which there are none"
-        raise wrong(f"no such calendar (got {got(name)}), expected {expected}{hint}")
-    return name
-
-
-def _by_name(value: Any) -> Any:
-    if isinstance(value, SECTION):
-        raise wrong(f"a calendar itself (got {got(value)}), expected the name of one of the section calendars")
-    return value
-
-
-class Names:
-    """Marks a key that names a part of the model; `of`: the section that has it."""
-
-    def __init__(self, of: str) -> None:
-        self.of = of
-
-
-CalendarName = Annotated[Name, BeforeValidator(_by_name), AfterValidator(_named), Names("calendars")]
-"""The name of a calendar of the model."""
 
 
 @dataclass(frozen=True)
@@ -319,8 +136,188 @@ class Hours:
         return math.inf, math.inf
 
 
+def clock_time(text: str) -> float:
+    """Seconds from midnight to a time of day such as `06:30`; `24:00` is the end of the day.
+
+    Nothing else is taken, such as offsets from UTC: the times of a run have no time zone.
+
+    Raises:
+        ValueError: where it is none.
+    """
+    found = _CLOCK.fullmatch(text)
+    hours, minutes, seconds = map(int, found.groups("0")) if found else (25, 0, 0)
+    time = hours * 3600.0 + minutes * 60 + seconds
+    if time > DAY:
+        raise ValueError(text)
+    return time
+
+
+def clock_of(start: str) -> float:
+    """The time of day in seconds of the `start` of a run, which may have a date."""
+    return clock_time(start.rpartition("T")[2])
+
+
+def _span(text: str) -> str:
+    try:
+        begin, end = _ends(text)
+    except ValueError:
+        raise wrong(f"no stretch of a day (got {got(text)}), expected one such as '06:00-14:00'") from None
+    if begin == end:
+        raise wrong(
+            f"it ends when it begins (got {got(text)}), expected one such as '06:00-14:00'; '00:00-24:00': all day"
+        )
+    return text
+
+
+def _ends(span: str) -> Stretch:
+    begin, _, end = span.partition("-")
+    return clock_time(begin.strip()), clock_time(end.strip())
+
+
+def seconds_of(span: str) -> Stretch:
+    """A stretch of the day in seconds from midnight; past midnight it ends on the next day."""
+    first, last = _ends(span)
+    return first, last if last > first else last + DAY
+
+
+class Shifts(Part):
+    """`open: ["06:00-14:00", "14:30-22:00"]`: by the clock, on some days of the week, breaks taken out."""
+
+    open: tuple[Annotated[Name, AfterValidator(_span)], ...] = Field(
+        min_length=1, description="stretches of the day, such as '06:00-14:00'"
+    )
+    breaks: tuple[Annotated[Name, AfterValidator(_span)], ...] = Field(
+        (), description="stretches of the day to take out"
+    )
+    days: tuple[Weekday, ...] = Field(
+        DAYS, min_length=1, description="days of the week on which a stretch begins; default: all"
+    )
+
+    def hours(self, start: str, second: float) -> Hours:
+        """On the clock of a run that starts at `start`, in its time units (`second`: a second in them)."""
+        day, _, clock = start.rpartition("T")
+        weekday = dt.date.fromisoformat(day or MONDAY).weekday()
+        phase = weekday * DAY + clock_time(clock)
+        week = [DAYS.index(name) * DAY for name in self.days]
+        open_ones = [(day + a, day + b) for day in week for a, b in map(seconds_of, self.open)]
+        breaks = [
+            (day + a, day + b) for day in (n * DAY for n in range(-1, 8)) for a, b in map(seconds_of, self.breaks)
+        ]
+        left = without(wrapped(open_ones, 7 * DAY), breaks)
+        return Hours([(a * second, b * second) for a, b in left], 7 * DAY * second, phase * second)
+
+    def words(self, unit: str) -> str:  # noqa: ARG002 - by the clock
+        """It in a few words."""
+        breaks = f" without {', '.join(self.breaks)}" if self.breaks else ""
+        days = f" on {', '.join(self.days)}" if set(self.days) != set(DAYS) else ""
+        return f"{', '.join(self.open)}{breaks}{days}"
+
+    @model_validator(mode="after")
+    def _some(self) -> Shifts:
+        if not self.hours(MONDAY + "T00:00", 1.0).stretches:
+            raise wrong("its breaks leave nothing of it, expected some time that is open", "breaks")
+        return self
+
+
+class Pattern(Part):
+    """`every: 8 h, lasts: 30 min`: again and again from the start of the run."""
+
+    every: Annotated[Duration, Usual("5 min", "366 d")] = Field(
+        description="from the beginning of one to the beginning of the next"
+    )
+    lasts: Annotated[Duration, Usual("1 min", "366 d")] = Field(description="how long each lasts")
+    first: Annotated[Time, Usual("1 min", instant=True)] = Field(
+        0.0, description="when the first begins, from the start of the run"
+    )
+
+    @field_validator("lasts")
+    @classmethod
+    def _within(cls, lasts: float, info: ValidationInfo) -> float:
+        every = info.data.get("every", math.inf)
+        if lasts > every:
+            raise wrong(f"longer than from one to the next (got {got(lasts)}), expected at most every, {got(every)}")
+        return lasts
+
+    def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
+        """On the clock of a run."""
+        return Hours([(0.0, self.lasts)], self.every, -self.first, self.first)
+
+    def words(self, unit: str) -> str:
+        """It in a few words."""
+        first = f", from {self.first:g} on" if self.first else ""
+        return f"{self.lasts:g} of every {self.every:g} {unit}{first}"
+
+
+class Stretches(Part):
+    """`between: [[2 h, 3 h], [5 h, 6 h]]`: these times of the run, and then no more."""
+
+    between: Annotated[tuple[tuple[Time, Time], ...], Usual("1 min", instant=True)] = Field(
+        min_length=1, description="[from, to], from the start of the run"
+    )
+
+    @field_validator("between")
+    @classmethod
+    def _forward(cls, stretches: tuple[Stretch, ...]) -> tuple[Stretch, ...]:
+        for rank, (begin, end) in enumerate(stretches):
+            if end <= begin:
+                when = "when" if end == begin else "before"
+                raise wrong(f"it ends {when} it begins (got {got((begin, end))}), expected [from, to]", rank)
+        return stretches
+
+    def hours(self, start: str, second: float) -> Hours:  # noqa: ARG002 - counted from the start, in the run's units
+        """On the clock of a run."""
+        return Hours(merged(self.between))
+
+    def words(self, unit: str) -> str:
+        """It in a few words."""
+        return f"{', '.join(f'{begin:g} to {end:g}' for begin, end in self.between)} {unit}"
+
+
+def _pick(value: Any) -> str | None:
+    keys = type(value).model_fields if isinstance(value, Part) else value
+    return next((f"\0{key}" for key in _KINDS if isinstance(keys, Mapping) and key in keys), None)
+
+
+def _named(name: str, info: ValidationInfo) -> str:
+    there = known(info).calendars
+    if there is not None and name not in there:
+        near = nearest(name, there)
+        hint = f"; did you mean '{near}'?" if near else ""
+        expected = f"one of {spoken(there, 'or')}" if there else "one of calendars, of which there are none"
+        raise wrong(f"no such calendar (got {got(name)}), expected {expected}{hint}")
+    return name
+
+
+def _by_name(value: Any) -> Any:
+    if isinstance(value, SECTION):
+        raise wrong(f"a calendar itself (got {got(value)}), expected the name of one of the section calendars")
+    return value
+
+
+class Names:
+    """Marks a key that names a part of the model; `of`: the section that has it."""
+
+    def __init__(self, of: str) -> None:
+        self.of = of
+
+
+_KINDS: dict[str, type[Part]] = {"open": Shifts, "every": Pattern, "between": Stretches}
+
+Calendar = Annotated[
+    Annotated[Shifts, form("open")] | Annotated[Pattern, form("every")] | Annotated[Stretches, form("between")],
+    Forms(
+        "{open: ['06:00-14:00'], days: [...], breaks: [...]}, {every: 8 h, lasts: 30 min} or {between: [[1 h, 2 h]]}",
+        pick=_pick,
+    ),
+]
+"""When something is open, at work or in force."""
+
+CalendarName = Annotated[Name, BeforeValidator(_by_name), AfterValidator(_named), Names("calendars")]
+"""The name of a calendar of the model."""
+
 ALWAYS = Hours([(0.0, math.inf)])
 """Where there is no calendar."""
+
 
 # Stretches
 

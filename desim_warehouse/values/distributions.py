@@ -12,7 +12,7 @@ from collections.abc import Callable, Mapping
 from functools import cached_property, partial
 from typing import TYPE_CHECKING, Annotated, Any
 
-from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
+from pydantic import BeforeValidator, Field, field_validator, model_validator
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.findings import amount
@@ -22,10 +22,10 @@ from desim_warehouse.values.fields import (
     Duration,
     Forms,
     Name,
-    NotNegative,
     Part,
     Positive,
     Time,
+    Weights,
     form,
     wrong,
 )
@@ -33,6 +33,9 @@ from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
     from numpy.random import Generator
+
+_PURE = {"cv", "shape", "alpha", "beta", "weights"}
+"""Parameters that are no times."""
 
 
 class Distribution(Part, ABC):
@@ -274,19 +277,6 @@ class BetaTime(Distribution):
         return it.least + (it.most - it.least) * float(generator.beta(it.alpha, it.beta))
 
 
-def _one_each(weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
-    values = info.data.get("values", weights)
-    if weights and len(weights) != len(values):
-        raise wrong(f"{len(weights)} weights for {len(values)} values, expected one for each")
-    if weights and not any(weights):
-        raise wrong("all weights are 0, expected one above 0")
-    return weights
-
-
-Weights = Annotated[tuple[NotNegative, ...], AfterValidator(_one_each)]
-"""How often each of the `values` of the same section comes, in comparison with the others; none: all alike."""
-
-
 class ValuesAndWeights(Part):
     """Some times, and how often each comes in comparison with the others."""
 
@@ -358,23 +348,6 @@ class EmpiricalTime(Distribution):
         return values[int(generator.integers(len(values)))]
 
 
-KINDS: dict[str, type[Distribution]] = {
-    next(iter(kind.model_fields)): kind
-    for kind in (
-        UniformTime,
-        TriangularTime,
-        ExponentialTime,
-        GammaTime,
-        LognormalTime,
-        WeibullTime,
-        BetaTime,
-        DiscreteTime,
-        EmpiricalTime,
-    )
-}
-"""The distributions, by their key in a model file."""
-
-
 def _known(value: Any) -> Any:
     """Refuse an unknown kind. `{constant: 8}` is 8."""
     if not isinstance(value, Mapping):
@@ -395,6 +368,22 @@ def _form_of(value: Any) -> str | None:
     keys = [value.kind] if isinstance(value, Distribution) else value if isinstance(value, Mapping) else ()
     return next((f"\0{key}" for key in keys if key in KINDS), None)
 
+
+KINDS: dict[str, type[Distribution]] = {
+    next(iter(kind.model_fields)): kind
+    for kind in (
+        UniformTime,
+        TriangularTime,
+        ExponentialTime,
+        GammaTime,
+        LognormalTime,
+        WeibullTime,
+        BetaTime,
+        DiscreteTime,
+        EmpiricalTime,
+    )
+}
+"""The distributions, by their key in a model file."""
 
 Varying = Annotated[
     Annotated[Time, form("number")]
@@ -426,10 +415,6 @@ def scaled(time: float | Distribution, factor: float) -> float | Distribution:
     if not isinstance(time, Distribution):
         return time * factor
     return type(time).model_validate({time.kind: _times(time.content()[time.kind], factor)})
-
-
-_PURE = {"cv", "shape", "alpha", "beta", "weights"}
-"""Parameters that are no times."""
 
 
 def _times(value: Any, factor: float) -> Any:

@@ -22,6 +22,7 @@ if TYPE_CHECKING:
 
 Key = TypeVar("Key")
 Value = TypeVar("Value")
+Checked = TypeVar("Checked", int, float)
 
 LIMITS: dict[str, tuple[int, str]] = {
     "number": (10**12, "any number"),
@@ -43,15 +44,20 @@ LIMITS: dict[str, tuple[int, str]] = {
 """Upper limits of what a file may hold: far more than a warehouse has, and still read within seconds."""
 SMALLEST = 1e-9
 """The smallest number where one above 0 is expected."""
+TOP = "\0top"
+"""Among the keys of `wrong`: those that follow are counted from the top of the file, not below the value."""
+_UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
+"""Control characters but tab and line end, and those that turn the direction of text around."""
+_EMPTY: tuple[Any, ...] = (None, (), {})
+"""Defaults of keys that hold nothing unless the file says so."""
+_EXACT = 2.0**53  # up to here every whole number is a float
+NUMBER = (int, float)
+"""Types of a number in a file, for `by_type`."""
 
 
 def wrong(text: str, *below: str | int) -> PydanticCustomError:
     """The error that a validator raises: what is wrong, in our words, and the keys below the value it checks."""
     return PydanticCustomError("wrong", "{text}", {"text": text, "below": below})
-
-
-TOP = "\0top"
-"""Among the keys of `wrong`: those that follow are counted from the top of the file, not below the value."""
 
 
 def all_wrong(problems: Sequence[PydanticCustomError]) -> ValidationError:
@@ -64,9 +70,6 @@ def at_most(limit: str, value: float, *below: str) -> None:
     most, what = LIMITS[limit]
     if abs(value) > most:
         raise wrong(f"too large (got {got(value)}), expected at most {most:,} ({what})", *below)
-
-
-Checked = TypeVar("Checked", int, float)
 
 
 def limited(limit: str = "number") -> AfterValidator:
@@ -89,13 +92,6 @@ def _none_or_not_tiny(value: float) -> float:
     return _not_tiny(value) if value else value
 
 
-above_tiny = AfterValidator(_not_tiny)
-
-
-_UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
-"""Control characters but tab and line end, and those that turn the direction of text around."""
-
-
 def writable(text: str) -> str:
     """Refuse lone surrogates, which no file can hold, and what a terminal would obey rather than show."""
     if not text.isascii() and re.search("[\ud800-\udfff]", text):
@@ -105,16 +101,13 @@ def writable(text: str) -> str:
     return text
 
 
-# Numbers are taken as written: no text for a number, no true for 1, no fraction for a whole number.
-Whole = Annotated[int, Field(strict=True, ge=0), limited()]
-Count = Annotated[int, Field(strict=True, ge=1), limited()]
-Integer = Annotated[int, Field(strict=True), limited()]
-Number = Annotated[float, Field(strict=True, allow_inf_nan=False), limited()]
-Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0), limited(), above_tiny]
-NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), limited()]
-Flag = Annotated[bool, Field(strict=True)]
-Name = Annotated[str, Field(strict=True, min_length=1), AfterValidator(writable)]
-Text = Annotated[str, Field(strict=True), AfterValidator(writable)]
+def _one_each(weights: tuple[float, ...], info: ValidationInfo) -> tuple[float, ...]:
+    values = info.data.get("values", weights)
+    if weights and len(weights) != len(values):
+        raise wrong(f"{len(weights)} weights for {len(values)} values, expected one for each")
+    if weights and not any(weights):
+        raise wrong("all weights are 0, expected one above 0")
+    return weights
 
 
 class Unit:
@@ -176,6 +169,84 @@ class Usual:
         return low, high
 
 
+class FrozenMap(dict[Key, Value]):
+    """A dict that cannot be changed, but compared, hashed, pickled and copied. Its order counts."""
+
+    _hash: int | None = None
+
+    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
+        raise TypeError("a model cannot be changed; model.replace({...}) gives a changed copy")
+
+    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
+
+    def __eq__(self, other: object) -> bool:
+        if isinstance(other, FrozenMap):
+            return list(self.items()) == list(other.items())
+        return dict.__eq__(self, other)
+
+    def __ne__(self, other: object) -> bool:
+        return not self == other
+
+    def __hash__(self) -> int:  # type: ignore[override]
+        if self._hash is None:
+            self._hash = hash(tuple(self.items()))
+        return self._hash
+
+    @classmethod
+    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
+        """Read and written like a dict."""
+        return core_schema.no_info_after_validator_function(cls, handler.generate_schema(dict[Any, Any]))
+
+    def __reduce__(self) -> tuple[type[FrozenMap[Key, Value]], tuple[dict[Key, Value]]]:
+        return type(self), (dict(self),)
+
+    def __copy__(self) -> FrozenMap[Key, Value]:
+        return self
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> FrozenMap[Key, Value]:
+        return self
+
+
+class Part(BaseModel):
+    """A section of a model file: unknown keys are refused, values cannot be changed after reading."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
+
+    def content(self) -> Any:
+        """What it holds as plain JSON values: defaults too, but not keys that are empty (none) by default and here."""
+        return {
+            field.alias or name: as_json(value)
+            for name, field in type(self).model_fields.items()
+            if (value := getattr(self, name)) != field.default or value not in _EMPTY
+        }
+
+    def is_random(self, model: Any) -> bool:
+        """Whether it draws random numbers in runs of this model: by default, where a part of it does.
+
+        Sections that draw numbers themselves override this; it is known before a run.
+        """
+        return any(_any_random(getattr(self, name), model) for name in _with_chance(type(self)))
+
+
+above_tiny = AfterValidator(_not_tiny)
+
+# Numbers are taken as written: no text for a number, no true for 1, no fraction for a whole number.
+Whole = Annotated[int, Field(strict=True, ge=0), limited()]
+Count = Annotated[int, Field(strict=True, ge=1), limited()]
+Integer = Annotated[int, Field(strict=True), limited()]
+Number = Annotated[float, Field(strict=True, allow_inf_nan=False), limited()]
+Positive = Annotated[float, Field(strict=True, allow_inf_nan=False, gt=0), limited(), above_tiny]
+NotNegative = Annotated[float, Field(strict=True, allow_inf_nan=False, ge=0), limited()]
+Flag = Annotated[bool, Field(strict=True)]
+Name = Annotated[str, Field(strict=True, min_length=1), AfterValidator(writable)]
+Text = Annotated[str, Field(strict=True), AfterValidator(writable)]
+Weights = Annotated[tuple[NotNegative, ...], AfterValidator(_one_each)]
+"""How often each of the `values` of the same section comes, in comparison with the others; none: all alike."""
+Named = Annotated[Mapping[Name, Value], AfterValidator(FrozenMap)]
+"""Parts by name, in the order of the file."""
+SECTION = (Mapping, Part)
+"""Types of a section, in a file or read already, for `by_type`."""
+
 Time = Annotated[NotNegative, Quantity("time")]
 Interval = Annotated[NotNegative, AfterValidator(_none_or_not_tiny), Quantity("time")]
 """A time between two instants; 0: none."""
@@ -216,30 +287,6 @@ class Known:
 def known(info: ValidationInfo) -> Known:
     """What is known where a value is checked, or nothing for a section that is read by itself."""
     return info.context if isinstance(info.context, Known) else Known()
-
-
-_EMPTY: tuple[Any, ...] = (None, (), {})
-
-
-class Part(BaseModel):
-    """A section of a model file: unknown keys are refused, values cannot be changed after reading."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
-
-    def content(self) -> Any:
-        """What it holds as plain JSON values: defaults too, but not keys that are empty (none) by default and here."""
-        return {
-            field.alias or name: as_json(value)
-            for name, field in type(self).model_fields.items()
-            if (value := getattr(self, name)) != field.default or value not in _EMPTY
-        }
-
-    def is_random(self, model: Any) -> bool:
-        """Whether it draws random numbers in runs of this model: by default, where a part of it does.
-
-        Sections that draw numbers themselves override this; it is known before a run.
-        """
-        return any(_any_random(getattr(self, name), model) for name in _with_chance(type(self)))
 
 
 def sections_in(annotation: Any) -> list[type[Part]]:
@@ -292,9 +339,6 @@ def _any_random(value: Any, model: Any) -> bool:
     return False
 
 
-_EXACT = 2.0**53  # up to here every whole number is a float
-
-
 def as_json(value: Any) -> Any:
     """A value of a model as JSON knows it, with 4.0 as 4, so that both are one."""
     if isinstance(value, Part):
@@ -306,48 +350,6 @@ def as_json(value: Any) -> Any:
     if isinstance(value, float) and value.is_integer() and abs(value) < _EXACT:
         return int(value)
     return value
-
-
-class FrozenMap(dict[Key, Value]):
-    """A dict that cannot be changed, but compared, hashed, pickled and copied. Its order counts."""
-
-    _hash: int | None = None
-
-    def _refuse(self, *_: Any, **__: Any) -> NoReturn:
-        raise TypeError("a model cannot be changed; model.replace({...}) gives a changed copy")
-
-    __setitem__ = __delitem__ = __ior__ = clear = pop = popitem = setdefault = update = _refuse
-
-    def __eq__(self, other: object) -> bool:
-        if isinstance(other, FrozenMap):
-            return list(self.items()) == list(other.items())
-        return dict.__eq__(self, other)
-
-    def __ne__(self, other: object) -> bool:
-        return not self == other
-
-    def __hash__(self) -> int:  # type: ignore[override]
-        if self._hash is None:
-            self._hash = hash(tuple(self.items()))
-        return self._hash
-
-    @classmethod
-    def __get_pydantic_core_schema__(cls, source: Any, handler: GetCoreSchemaHandler) -> CoreSchema:
-        """Read and written like a dict."""
-        return core_schema.no_info_after_validator_function(cls, handler.generate_schema(dict[Any, Any]))
-
-    def __reduce__(self) -> tuple[type[FrozenMap[Key, Value]], tuple[dict[Key, Value]]]:
-        return type(self), (dict(self),)
-
-    def __copy__(self) -> FrozenMap[Key, Value]:
-        return self
-
-    def __deepcopy__(self, memo: dict[int, Any]) -> FrozenMap[Key, Value]:
-        return self
-
-
-Named = Annotated[Mapping[Name, Value], AfterValidator(FrozenMap)]
-"""Parts by name, in the order of the file."""
 
 
 class By:
@@ -402,7 +404,3 @@ def by_type(**forms: type | tuple[type, ...]) -> Callable[[Any], str | None]:
         return next((f"\0{tag}" for tag, types in forms.items() if isinstance(value, types)), None)
 
     return pick
-
-
-NUMBER = (int, float)
-SECTION = (Mapping, Part)

@@ -1,6 +1,7 @@
 """Parts of the world do not know their whole: what a part needs it is given."""
 
 import ast
+from itertools import groupby
 from pathlib import Path
 
 import desim_warehouse
@@ -11,6 +12,20 @@ ROBOTS = {"robot", "body", "driver", "other", "member", "ahead", "behind", "fron
 """What robots, and bodies, are called where others deal with them."""
 MOST_FIELDS_SET = 12
 """Five for slots in bays, and seven in the hot path, where a verb costs too much. In 0.2.0 there were 108."""
+READ_FROM_THE_TOP = {
+    "feasibility",
+    "fleet_log",
+    "layout",
+    "learn",
+    "live",
+    "look",
+    "model",
+    "outcome",
+    "plants",
+    "policies",
+    "values",
+}
+"""Packages whose modules, as those of the root, have their constants above the code."""
 
 
 def classes(folder):
@@ -72,3 +87,24 @@ def test_a_folder_is_read_at_a_glance():
         if folder.is_dir() and len(list(folder.glob("*.py"))) > 20
     }
     assert set(many) <= {"cli", "plants"}, many
+
+
+def blocks_below_code(tree):
+    """How many blocks of constants stand below the first class or function of a module."""
+    code, constants = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef), (ast.Assign, ast.AnnAssign)
+    kinds = [isinstance(node, constants) for node in tree.body if isinstance(node, code + constants)]
+    blocks = [is_constant for is_constant, _ in groupby(kinds)]
+    return sum(blocks[1:])
+
+
+def test_constants_stand_above_the_code():
+    """Those that need a class or function of the module stand below it, all in one block."""
+    assert blocks_below_code(ast.parse("A = 1\nclass B: ...\nC = B()\n'What it is.'\nD: int = 2\ndef e(): ...")) == 1
+    assert blocks_below_code(ast.parse("class A: ...\nB = 1\ndef c(): ...\nD = 2")) == 2
+    scattered = {
+        path.relative_to(PACKAGE).as_posix(): blocks
+        for path in sorted(PACKAGE.rglob("*.py"))
+        if path.parent == PACKAGE or path.relative_to(PACKAGE).parts[0] in READ_FROM_THE_TOP
+        if (blocks := blocks_below_code(ast.parse(path.read_text(encoding="utf-8")))) > 1
+    }
+    assert scattered == {}

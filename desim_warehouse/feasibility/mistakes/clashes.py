@@ -36,6 +36,10 @@ MINUTE = 60.0
 MOST_NAMED = 5
 """Nodes of stations that a message names."""
 
+BESIDE = 0.1
+"""Metres on either side of a robot in an aisle, at least: where people walk, rules ask for half a metre."""
+EPS = 1e-9
+
 
 def warnings(model: Model) -> Iterator[Finding]:
     """Warnings on times that contradict each other."""
@@ -300,11 +304,6 @@ def _fetches(model: Model) -> bool:
 
 
 # Too much for the floor or fleet
-
-
-BESIDE = 0.1
-"""Metres on either side of a robot in an aisle, at least: where people walk, rules ask for half a metre."""
-EPS = 1e-9
 
 
 def crowds(model: Model, found: QuickEstimate) -> Iterator[Finding]:

@@ -45,6 +45,13 @@ ROBOT_A_YEAR, CHARGER_A_YEAR = 15_000.0, 8_000.0
 FULL_BATTERY = 10.0
 """What a full battery costs at most in EUR or the like: 20 kWh or so."""
 
+ALIKE = ("EUR", "USD", "GBP", "CHF", "CAD", "AUD", "€", "$", "£")
+"""Currencies of about the same worth, for which the usual prices hold; in others nothing is said of them."""
+LONG = 3600.0
+"""Seconds of a run in which something within the first minute is rather meant in minutes or hours."""
+AT_START, MOST_AT_START = 0.01, 300.0
+"""The same of a run of which it all happens in the first hundredth, within these seconds."""
+
 
 def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     """What is unusual. Models whose unit of length is not known are of no certain size, and have none."""
@@ -226,14 +233,6 @@ def _states(battery: BatterySpec) -> Iterator[Finding]:
 
 
 # One key by itself: what is usual stands beside its type (`Usual`)
-
-
-ALIKE = ("EUR", "USD", "GBP", "CHF", "CAD", "AUD", "€", "$", "£")
-"""Currencies of about the same worth, for which the usual prices hold; in others nothing is said of them."""
-LONG = 3600.0
-"""Seconds of a run in which something within the first minute is rather meant in minutes or hours."""
-AT_START, MOST_AT_START = 0.01, 300.0
-"""The same of a run of which it all happens in the first hundredth, within these seconds."""
 
 
 def _of_keys(model: Model) -> Iterator[Finding]:

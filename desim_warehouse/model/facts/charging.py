@@ -22,6 +22,9 @@ if TYPE_CHECKING:
     from desim_warehouse.policies import Levels
     from desim_warehouse.values.streams import Streams
 
+LEAST_CHARGE = 0.05
+"""Part of its capacity that a robot which must charge takes up before it is free again."""
+
 
 def consumption(spec: BatterySpec | None) -> Consumption:
     """Energy per time unit; without a battery nothing."""
@@ -69,10 +72,6 @@ def charge_gain(spec: BatterySpec, start: float, time: float) -> float:
     here = 1 - slope * (low - knee)
     gain = here / slope * (1 - math.exp(-slope * rate * (time - steady)))
     return min(rate * steady + gain, spec.capacity - start)
-
-
-LEAST_CHARGE = 0.05
-"""Part of its capacity that a robot which must charge takes up before it is free again."""
 
 
 def chargers_at(model: Model, layout: Layout) -> dict[str, int]:

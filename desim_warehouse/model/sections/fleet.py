@@ -50,6 +50,17 @@ from desim_warehouse.values.fields import (
     wrong,
 )
 
+LoadTypes = tuple[Name, ...]
+Keeps = Literal["distance", "braking"]
+
+GATHERS = Usual("0.05 m/s^2", "5 m/s^2")
+BRAKES = Usual("0.05 m/s^2", "10 m/s^2")
+"""Loads slip above 1 m/s² or so; 10 is an emergency stop."""
+
+_NO_BRAKES = "braking without a deceleration, so that the braking distance is not known, expected deceleration too"
+
+_NUMBER_OR_SPREAD = by_type(number=(*NUMBER, str), spread=SECTION)
+
 
 class Consumption(Part):
     """Energy per time unit by state."""
@@ -121,15 +132,6 @@ class BatterySpec(Part):
         return Consumption(standing=one, empty=one, loaded=one, handling=one)
 
 
-LoadTypes = tuple[Name, ...]
-Keeps = Literal["distance", "braking"]
-
-
-GATHERS = Usual("0.05 m/s^2", "5 m/s^2")
-BRAKES = Usual("0.05 m/s^2", "10 m/s^2")
-"""Loads slip above 1 m/s² or so; 10 is an emergency stop."""
-
-
 class RobotSpec(Part):
     """A robot's size and speed."""
 
@@ -188,9 +190,6 @@ class RobotSpec(Part):
         if self.keeps == "braking" and not self.motion[1]:
             raise wrong(_NO_BRAKES, "keeps")
         return self
-
-
-_NO_BRAKES = "braking without a deceleration, so that the braking distance is not known, expected deceleration too"
 
 
 class Kind(Part):
@@ -257,9 +256,6 @@ class SpreadEnergy(Part):
 
 def _form_of_energy(value: Any) -> str | None:
     return "\0settled" if value == "settled" else _NUMBER_OR_SPREAD(value)
-
-
-_NUMBER_OR_SPREAD = by_type(number=(*NUMBER, str), spread=SECTION)
 
 
 class OnEdge(Part):

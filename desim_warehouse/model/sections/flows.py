@@ -49,53 +49,12 @@ from desim_warehouse.values.fields import (
 
 STORAGE = "storage"
 _SUM = 1e-6  # shares written with a few digits add up to 1 within this
-
-# From where, to where
-
-
-class StorageEnd(Part):
-    """A storage place, drawn for each task."""
-
-    popularity: PopularityRule | None = Field(None, description="default: tasks.popularity")
-
-    def is_random(self, model: Any) -> bool:
-        """Whether there is more than one place to draw."""
-        return is_drawn(self.popularity or model.tasks.popularity, model)
-
-
-def _short_end(value: Any) -> Any:
-    """`storage` is any storage place. One name is a list of one."""
-    if value == STORAGE:
-        return StorageEnd()
-    return (value,) if isinstance(value, str) else value
-
-
-End = Annotated[
-    Annotated[NodesOfStations, Field(min_length=1), form("nodes")] | Annotated[StorageEnd, form("storage")],
-    Forms(
-        "'storage', names of stations or nodes, or {popularity: ...} for storage places by popularity",
-        {"type": "string"},
-        pick=by_type(nodes=(list, tuple), storage=SECTION),
-    ),
-    BeforeValidator(_short_end),
-]
-"""Where tasks of a flow begin or end: at one of some nodes, or at a storage place."""
-
-
-class Pair(Part):
-    """A cell of a from-to matrix: how many tasks an hour go from one place to another."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
-
-    source: End = Field(alias="from", description="where they begin")
-    target: End = Field(alias="to", description="where they end")
-    per_hour: Annotated[NotNegative, Unit("rate")] = Field(title="tasks", description="tasks per hour")
-
-
-class MatrixFile(Part):
-    """A from-to matrix as CSV: a row for each origin, a column for each destination, in the cells tasks per hour."""
-
-    file: Name = Field(description="CSV file, relative to the model file; the first column names the origins")
+HourlyRate = Annotated[NotNegative, limited("hourly"), Quantity("rate")]
+ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", "order", "item")
+_ENDS = {
+    "from": "where loads are picked: 'storage', or names of stations or nodes",
+    "to": "where they are brought: 'storage', or names of stations or nodes",
+}
 
 
 # When
@@ -115,9 +74,6 @@ class SaturatedArrivals(Part):
     """`saturated: n`: n tasks are always open, a new one is released as one is taken."""
 
     saturated: Annotated[Count, limited("open")] = Field(title="open tasks", description="number of open tasks")
-
-
-HourlyRate = Annotated[NotNegative, limited("hourly"), Quantity("rate")]
 
 
 class Profile(Part):
@@ -177,9 +133,6 @@ class ScheduleArrivals(Part):
             found.append((batch.at, round(asked * demand) - released))
             released = round(asked * demand)
         return found
-
-
-ORDER_COLUMNS = ("release", "from", "via", "to", "due", "priority", "quantity", "order", "item")
 
 
 class OrdersFile(Part):
@@ -242,16 +195,35 @@ class OrdersArrivals(Part):
         return True
 
 
-_ARRIVALS: dict[str, type[Part]] = {
-    next(iter(kind.model_fields)): kind
-    for kind in (PoissonArrivals, SaturatedArrivals, ProfileArrivals, ScheduleArrivals, OrdersArrivals)
-}
-
-
 def _arrivals_form(value: Any) -> str | None:
     keys = next(iter(type(value).model_fields)) if isinstance(value, Part) else value
     return next((f"\0{key}" for key in _ARRIVALS if isinstance(keys, str | Mapping) and key in keys), None)
 
+
+# From where, to where
+
+
+class StorageEnd(Part):
+    """A storage place, drawn for each task."""
+
+    popularity: PopularityRule | None = Field(None, description="default: tasks.popularity")
+
+    def is_random(self, model: Any) -> bool:
+        """Whether there is more than one place to draw."""
+        return is_drawn(self.popularity or model.tasks.popularity, model)
+
+
+def _short_end(value: Any) -> Any:
+    """`storage` is any storage place. One name is a list of one."""
+    if value == STORAGE:
+        return StorageEnd()
+    return (value,) if isinstance(value, str) else value
+
+
+_ARRIVALS: dict[str, type[Part]] = {
+    next(iter(kind.model_fields)): kind
+    for kind in (PoissonArrivals, SaturatedArrivals, ProfileArrivals, ScheduleArrivals, OrdersArrivals)
+}
 
 Arrivals = Annotated[
     Annotated[PoissonArrivals, form("poisson")]
@@ -265,6 +237,34 @@ Arrivals = Annotated[
         pick=_arrivals_form,
     ),
 ]
+
+End = Annotated[
+    Annotated[NodesOfStations, Field(min_length=1), form("nodes")] | Annotated[StorageEnd, form("storage")],
+    Forms(
+        "'storage', names of stations or nodes, or {popularity: ...} for storage places by popularity",
+        {"type": "string"},
+        pick=by_type(nodes=(list, tuple), storage=SECTION),
+    ),
+    BeforeValidator(_short_end),
+]
+"""Where tasks of a flow begin or end: at one of some nodes, or at a storage place."""
+
+
+class Pair(Part):
+    """A cell of a from-to matrix: how many tasks an hour go from one place to another."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True, defer_build=True)
+
+    source: End = Field(alias="from", description="where they begin")
+    target: End = Field(alias="to", description="where they end")
+    per_hour: Annotated[NotNegative, Unit("rate")] = Field(title="tasks", description="tasks per hour")
+
+
+class MatrixFile(Part):
+    """A from-to matrix as CSV: a row for each origin, a column for each destination, in the cells tasks per hour."""
+
+    file: Name = Field(description="CSV file, relative to the model file; the first column names the origins")
+
 
 # How
 
@@ -474,12 +474,6 @@ def ends_of_storage(flows: Iterable[FlowSpec]) -> tuple[tuple[str, ...], bool]:
     to = [target for source, target in ends if isinstance(source, StorageEnd) and isinstance(target, tuple)]
     come = [source for source, target in ends if isinstance(target, StorageEnd) and isinstance(source, tuple)]
     return tuple(dict.fromkeys(node for nodes in to or come for node in nodes)), bool(to)
-
-
-_ENDS = {
-    "from": "where loads are picked: 'storage', or names of stations or nodes",
-    "to": "where they are brought: 'storage', or names of stations or nodes",
-}
 
 
 def in_words(flow: FlowSpec, demand: float) -> str:

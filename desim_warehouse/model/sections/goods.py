@@ -34,6 +34,9 @@ from desim_warehouse.values.fields import (
 )
 
 _SUM = 1e-6  # shares written with a few digits add up to 1 within this
+DUE = Usual("1 s", "7 d")
+"""What is sooner than a robot can do it is DUE_TOO_SOON."""
+GOODS_FORM = "a list of goods such as [11, 8], or {random: n}, {saturated: n} or {poisson: n per hour}"
 
 
 class AbcClass(Part):
@@ -102,18 +105,6 @@ def _of_the_layout(popularity: str | Popularity, info: ValidationInfo) -> str | 
     return popularity
 
 
-PopularityRule = Annotated[
-    Annotated[Literal["uniform", "layout"], form("rule")] | Annotated[Popularity, form("given")],
-    Forms(
-        "'uniform', 'layout', or a section with classes, weights or file",
-        WeightsFile,
-        pick=by_type(rule=str, given=SECTION),
-    ),
-    AfterValidator(_of_the_layout),
-]
-"""Which storage places are asked for."""
-
-
 def only(found: Any) -> int | None:
     """The number of what all demand is for, by the `shares`; None: it is for several, so that chance decides."""
     asked_for = [] if found is None else found.nonzero()[0].tolist()
@@ -170,13 +161,10 @@ def _stored(good: int, info: ValidationInfo) -> int:
     return good
 
 
-GoodNumber = Annotated[Whole, AfterValidator(_stored)]
-
-
 class Good(Part):
     """A task in the list: the good, when it is released, due, how urgent (higher first), and where it goes."""
 
-    good: GoodNumber = Field(description="number of the storage place")
+    good: Annotated[Whole, AfterValidator(_stored)] = Field(description="number of the storage place")
     release: Time = Field(0.0, title="release time", description="time at which the task becomes known")
     due: Time | None = Field(None, title="due time", description="time by which it should be delivered")
     priority: Integer = Field(0, description="higher first")
@@ -207,10 +195,6 @@ class RandomGoods(Part):
 
 def _open_form(value: Any) -> str:
     return "\0fleet" if value == "fleet" else "\0number"
-
-
-DUE = Usual("1 s", "7 d")
-"""What is sooner than a robot can do it is DUE_TOO_SOON."""
 
 
 class SaturatedGoods(Part):
@@ -258,14 +242,22 @@ def _goods_form(value: Any) -> str | None:
     return None
 
 
-GOODS_FORM = "a list of goods such as [11, 8], or {random: n}, {saturated: n} or {poisson: n per hour}"
-
+PopularityRule = Annotated[
+    Annotated[Literal["uniform", "layout"], form("rule")] | Annotated[Popularity, form("given")],
+    Forms(
+        "'uniform', 'layout', or a section with classes, weights or file",
+        WeightsFile,
+        pick=by_type(rule=str, given=SECTION),
+    ),
+    AfterValidator(_of_the_layout),
+]
+"""Which storage places are asked for."""
 
 GoodsRule = Annotated[
     Annotated[
         tuple[
             Annotated[
-                Annotated[GoodNumber, form("number")] | Annotated[Good, form("task")],
+                Annotated[Whole, AfterValidator(_stored), form("number")] | Annotated[Good, form("task")],
                 Forms(
                     "the number of a good, or a section with good, release, due, priority and to",
                     pick=by_type(number=int, task=SECTION),

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import AfterValidator, Field
 
 from desim_warehouse.errors import got
-from desim_warehouse.values.distributions import Weights
-from desim_warehouse.values.fields import NUMBER, SECTION, Count, Forms, Part, by_type, form, wrong
+from desim_warehouse.values.fields import NUMBER, SECTION, Count, Forms, Part, Weights, by_type, form, wrong
 
 if TYPE_CHECKING:
     from numpy.random import Generator

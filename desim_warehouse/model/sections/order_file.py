@@ -37,7 +37,6 @@ from desim_warehouse.values.headings import heading
 if TYPE_CHECKING:
     import pandas as pd
 
-
 CHUNK = 50_000
 """Rows read at a time."""
 HEADINGS = {
@@ -67,6 +66,11 @@ _LARGEST_ROW = 20  # megabytes
 _LARGEST_WORDS = 200_000_000  # bytes of its texts and formats, which are held in memory
 BEYOND = "\0beyond"
 """The column of a chunk with what stands in cells beyond the header."""
+_ROW = re.compile(rb"<(?:\w+:)?(?:row|si)\b")
+_MERGED = re.compile(rb'<mergeCell ref="([A-Z]{1,3})(\d{1,7}):([A-Z]{1,3})(\d{1,7})"')
+MOST_PROBLEMS = 20
+"""Kinds of problems of one file that are listed."""
+_DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart, and that are shown
 
 
 @dataclass(frozen=True)
@@ -398,9 +402,6 @@ def _check_sizes(path: Path) -> None:
                     _check_cells(content)
 
 
-_ROW = re.compile(rb"<(?:\w+:)?(?:row|si)\b")
-
-
 def _check_cells(content: Any) -> None:
     """Refuse a part of a workbook with a text longer than any cell, or a row longer than any row."""
     length, blocks = 0, 0
@@ -410,9 +411,6 @@ def _check_cells(content: Any) -> None:
         if max(length + first, *others, 0) > _LARGEST_CELL or blocks > _LARGEST_ROW:
             raise ValueError("a cell or row longer than Excel writes them")
         length = others[-1] if others else length + first
-
-
-_MERGED = re.compile(rb'<mergeCell ref="([A-Z]{1,3})(\d{1,7}):([A-Z]{1,3})(\d{1,7})"')
 
 
 def _merged(path: Path, number: int) -> dict[int, list[tuple[int, int]]]:
@@ -436,10 +434,6 @@ def _merged(path: Path, number: int) -> dict[int, list[tuple[int, int]]]:
 
 
 # What is wrong
-
-MOST_PROBLEMS = 20
-"""Kinds of problems of one file that are listed."""
-_DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart, and that are shown
 
 
 @dataclass

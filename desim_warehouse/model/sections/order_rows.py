@@ -25,9 +25,14 @@ from desim_warehouse.values.fields import LIMITS
 if TYPE_CHECKING:
     import pandas as pd
 
-
 NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 """Columns of whole numbers, and the least of each."""
+_EXAMPLE = "2026-03-02T06:15"
+_DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
+_LATEST = 10 * 365 * 86_400.0
+_COMPARED = 1000
+_COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
+"""Quantities with a word for pieces; kilograms, cartons or pallets are none."""
 
 
 class OrderLine(NamedTuple):
@@ -390,14 +395,6 @@ class Chunk:
             return self.how.numbers[text]
         number = text.removesuffix(".0")
         return int(number) if number.isdecimal() and int(number) < self.how.places else None
-
-
-_EXAMPLE = "2026-03-02T06:15"
-_DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
-_LATEST = 10 * 365 * 86_400.0
-_COMPARED = 1000
-_COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
-"""Quantities with a word for pieces; kilograms, cartons or pallets are none."""
 
 
 def clock(start: str) -> float:

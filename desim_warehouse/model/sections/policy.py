@@ -26,6 +26,10 @@ from desim_warehouse.values.fields import (
 )
 from desim_warehouse.values.units import quantity
 
+_POLICY = "the name of a policy, or a section with name and parameters"
+OF_PODS = ("pod", "storage", "order_station", "put")
+KINDS = ("allocation", "routing", "charging", "parking", "batching", *OF_PODS)
+
 
 def _frozen(value: Any) -> Any:
     """Parameters that cannot be changed, with their names in one order."""
@@ -79,9 +83,6 @@ def _leaves(keys: tuple[str | int, ...], value: Any) -> Iterator[tuple[tuple[str
         yield keys, value
 
 
-_POLICY = "the name of a policy, or a section with name and parameters"
-
-
 def _named_policy(value: Any) -> Any:
     if isinstance(value, SECTION):
         return value
@@ -104,10 +105,6 @@ def in_model_units(spec: PolicySpec, kind: str, info: ValidationInfo) -> PolicyS
         except ValueError as error:
             raise wrong(str(error), key) from None
     return PolicySpec(name=spec.name, **{**spec.params, **found}) if found else spec
-
-
-OF_PODS = ("pod", "storage", "order_station", "put")
-KINDS = ("allocation", "routing", "charging", "parking", "batching", *OF_PODS)
 
 
 class Policies(Part):
