@@ -343,12 +343,8 @@ def write_layout(model: Source, path: str | Path, format: str) -> tuple[Remark, 
 def _texts(plant: Plant, form: str) -> dict[str, str]:
     """The texts to write, by the names of files in a folder. A single file has no name."""
     if form == "csv":
-        from desim_warehouse.plants.export import tables
-
         return tables(plant)
     if form == "graphml":
-        from desim_warehouse.plants.export import graphml
-
         return {"": graphml(plant)}
     if form == "opentcs":
         from desim_warehouse.plants.to_opentcs import opentcs
