@@ -16,7 +16,7 @@ PACKAGE = "desim_warehouse"
 
 
 class Imports(NamedTuple):
-    """Own modules that a module imports, by their dotted names: at run time, and for type checkers alone."""
+    """Modules that one imports, by their dotted names: at run time, and for type checkers alone."""
 
     at_run_time: set[str]
     for_typing: set[str]
@@ -30,12 +30,16 @@ def modules(folder: Path) -> dict[str, Path]:
 
 
 def imported(path: Path, own: dict[str, Path]) -> Imports:
-    """The modules among `own` that a file imports."""
+    """The modules among `own` that a file imports, wherever the import stands."""
     tree = ast.parse(path.read_text(encoding="utf-8"))
-    checks = [node for node in ast.walk(tree) if isinstance(node, ast.If) and _for_typing(node.test)]
-    guarded = {node for check in checks for statement in check.body for node in ast.walk(statement)}
-    at_run_time: set[str] = set()
-    for_typing: set[str] = set()
+    imports = Imports(set(), set())
+    checked = {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        for statement in node.body
+        for inner in ast.walk(statement)
+    }
     for node in ast.walk(tree):
         names: set[str] = set()
         if isinstance(node, ast.ImportFrom) and node.module is not None:
@@ -43,41 +47,27 @@ def imported(path: Path, own: dict[str, Path]) -> Imports:
             names = {part if part in own else node.module for part in parts}
         elif isinstance(node, ast.Import):
             names = {alias.name for alias in node.names}
-        (for_typing if node in guarded else at_run_time).update(names & own.keys())
-    return Imports(at_run_time, for_typing - at_run_time)
-
-
-def _for_typing(test: ast.expr) -> bool:
-    return isinstance(test, ast.Name) and test.id == "TYPE_CHECKING"
-
-
-def package() -> dict[str, Imports]:
-    """What each module of the package imports of it."""
-    own = modules(ROOT / PACKAGE)
-    return {name: imported(path, own) for name, path in own.items()}
+        imports[node in checked].update(names & own.keys())
+    return Imports(imports.at_run_time, imports.for_typing - imports.at_run_time)
 
 
 def cycles(imports: dict[str, set[str]]) -> list[list[str]]:
-    """Groups of modules that import each other, each sorted, the largest first; one that imports itself is a group."""
+    """Groups of modules that import each other, the largest first; a module that imports itself is a group, too."""
     graph = nx.DiGraph(imports)
     groups = [sorted(group) for group in nx.strongly_connected_components(graph)]
-    return sorted((group for group in groups if len(group) > 1 or graph.has_edge(group[0], group[0])), key=_order)
-
-
-def _order(group: list[str]) -> tuple[int, list[str]]:
-    return -len(group), group
+    return sorted((group for group in groups if len(group) > 1 or group[0] in graph[group[0]]), key=len, reverse=True)
 
 
 def main() -> None:
-    """Print how many own imports there are, and the cycles."""
-    own = package()
-    for_typing = sum(len(each.for_typing) for each in own.values())
-    number = for_typing + sum(len(each.at_run_time) for each in own.values())
-    print(f"{len(own)} modules, {number} own imports, {for_typing} of them for typing only")
-    everything = {name: each.at_run_time | each.for_typing for name, each in own.items()}
-    at_run_time = {name: each.at_run_time for name, each in own.items()}
-    for kind, imports in (("with those for typing", everything), ("at run time", at_run_time)):
-        groups = cycles(imports)
+    """Print how many imports of own modules there are, and the cycles."""
+    own = modules(ROOT / PACKAGE)
+    imports = {name: imported(path, own) for name, path in own.items()}
+    at_run_time = {name: each.at_run_time for name, each in imports.items()}
+    both = {name: each.at_run_time | each.for_typing for name, each in imports.items()}
+    number, for_typing = sum(map(len, both.values())), sum(len(each.for_typing) for each in imports.values())
+    print(f"{len(own)} modules, {number} imports of one by another, {for_typing} of them for typing only")
+    for kind, needs in (("with those for typing", both), ("at run time", at_run_time)):
+        groups = cycles(needs)
         print(f"cycles {kind}: {len(groups)}")
         for group in groups:
             print(f"  {len(group)} modules: " + ", ".join(name.removeprefix(f"{PACKAGE}.") for name in group))

@@ -36,8 +36,7 @@ if TYPE_CHECKING:
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
     from desim_warehouse.report import plot
-    from desim_warehouse.run import Run, check, simulate
-    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.run import Run, check, load_run, simulate
     from desim_warehouse.study.designs.best_of_many import best
     from desim_warehouse.study.designs.directions import orient
     from desim_warehouse.study.file import schema
@@ -76,8 +75,7 @@ _HOME = {
     "model.overrides": ("UNSET",),
     "plants": ("read_layout",),
     "plants.export": ("write_layout",),
-    "run": ("Run", "check", "simulate"),
-    "run.folder": ("load_run",),
+    "run": ("Run", "check", "load_run", "simulate"),
     "study.designs.best_of_many": ("best",),
     "study.designs.directions": ("orient",),
     "study.file": ("schema",),

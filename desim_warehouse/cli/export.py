@@ -55,7 +55,7 @@ def command(path: str, form: str, out: str | None, noise: float, gaps: float, fo
     Below the name of what is written, a table says what of the model the format cannot hold.
     """
     from desim_warehouse.report.export import export
-    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.run import load_run
 
     place = Path(path)
     if form in _RUN and (place.is_dir() or form not in _MODEL or place.suffix.lower() not in {".yaml", ".yml"}):

@@ -155,7 +155,7 @@ def load_source(source: str, assignments: tuple[str, ...], **besides: Any) -> Mo
 
     Raises ReportError where a run would have to be changed.
     """
-    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.run import load_run
 
     if not Path(source).is_dir():
         return load_model(source, assignments, **besides)

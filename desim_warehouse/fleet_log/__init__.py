@@ -24,7 +24,7 @@ def read_log(path: str | Path) -> FleetLog:
     from desim_warehouse.fleet_log.runs import from_run
     from desim_warehouse.fleet_log.trips import read_trips
     from desim_warehouse.fleet_log.vda5050 import read_messages
-    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.run import load_run
 
     path = Path(path)
     if path.is_dir():

@@ -175,7 +175,7 @@ _SPANS = 400
 def read(folder: str | Path | Run) -> Run:
     """A run, given or from a folder, with everything logged: simulated again if it was not."""
     from desim_warehouse.run import Run as Done
-    from desim_warehouse.run.folder import load_run
+    from desim_warehouse.run import load_run
 
     run = folder if isinstance(folder, Done) else load_run(folder)
     if run.record.level == "all":

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.positions import Positions
     from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.replay import Replay
+    from desim_warehouse.run.folder import KeptRun
     from desim_warehouse.run.stop import StopSignal
 
 
@@ -177,9 +178,10 @@ class Run:
 
     def save(self, folder: str | Path) -> Path:
         """Write run.json, kpis.json, log.parquet and the tables robots, edges and nodes (CSV) to a folder."""
-        from desim_warehouse.run.folder import save_run
+        from desim_warehouse.run.folder import KeptRun, save_run
 
-        return save_run(self, Path(folder))
+        kept = KeptRun(self.model, self.seed, self.record, self.layout, self.deterministic, self.kpis)
+        return save_run(kept, {"robots": self.robots, "edges": self.edges, "nodes": self.nodes}, Path(folder))
 
     @cached_property
     def rotations(self) -> pd.DataFrame:
@@ -374,3 +376,20 @@ def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, un
         world.run(until)
     deterministic = not world.streams.used and not model.policies.own()
     return Run(model, seed, world.log, world.layout, deterministic=deterministic)
+
+
+def load_run(folder: str | Path) -> Run:
+    """A run from the folder it was saved to, with the indicators that were saved if another version simulated it.
+
+    Raises ReportError where there is none, or it is damaged.
+    """
+    from desim_warehouse.run.folder import read_run
+
+    return read_run(Path(folder), _of_kept)
+
+
+def _of_kept(kept: KeptRun) -> Run:
+    run = Run(kept.model, kept.seed, kept.log, kept.layout, deterministic=kept.deterministic)
+    if kept.kpis:
+        run.kpis = indicators.RunIndicators(run.kpis | kept.kpis)  # another version may count otherwise
+    return run

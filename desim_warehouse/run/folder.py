@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import json
 import math
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder, write_whole
-from desim_warehouse.outcome.indicators import RunIndicators
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from desim_warehouse.layout import Layout
+    from desim_warehouse.model import Model
     from desim_warehouse.outcome.log import Log
-    from desim_warehouse.run import Run
 
 FORMAT = 1
 RUN, STUDY = "run.json", "study.json"
@@ -28,6 +30,22 @@ RUN, STUDY = "run.json", "study.json"
 KPIS = "kpis.json"
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
+R = TypeVar("R")
+
+
+class KeptRun(NamedTuple):
+    """A run as its folder keeps it.
+
+    `kpis`: its indicators by name, NaN where one has no value. Read back they are those that another version saved, and
+    none where this version simulated the run, as they follow from the log.
+    """
+
+    model: Model
+    seed: int
+    log: Log
+    layout: Layout
+    deterministic: bool
+    kpis: dict[str, float]
 
 
 def prepare(folder: Path) -> None:
@@ -40,33 +58,35 @@ def prepare(folder: Path) -> None:
         raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
 
-def save_run(run: Run, folder: Path) -> Path:
-    """Write a run to a folder; run.json comes last, so a folder that has it is complete.
+def save_run(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
+    """Write a run, and tables by name, to a folder; run.json comes last, so a folder that has it is complete.
 
     Raises ReportError where nothing can be written, or the folder is a study's.
     """
     prepare(folder)
     try:
-        return _write(run, folder)
+        return _write(run, tables, folder)
     except OSError as error:
         raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
 
-def _write(run: Run, folder: Path) -> Path:
-    log = run.record
+def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
+    from desim_warehouse.outcome.log import LogRow
+
+    log = run.log
     table = log.frame()
     edges = _edges(run.layout)
     if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
         number = {edge: i for i, edge in enumerate(edges)}
-        table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in run.history.rows()]
+        table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in map(LogRow._make, log.rows)]
     table.to_parquet(folder / "log.parquet", index=False)
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
     write_whole(folder / KPIS, json.dumps(kpis, indent=2) + "\n")
-    for name, table in (("robots", run.robots), ("edges", run.edges), ("nodes", run.nodes)):
+    for name, table in tables.items():
         write_whole(folder / f"{name}.csv", as_csv(table, index=True))
     content = {
         "format": FORMAT,
-        "version": run.version,
+        "version": log.version,
         "seed": run.seed,
         "deterministic": run.deterministic,
         "model": run.model.content(),
@@ -134,18 +154,16 @@ def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
     )
 
 
-def load_run(folder: str | Path) -> Run:
-    """A run from the folder it was saved to, with the indicators that were saved if another version simulated it.
+def read_run(folder: Path, make: Callable[[KeptRun], R]) -> R:
+    """Read a folder that a run was saved to, and return what `make` makes of it.
 
-    Raises ReportError where there is none, or it is damaged.
+    Raises ReportError where there is no run, or `make` fails on what is damaged.
     """
     import pandas as pd
 
     from desim_warehouse.model import load
     from desim_warehouse.outcome.log import LogRow
-    from desim_warehouse.run import Run
 
-    folder = Path(folder)
     try:
         content = _content(folder / RUN)
         table = pd.read_parquet(folder / "log.parquet")
@@ -161,11 +179,9 @@ def load_run(folder: str | Path) -> Run:
         else:
             table["edge"] = [None if number < 0 else edges[number] for number in numbers]
         log = _log(kept, [tuple(row) for row in table.to_numpy().tolist()], content["version"])
-        run = Run(model, content["seed"], log, layout, deterministic=content["deterministic"])
-        if run.version != __version__:
-            run.kpis = RunIndicators(run.kpis | _kpis(folder))  # another version may count otherwise
+        kpis = {} if log.version == __version__ else _kpis(folder)
+        return make(KeptRun(model, content["seed"], log, layout, content["deterministic"], kpis))
     except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
         raise ReportError(
             f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
         ) from error
-    return run

@@ -18,8 +18,7 @@ from desim_warehouse.model.sections import order_file
 from desim_warehouse.outcome.chains import LANE, Root
 from desim_warehouse.report.export import export
 from desim_warehouse.report.run_parts import lost_time
-from desim_warehouse.run import check
-from desim_warehouse.run.folder import load_run
+from desim_warehouse.run import check, load_run
 from desim_warehouse.values.fields import LIMITS
 
 

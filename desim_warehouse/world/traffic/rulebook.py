@@ -24,7 +24,7 @@ class Rings(Protocol):
         """Follow who waits for whom from a robot that has just become blocked, and turn the ring if it is in one."""
 
 
-class Guard(Protocol):
+class StepGuard(Protocol):
     """Decides on each step where lanes are two-way, by the routes that robots have declared (see `avoidance`)."""
 
     def declare(self, robot: Body, route: Iterable[Lane]) -> None:
@@ -66,7 +66,7 @@ class Rules:
     node_time: float
     mixed: bool
     exits_matter: bool
-    guard: Guard | None = None
+    guard: StepGuard | None = None
     turn_time: float = 0.0
 
     def closing_distance(self, via: Lane, left_on: Lane, ratio: float) -> float:
