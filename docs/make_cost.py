@@ -5,12 +5,12 @@ others, wherever the import stands. With `--check` nothing is written, the exit 
 date, and small modules with one reader are named: each may be a part of the file that reads it.
 """
 
-import ast
 import importlib
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+from benchmarks.imports import imported, modules
 from desim_warehouse.cli import COMMANDS
 from docs.make_reference import table
 
@@ -37,30 +37,6 @@ out of runs, studies, reports.
 """
 
 
-def modules(folder: Path) -> dict[str, Path]:
-    """Every module below a folder of the source tree, by its dotted name."""
-    paths = sorted(folder.rglob("*.py"))
-    names = [".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__") for path in paths]
-    return dict(zip(names, paths, strict=True))
-
-
-def imported(path: Path, known: dict[str, Path]) -> set[str]:
-    """The modules among `known` that a file imports when it runs, wherever the import stands."""
-    found: set[str] = set()
-    waiting: list[ast.AST] = [ast.parse(path.read_text(encoding="utf-8"))]
-    while waiting:
-        node = waiting.pop()
-        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING":
-            continue
-        waiting += ast.iter_child_nodes(node)
-        if isinstance(node, ast.ImportFrom) and node.module is not None:
-            names = [f"{node.module}.{alias.name}" for alias in node.names]
-            found |= {name if name in known else node.module for name in names}
-        elif isinstance(node, ast.Import):
-            found |= {alias.name for alias in node.names}
-    return found & known.keys()
-
-
 def reached(start: str, imports: dict[str, set[str]]) -> set[str]:
     """The modules that one needs, itself and the packages around them included; the root, which names all, is not."""
     seen: set[str] = set()
@@ -81,7 +57,7 @@ def lines(path: Path) -> int:
 def rows(package: dict[str, Path], imports: dict[str, set[str]]) -> Iterator[list[str]]:
     """A row for each command, and for some together: name, lines, lines of tests, options; and one of what is left."""
     tests = modules(ROOT / "tests")
-    of_tests = {name: imported(path, package) for name, path in tests.items()}
+    of_tests = {name: imported(path, package).at_run_time for name, path in tests.items()}
     reaches = {name: reached(f"desim_warehouse.cli.{module}", imports) for name, (module, _) in COMMANDS.items()}
     shared = {name for name in package if sum(name in mine for mine in reaches.values()) != 1}
     for together in (*((name,) for name in COMMANDS), *_TOGETHER):
@@ -115,7 +91,7 @@ def small(package: dict[str, Path], imports: dict[str, set[str]]) -> Iterator[st
 def main(check: bool) -> int:
     """Write the table, or check it; the exit status."""
     package = modules(ROOT / "desim_warehouse")
-    imports = {name: imported(path, package) for name, path in package.items()}
+    imports = {name: imported(path, package).at_run_time for name, path in package.items()}
     text = _INTRO + table(("command", "lines", "of tests", "options"), rows(package, imports), "lrrr")
     if not check:
         PAGE.write_text(text, encoding="utf-8")

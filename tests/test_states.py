@@ -282,7 +282,7 @@ from desim_warehouse.outcome.indicators import INDICATORS
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.robots.forecast import busy_view
-from desim_warehouse.world.places.station import Service
+from desim_warehouse.world.places.service import Service
 
 begin = Service.begin
 seen = []

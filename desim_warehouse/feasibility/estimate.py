@@ -19,12 +19,12 @@ from functools import cached_property
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.parts import MeanTask, PileOn, StationLoad
 from desim_warehouse.findings import amount
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping, Sequence
+    from collections.abc import Sequence
 
-    from desim_warehouse.feasibility.pods import PileOn
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model.schema import Units
 
@@ -35,88 +35,6 @@ MORE = 1.1
 """What twice the robots do more than those at the knee."""
 APART = 0.95
 """Of the bounds that a fleet reaches with its queues: with less both are said."""
-
-
-@dataclass(frozen=True)
-class MeanTask:
-    """One task as a robot does it when there is always a next one: the mean time of each part, in time units.
-
-    `empty` is the drive to the good, `loaded` that to the station, `other` all else: drives to chargers and back,
-    waiting there, for people and for the next decision. `charging` is not in its `time`. `energy`: what it draws.
-    `calm_time` and `calm_energy` are those of a task after which none waits: it begins and ends in a bay.
-    """
-
-    empty: float
-    load: float
-    loaded: float
-    unload: float
-    other: float
-    energy: float
-    charging: float
-    calm_time: float = 0.0
-    calm_energy: float = 0.0
-
-    @property
-    def time(self) -> float:
-        """The mean time of the whole task."""
-        return self.empty + self.load + self.loaded + self.unload + self.other
-
-
-def mixed(tasks: Mapping[str, MeanTask], count: Mapping[str, int]) -> MeanTask:
-    """The mean task of so many robots of each kind: they do the more tasks the less time they need for one."""
-    done = {kind: count[kind] / task.time if task.time else 1.0 for kind, task in tasks.items()}
-    every = math.fsum(done.values())
-    parts = MeanTask.__dataclass_fields__
-    return MeanTask(*(math.fsum(done[k] * getattr(tasks[k], part) for k in tasks) / every for part in parts))
-
-
-@dataclass(frozen=True)
-class StationLoad:
-    """A station: its share of all tasks, its servers, tasks per time unit that it can serve.
-
-    `busy` is rate x unloading time / servers: above 1 its queue grows. None: the demand has no rate. `workers`: those
-    who work on what is put down (0: none), and `work_capacity` and `work_busy` are theirs. With hours all are for the
-    run as a whole, closed or not.
-    """
-
-    node: str
-    share: float
-    servers: int
-    serve_capacity: float
-    serve_busy: float | None
-    workers: int = 0
-    work_capacity: float = math.inf
-    work_busy: float | None = None
-    open: float = 1.0
-    """The part of the run in which it is open."""
-    handling: str = "unloading"
-    """What its servers do."""
-
-    @property
-    def limited_by_work(self) -> bool:
-        """Whether its workers limit it, not its servers."""
-        return self.work_capacity < self.serve_capacity
-
-    @property
-    def capacity(self) -> float:
-        """Tasks per time unit that the station can do."""
-        return min(self.serve_capacity, self.work_capacity)
-
-    @property
-    def busy(self) -> float | None:
-        """The busy share of its servers, or of its workers where they limit it."""
-        return self.work_busy if self.limited_by_work else self.serve_busy
-
-    @property
-    def doing(self) -> str:
-        """What limits it, in words."""
-        return f"{'work' if self.limited_by_work else self.handling} at {self.node}"
-
-    @property
-    def staff(self) -> str:
-        """The servers or workers that limit it, and their number."""
-        count, who = (self.workers, "worker") if self.limited_by_work else (self.servers, "server")
-        return number_of(count, who)
 
 
 @dataclass(frozen=True)

@@ -9,11 +9,11 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.feasibility.estimate import StationLoad
+from desim_warehouse.feasibility.parts import PileOn, StationLoad
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.demand import arrival_rate, end_of_schedule, flow_rates
 from desim_warehouse.model.facts.places import open_share, specs
@@ -35,7 +35,6 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model import Model
-    from desim_warehouse.model.schema import Units
     from desim_warehouse.model.sections.flows import FlowSpec
 
 MOST_OPEN = 200
@@ -43,34 +42,6 @@ MOST_OPEN = 200
 
 TO_SPARE = 2
 """Pods bound for a picker beyond those that keep it busy, which even out that they come at random."""
-
-
-@dataclass(frozen=True)
-class PileOn:
-    """Lines picked at a visit, on average: of pods chosen at `random`, and the `most` that a choice can come to.
-
-    `pick` is the mean time of a line, `change` that from one pod to the next, `servers` are those of all stations.
-    """
-
-    random: float
-    most: float
-    pick: float
-    change: float
-    servers: int
-
-    def lines(self, units: Units) -> str:
-        """What pickers can do, in words, and that the rest of the estimate is an upper bound."""
-        said = f"pods: {amount(self.random)} lines a visit from pods chosen at random, up to {amount(self.most)}"
-        bound = "what follows is for the most, which light demand and many robots do not reach"
-        if not self.pick:
-            return f"{said}; {bound}"
-        per = self.servers * units.hour
-        least, most = (per / (self.pick + self.change / pile) for pile in (self.random, self.most))
-        said += f"; pickers: {amount(per / self.pick)} lines an hour at most"
-        if self.change:
-            change = f"{amount(self.change)} {units.time}"
-            said += f", {amount(least)} to {amount(most)} where pods queue and are changed in {change}"
-        return f"{said}; {bound}"
 
 
 def pile_on(model: Model) -> PileOn:

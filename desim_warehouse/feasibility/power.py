@@ -14,7 +14,7 @@ from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers
 if TYPE_CHECKING:
     from collections.abc import Mapping
 
-    from desim_warehouse.feasibility.estimate import MeanTask
+    from desim_warehouse.feasibility.parts import MeanTask
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
 

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.positions import Positions
     from desim_warehouse.outcome.verdicts import Verdict
     from desim_warehouse.replay import Replay
+    from desim_warehouse.run.folder import KeptRun
     from desim_warehouse.run.stop import StopSignal
 
 
@@ -59,13 +60,15 @@ class RunData:
     @classmethod
     def load(cls, folder: str | Path) -> Self:
         """Read a run from the folder it was saved to; see `questions.run.load_run`."""
-        from desim_warehouse.run.folder import read_folder, reading
+        from desim_warehouse.run.folder import read_run
 
-        with reading(folder):
-            saved = read_folder(Path(folder))
-            run = cls(saved.model, saved.seed, saved.log, saved.model.floor, deterministic=saved.deterministic)
-            if saved.kpis:
-                run.kpis = indicators.RunIndicators(run.kpis | saved.kpis)  # another version may count otherwise
+        return read_run(Path(folder), cls._of_kept)
+
+    @classmethod
+    def _of_kept(cls, kept: KeptRun) -> Self:
+        run = cls(kept.model, kept.seed, kept.log, kept.layout, deterministic=kept.deterministic)
+        if kept.kpis:
+            run.kpis = indicators.RunIndicators(run.kpis | kept.kpis)  # another version may count otherwise
         return run
 
     @property
@@ -199,9 +202,10 @@ class RunData:
 
     def save(self, folder: str | Path) -> Path:
         """Write run.json, kpis.json, log.parquet and the tables robots, edges and nodes (CSV) to a folder."""
-        from desim_warehouse.run.folder import save_run
+        from desim_warehouse.run.folder import KeptRun, save_run
 
-        return save_run(self, Path(folder))
+        kept = KeptRun(self.model, self.seed, self.record, self.layout, self.deterministic, self.kpis)
+        return save_run(kept, {"robots": self.robots, "edges": self.edges, "nodes": self.nodes}, Path(folder))
 
     @cached_property
     def rotations(self) -> pd.DataFrame:

@@ -1,4 +1,4 @@
-"""A run on disk: what `Run.save` writes and `Run.load` reads back.
+"""A run on disk: what `Run.save` writes and `load_run` reads back.
 
 run.json holds seed, version, the model's content and the tallies. log.parquet holds the rows. kpis.json and the tables
 robots.csv, edges.csv and nodes.csv are there for people and other programs.
@@ -8,15 +8,13 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder, write_whole
-from desim_warehouse.outcome.history import History
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
@@ -26,54 +24,28 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.log import Log
 
-
-class Saveable(Protocol):
-    """A run with its tables, as `save_run` writes it."""
-
-    model: Model
-    seed: int
-    record: Log
-    layout: Layout
-    history: History
-    deterministic: bool
-
-    @property
-    def version(self) -> str:
-        """The version of desim-warehouse that simulated it."""
-
-    @property
-    def kpis(self) -> Mapping[str, float]:
-        """Indicators by name."""
-
-    @property
-    def robots(self) -> pd.DataFrame:
-        """One row per robot."""
-
-    @property
-    def edges(self) -> pd.DataFrame:
-        """One row per edge."""
-
-    @property
-    def nodes(self) -> pd.DataFrame:
-        """One row per intersection."""
-
-
-class Saved(NamedTuple):
-    """A run as it was read from a folder; `kpis`: indicators that another version saved, empty where this one did."""
-
-    model: Model
-    seed: int
-    log: Log
-    deterministic: bool
-    kpis: dict[str, float]
-
-
 FORMAT = 1
 RUN, STUDY = "run.json", "study.json"
 """The files by which the folders of runs and studies are recognised."""
 KPIS = "kpis.json"
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
+R = TypeVar("R")
+
+
+class KeptRun(NamedTuple):
+    """A run as its folder keeps it.
+
+    `kpis`: its indicators by name, NaN where one has no value. Read back they are those that another version saved, and
+    none where this version simulated the run, as they follow from the log.
+    """
+
+    model: Model
+    seed: int
+    log: Log
+    layout: Layout
+    deterministic: bool
+    kpis: dict[str, float]
 
 
 def prepare(folder: Path) -> None:
@@ -86,33 +58,35 @@ def prepare(folder: Path) -> None:
         raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
 
-def save_run(run: Saveable, folder: Path) -> Path:
-    """Write a run to a folder; run.json comes last, so a folder that has it is complete.
+def save_run(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
+    """Write a run, and tables by name, to a folder; run.json comes last, so a folder that has it is complete.
 
     Raises ReportError where nothing can be written, or the folder is a study's.
     """
     prepare(folder)
     try:
-        return _write(run, folder)
+        return _write(run, tables, folder)
     except OSError as error:
         raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
 
-def _write(run: Saveable, folder: Path) -> Path:
-    log = run.record
+def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
+    from desim_warehouse.outcome.log import LogRow
+
+    log = run.log
     table = log.frame()
     edges = _edges(run.layout)
     if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
         number = {edge: i for i, edge in enumerate(edges)}
-        table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in run.history.rows()]
+        table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in map(LogRow._make, log.rows)]
     table.to_parquet(folder / "log.parquet", index=False)
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
     write_whole(folder / KPIS, json.dumps(kpis, indent=2) + "\n")
-    for name, table in (("robots", run.robots), ("edges", run.edges), ("nodes", run.nodes)):
+    for name, table in tables.items():
         write_whole(folder / f"{name}.csv", as_csv(table, index=True))
     content = {
         "format": FORMAT,
-        "version": run.version,
+        "version": log.version,
         "seed": run.seed,
         "deterministic": run.deterministic,
         "model": run.model.content(),
@@ -180,35 +154,34 @@ def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
     )
 
 
-@contextmanager
-def reading(folder: str | Path) -> Iterator[None]:
-    """Turn what a missing or damaged folder raises into a ReportError that names the folder."""
-    try:
-        yield
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
-        raise ReportError(
-            f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
-        ) from error
+def read_run(folder: Path, make: Callable[[KeptRun], R]) -> R:
+    """Read a folder that a run was saved to, and return what `make` makes of it.
 
-
-def read_folder(folder: Path) -> Saved:
-    """Read the run in a folder, within `reading`."""
+    Raises ReportError where there is no run, or `make` fails on what is damaged.
+    """
     import pandas as pd
 
     from desim_warehouse.model import load
     from desim_warehouse.outcome.log import LogRow
 
-    content = _content(folder / RUN)
-    table = pd.read_parquet(folder / "log.parquet")
-    model = load(content["model"])
-    edges = _edges(model.floor)
-    numbers = table.pop(NUMBER) if NUMBER in table else None
-    table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
-    table = table.astype(object).where(table.notna(), None)
-    if numbers is None:
-        table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
-    else:
-        table["edge"] = [None if number < 0 else edges[number] for number in numbers]
-    kpis = {} if content["version"] == __version__ else _kpis(folder)
-    log = _log(content["log"], [tuple(row) for row in table.to_numpy().tolist()], content["version"])
-    return Saved(model, content["seed"], log, content["deterministic"], kpis)
+    try:
+        content = _content(folder / RUN)
+        table = pd.read_parquet(folder / "log.parquet")
+        kept = content["log"]
+        model = load(content["model"])
+        layout = model.floor
+        edges = _edges(layout)
+        numbers = table.pop(NUMBER) if NUMBER in table else None
+        table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
+        table = table.astype(object).where(table.notna(), None)
+        if numbers is None:
+            table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
+        else:
+            table["edge"] = [None if number < 0 else edges[number] for number in numbers]
+        log = _log(kept, [tuple(row) for row in table.to_numpy().tolist()], content["version"])
+        kpis = {} if log.version == __version__ else _kpis(folder)
+        return make(KeptRun(model, content["seed"], log, layout, content["deterministic"], kpis))
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise ReportError(
+            f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
+        ) from error

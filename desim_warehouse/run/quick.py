@@ -8,8 +8,9 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.feasibility.asked import most_loads, peak_rate
-from desim_warehouse.feasibility.estimate import MeanTask, QuickEstimate, StationLoad, mixed
+from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.hours import on_duty
+from desim_warehouse.feasibility.parts import MeanTask, StationLoad, mixed
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
 from desim_warehouse.findings import amount

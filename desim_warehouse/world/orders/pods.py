@@ -11,10 +11,10 @@ The pods themselves: where each stands, what is on it and promised, and which st
 from __future__ import annotations
 
 import math
-from collections import Counter, deque
+from collections import Counter, OrderedDict, deque
 from collections.abc import Callable, Collection, Generator, Mapping, Sequence
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from simpy.events import Timeout
 
@@ -40,8 +40,8 @@ from desim_warehouse.policies.pods import (
 from desim_warehouse.policies.protocols import RobotView, StopPlace, Task
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.handling import HandlingTimes
-from desim_warehouse.world.places.openings import at
-from desim_warehouse.world.places.station import Service
+from desim_warehouse.world.places.opening_hours import at
+from desim_warehouse.world.places.service import Service
 from desim_warehouse.world.places.stations import Stations
 from desim_warehouse.world.places.stops import Stop
 
@@ -49,7 +49,6 @@ if TYPE_CHECKING:
     from simpy import Environment
     from simpy.events import Event
 
-    from desim_warehouse.world.orders.dispatch import Dispatcher
     from desim_warehouse.world.robots.robot import Robot
 
 
@@ -150,6 +149,21 @@ class Shelves:
         return PodView(pod.number, pod.home, place.edge, place.offset, units, pod.rank, lines)
 
 
+class VisitGiver(Protocol):
+    """The dispatcher, as pods know it: visits are `open`, by their numbers, until robots are given them."""
+
+    open: OrderedDict[int, Task]
+
+    def announce(self, task: Task) -> None:
+        """Record a line that has become known."""
+
+    def call(self) -> None:
+        """Have visits given out at the end of this instant."""
+
+    def line_done(self, line: Task) -> None:
+        """Count a line that was picked from a pod, or put onto one."""
+
+
 class PodPolicies(NamedTuple):
     """The four decisions of goods to person."""
 
@@ -177,7 +191,7 @@ class Pods:
         stations: Stations,
         handling: HandlingTimes,
         streams: Streams,
-        dispatcher: Dispatcher,
+        dispatcher: VisitGiver,
         log: Log,
     ) -> None:
         self.env, self.spec, self.shelves, self.policies, self.puts = env, spec, shelves, policies, puts

@@ -10,71 +10,24 @@ Policies do not see tasks that may not be begun yet: `in-order` would wait for t
 hours of two stations of a tour follow one another, held back it could wait for ever. Rejected: sending no robot to a
 station that is closed now (idle for a drive after each opening), and turning round before one that has closed
 meanwhile (loads stranded in the lanes).
-
-Waiting for hours: until a station opens, or for time in which it is open.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Generator, Iterable, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
 from itertools import count, zip_longest
 from typing import TYPE_CHECKING
 
-from simpy.events import Event, Timeout
-
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Handling, RobotView, Task
-from desim_warehouse.values.calendars import Hours
 from desim_warehouse.world.places.cut_off import CutOff
+from desim_warehouse.world.places.stations import Stations
 from desim_warehouse.world.places.stops import Stop, between, time_at
-from desim_warehouse.world.traffic.events import Arrival
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from simpy import Environment
-
-    Steps = Generator[Event, object, None]
-    from desim_warehouse.world.places.stations import Stations
-
-
-def at(env: Environment, time: float) -> Event:
-    """An event at a time. One at infinity keeps nothing going."""
-    return Arrival(env, time) if math.isfinite(time) else Event(env)
-
-
-def change(env: Environment, hours: Hours) -> Event:
-    """When it opens or closes next."""
-    return at(env, hours.changes(env.now))
-
-
-def until_open(env: Environment, hours: Hours) -> Steps:
-    """Wait until it is open."""
-    while not hours.is_open(env.now):
-        yield change(env, hours)
-
-
-def open_time(
-    env: Environment,
-    time: float,
-    hours: Hours | None,
-    pause: Callable[[], None] | None = None,
-    go_on: Callable[[], None] | None = None,
-) -> Steps:
-    """Wait for this much time in which it is open (None: always), from now on.
-
-    `pause` is called when it closes in between, `go_on` when it opens again.
-    """
-    while hours is not None and env.now + time > (closes := hours.changes(env.now)):
-        time -= closes - env.now
-        yield at(env, closes)
-        if pause is not None:
-            pause()
-        yield from until_open(env, hours)
-        if go_on is not None:
-            go_on()
-    yield Timeout(env, time)
-
 
 KEPT = 100_000
 """Pairs of robot and task for which the answer is cached."""

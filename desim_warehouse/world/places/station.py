@@ -1,10 +1,4 @@
-"""One station beside a node: its slots and servers, the work done there, and how a robot is served.
-
-Robots take their turn in the order of arrival, and keep their server until they have handled all that they came for.
-In a closed station a robot waits in the state `closed`, whether it is its turn or not. In an open one it is `queueing`
-for a server or, with one, for room in the buffer.
-
-Work in a station on the load units that robots put down there, such as packing, and the buffer where they wait.
+"""One station beside a node: its slots and servers, and the work on load units that robots put down there.
 
 A load unit takes up room in the buffer from the time at which a robot begins to put it down until it has been worked
 on. With no room left the next robot keeps its server and waits. So a full buffer holds up the station, as blocking
@@ -14,22 +8,19 @@ after service does in a line of machines.
 from __future__ import annotations
 
 from collections.abc import Callable, Generator
-from typing import TYPE_CHECKING, Protocol
+from typing import TYPE_CHECKING
 
 from simpy import Resource
 
 from desim_warehouse.outcome.log import NONE, Log
 from desim_warehouse.policies import Task
 from desim_warehouse.values.calendars import Hours
-from desim_warehouse.world.places.openings import change, open_time, until_open
-from desim_warehouse.world.places.stops import Stop
+from desim_warehouse.world.places.opening_hours import open_time, until_open
 
 if TYPE_CHECKING:
     from simpy import Environment
     from simpy.events import Event
     from simpy.resources.resource import Request
-
-    Steps = Generator[Event, object, None]
 
 
 class Workplace:
@@ -142,68 +133,3 @@ class Station:
         self.inside.remove(robot)
         if not keep:
             self.give_up()
-
-
-class Served(Protocol):
-    """A robot as stations know it."""
-
-    def enter(self, state: str) -> None:
-        """Begin something else."""
-
-
-class Service:
-    """One robot's visit to a server of a station: for each load `begin`, `take` the time of handling and `end`.
-
-    After the last load the robot is to `leave` the server. `queued`: whether none was free when it came.
-    """
-
-    def __init__(self, env: Environment, robot: Served, station: Station) -> None:
-        self.env = env
-        self.robot = robot
-        self.station = station
-        self.turn = station.servers.request()
-        self.queued = not self.turn.triggered
-        self.place: Request | None = None
-
-    def begin(self, stop: Stop) -> Steps:
-        """Wait for everything that the handling of a load needs."""
-        if self.station.hours is None:
-            if not self.turn.triggered:
-                self.robot.enter("queueing")
-            yield self.turn
-        else:
-            yield from self._wait(self.turn)
-        work = self.station.work
-        if work is None or work.places is None or stop.act != "unload":
-            return
-        self.place = work.places.request()
-        yield from self._wait(self.place)
-
-    def _wait(self, event: Event) -> Steps:
-        """Until it has what it waits for, and the station is open."""
-        hours = self.station.hours
-        while True:
-            closed = hours is not None and not hours.is_open(self.env.now)
-            if event.triggered and not closed:
-                return
-            self.robot.enter("closed" if closed else "queueing")
-            if hours is None:
-                yield event
-            else:
-                yield change(self.env, hours) if closed else event | change(self.env, hours)
-
-    def take(self, state: str, time: float) -> Steps:
-        """Loading or unloading. Where the station pauses it goes on when it opens again."""
-        robot, hours = self.robot, self.station.hours if self.station.pauses else None
-        robot.enter(state)
-        yield from open_time(self.env, time, hours, lambda: robot.enter("closed"), lambda: robot.enter(state))
-
-    def end(self, stop: Stop) -> None:
-        """A load that was put down is worked on."""
-        work = self.station.work
-        if work is not None and stop.act == "unload":
-            work.put(stop.task, self.place)
-
-    def leave(self) -> None:
-        """The server is free for the next."""
-        self.station.servers.release(self.turn)

@@ -9,15 +9,13 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
-from typing import TYPE_CHECKING, TypeVar
+from typing import TypeVar
 
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Handling, Task
 from desim_warehouse.policies.protocols import StopPlace
 from desim_warehouse.policies.situation import Act
-
-if TYPE_CHECKING:
-    from desim_warehouse.world.places.station import Station
+from desim_warehouse.world.places.station import Station
 
 T = TypeVar("T")
 

@@ -15,10 +15,10 @@ from desim_warehouse.policies import Task
 from desim_warehouse.world.places.stops import Stop
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.avoidance import Avoidance
     from desim_warehouse.world.traffic.body import Body
     from desim_warehouse.world.traffic.lane import Lane
     from desim_warehouse.world.traffic.routes import Routes
+    from desim_warehouse.world.traffic.rulebook import StepGuard
 
     Place: TypeAlias = tuple[Lane, float]
     Leg: TypeAlias = tuple[list[Lane], Place | None]
@@ -41,7 +41,7 @@ class Itinerary:
         lanes: Mapping[tuple[str, str], Lane],
         routes: Routes,
         free: RouteOracle,
-        guard: Avoidance | None,
+        guard: StepGuard | None,
     ) -> None:
         self.body = body
         self.lanes = lanes

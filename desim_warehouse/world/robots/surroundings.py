@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from simpy.events import Event
 
     from desim_warehouse.world.places.bays import Bays
-    from desim_warehouse.world.places.station import Service
+    from desim_warehouse.world.places.service import Service
     from desim_warehouse.world.places.stations import Stations
     from desim_warehouse.world.robots.reach import Reach
     from desim_warehouse.world.robots.robot import Robot

@@ -13,7 +13,8 @@ from typing import TYPE_CHECKING
 from simpy.events import Event, Timeout
 
 from desim_warehouse.world.places.handling import HandlingTimes
-from desim_warehouse.world.places.station import Service, Station
+from desim_warehouse.world.places.service import Service
+from desim_warehouse.world.places.station import Station
 from desim_warehouse.world.places.stations import Stations
 from desim_warehouse.world.places.stops import Stop
 from desim_warehouse.world.robots.closings import Closings

@@ -19,7 +19,8 @@ from simpy.events import NORMAL, Event
 
 from desim_warehouse.world.traffic.events import Arrival, happened
 from desim_warehouse.world.traffic.intersection import Intersection
-from desim_warehouse.world.traffic.rules import EPS, Rules
+from desim_warehouse.world.traffic.rulebook import Rules
+from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from desim_warehouse.world.traffic.body import Body

@@ -15,7 +15,8 @@ from typing import TYPE_CHECKING
 from simpy.events import Event, Timeout
 
 from desim_warehouse.world.traffic.events import Arrival
-from desim_warehouse.world.traffic.rules import EPS, Rules
+from desim_warehouse.world.traffic.rulebook import Rules
+from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
     from desim_warehouse.world.traffic.body import Body

@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Container, Iterator, Sequence
 from functools import cache, partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, NamedTuple, Protocol
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.zones import edges_along
@@ -23,9 +23,23 @@ from desim_warehouse.values.distributions import drawn, mean_left
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
-    from desim_warehouse.world.traffic.body import Body
-
     Edge = tuple[str, str]
+
+
+class Claiming(Protocol):
+    """A claim of a robot that waits, as people see it."""
+
+    @property
+    def begun(self) -> float:
+        """Since when it waits."""
+
+
+class Passer(Protocol):
+    """A robot on its way, as people see it: what it claims, or None."""
+
+    @property
+    def claim(self) -> Claiming | None:
+        """The claim with which it waits."""
 
 
 class Visit(NamedTuple):
@@ -52,7 +66,7 @@ class Aisle:
         self.source.come(now)
         return self.busy_until
 
-    def opens_for(self, robot: Body, now: float) -> float:
+    def opens_for(self, robot: Passer, now: float) -> float:
         """When they have all left, or step aside for a robot that waits."""
         until, give_way = self.closed_until(now), self.source.spec.give_way
         if give_way is None or robot.claim is None:

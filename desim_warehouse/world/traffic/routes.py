@@ -15,7 +15,7 @@ from desim_warehouse.policies import Roads
 from desim_warehouse.policies.asked import asked
 from desim_warehouse.policies.routing import DETOURS, LESS, time_along
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.closures import Restrictions, wait_at
+from desim_warehouse.world.traffic.closures import Restrictions
 from desim_warehouse.world.traffic.lane import Lane
 
 if TYPE_CHECKING:
@@ -224,3 +224,9 @@ class Routes:
             count += robot.is_waiting
             robot = robot.ahead
         return count
+
+
+def wait_at(lane: Lane, after: float, now: float) -> float:
+    """How long a robot is expected to wait before a lane if it comes there `after` from now."""
+    time = now + after
+    return max([0.0, *(closure.expected_until(time, now) - time for closure in lane.closures)])

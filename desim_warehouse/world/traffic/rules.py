@@ -9,19 +9,7 @@ from __future__ import annotations
 
 import cmath
 import math
-from dataclasses import dataclass
 from functools import lru_cache
-from typing import TYPE_CHECKING
-
-from desim_warehouse.outcome.log import Log
-
-if TYPE_CHECKING:
-    from simpy import Environment
-
-    from desim_warehouse.world.traffic.avoidance import Avoidance
-    from desim_warehouse.world.traffic.gridlock import Gridlock
-    from desim_warehouse.world.traffic.lane import Lane
-
 
 EPS = 1e-6
 """Lengths and times closer than this are the same: ties do not count as waiting."""
@@ -84,39 +72,3 @@ def closing_distance_apart(
 def turn(one: float, other: float) -> float:
     """The angle between two headings, 0..pi."""
     return abs((one - other + math.pi) % (2 * math.pi) - math.pi)
-
-
-@dataclass(frozen=True, slots=True)
-class Rules:
-    """What holds everywhere on a floor, for its lanes and intersections.
-
-    `headway` is D, the distance that robots keep: the largest pair's for all, so that in a ring each can take any
-    other's position. `theta` is the collision angle in radians. `node_time` is spent at every node reached (turning and
-    re-planning), and there `turn_time` for every quarter of a turn that a robot makes. `mixed`: robots or edges differ
-    in speed, so that one robot can catch up with another on the way. `exits_matter`: it matters when a robot leaves the
-    end of a lane (the log of everything, or a faster follower). `guard` decides on every step where lanes are two-way.
-    Where it is None, full rings of waiting robots turn instead.
-    """
-
-    env: Environment
-    log: Log
-    gridlock: Gridlock
-    headway: float
-    theta: float
-    node_time: float
-    mixed: bool
-    exits_matter: bool
-    guard: Avoidance | None = None
-    turn_time: float = 0.0
-
-    def closing_distance(self, via: Lane, left_on: Lane, ratio: float) -> float:
-        """How far the robot that left by one lane must be before the next may come `via` another.
-
-        `ratio` is how far, at least, the one that leaves drives while the other drives 1.
-        """
-        approach = via.length if via.short else self.headway
-        if via.edge[1] == left_on.edge[0]:
-            angle = turn(via.heading, left_on.heading)
-            return closing_distance(angle, self.theta, self.headway, approach * ratio)
-        shift = left_on.tail - via.head
-        return closing_distance_apart(shift, via.heading, left_on.heading, self.theta, self.headway, approach, ratio)

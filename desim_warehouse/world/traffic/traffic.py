@@ -19,12 +19,13 @@ from desim_warehouse.model.sections.fleet import Start
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.world.traffic.avoidance import Avoidance
 from desim_warehouse.world.traffic.body import Body
-from desim_warehouse.world.traffic.closures import RestrictedLane, Restrictions
+from desim_warehouse.world.traffic.closures import Restrictions
 from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
-from desim_warehouse.world.traffic.lane import Lane
-from desim_warehouse.world.traffic.rules import Rules, exact_length
+from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
+from desim_warehouse.world.traffic.rulebook import Rules
+from desim_warehouse.world.traffic.rules import exact_length
 from desim_warehouse.world.traffic.zones import ZoneDirection, directions
 
 if TYPE_CHECKING:

@@ -1,0 +1,77 @@
+"""Which modules of the package import each other in a circle? `python -m benchmarks.imports`.
+
+A cycle is a group of modules each of which reaches every other through imports, wherever these stand: those inside
+functions count. Printed are the cycles of all imports, and those that are left at run time, without what only type
+checkers import (`if TYPE_CHECKING`). That importing a module runs the packages around it does not count.
+"""
+
+import ast
+from pathlib import Path
+from typing import NamedTuple
+
+import networkx as nx
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = "desim_warehouse"
+
+
+class Imports(NamedTuple):
+    """Modules that one imports, by their dotted names: at run time, and for type checkers alone."""
+
+    at_run_time: set[str]
+    for_typing: set[str]
+
+
+def modules(folder: Path) -> dict[str, Path]:
+    """Every module below a folder of the source tree, by its dotted name."""
+    paths = sorted(folder.rglob("*.py"))
+    names = [".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__") for path in paths]
+    return dict(zip(names, paths, strict=True))
+
+
+def imported(path: Path, own: dict[str, Path]) -> Imports:
+    """The modules among `own` that a file imports, wherever the import stands."""
+    tree = ast.parse(path.read_text(encoding="utf-8"))
+    imports = Imports(set(), set())
+    checked = {
+        inner
+        for node in ast.walk(tree)
+        if isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
+        for statement in node.body
+        for inner in ast.walk(statement)
+    }
+    for node in ast.walk(tree):
+        names: set[str] = set()
+        if isinstance(node, ast.ImportFrom) and node.module is not None:
+            parts = [f"{node.module}.{alias.name}" for alias in node.names]
+            names = {part if part in own else node.module for part in parts}
+        elif isinstance(node, ast.Import):
+            names = {alias.name for alias in node.names}
+        imports[node in checked].update(names & own.keys())
+    return Imports(imports.at_run_time, imports.for_typing - imports.at_run_time)
+
+
+def cycles(imports: dict[str, set[str]]) -> list[list[str]]:
+    """Groups of modules that import each other, the largest first; a module that imports itself is a group, too."""
+    graph = nx.DiGraph(imports)
+    groups = [sorted(group) for group in nx.strongly_connected_components(graph)]
+    return sorted((group for group in groups if len(group) > 1 or group[0] in graph[group[0]]), key=len, reverse=True)
+
+
+def main() -> None:
+    """Print how many imports of own modules there are, and the cycles."""
+    own = modules(ROOT / PACKAGE)
+    imports = {name: imported(path, own) for name, path in own.items()}
+    at_run_time = {name: each.at_run_time for name, each in imports.items()}
+    both = {name: each.at_run_time | each.for_typing for name, each in imports.items()}
+    number, for_typing = sum(map(len, both.values())), sum(len(each.for_typing) for each in imports.values())
+    print(f"{len(own)} modules, {number} imports of one by another, {for_typing} of them for typing only")
+    for kind, needs in (("with those for typing", both), ("at run time", at_run_time)):
+        groups = cycles(needs)
+        print(f"cycles {kind}: {len(groups)}")
+        for group in groups:
+            print(f"  {len(group)} modules: " + ", ".join(name.removeprefix(f"{PACKAGE}.") for name in group))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,55 @@
+"""How does a process wait for hours: until a station opens, or for time in which it is open?"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Generator
+from typing import TYPE_CHECKING, TypeAlias
+
+from simpy.events import Event, Timeout
+
+from desim_warehouse.values.calendars import Hours
+from desim_warehouse.world.traffic.events import Arrival
+
+if TYPE_CHECKING:
+    from simpy import Environment
+
+Steps: TypeAlias = Generator[Event, object, None]
+
+
+def at(env: Environment, time: float) -> Event:
+    """An event at a time. One at infinity keeps nothing going."""
+    return Arrival(env, time) if math.isfinite(time) else Event(env)
+
+
+def change(env: Environment, hours: Hours) -> Event:
+    """When it opens or closes next."""
+    return at(env, hours.changes(env.now))
+
+
+def until_open(env: Environment, hours: Hours) -> Steps:
+    """Wait until it is open."""
+    while not hours.is_open(env.now):
+        yield change(env, hours)
+
+
+def open_time(
+    env: Environment,
+    time: float,
+    hours: Hours | None,
+    pause: Callable[[], None] | None = None,
+    go_on: Callable[[], None] | None = None,
+) -> Steps:
+    """Wait for this much time in which it is open (None: always), from now on.
+
+    `pause` is called when it closes in between, `go_on` when it opens again.
+    """
+    while hours is not None and env.now + time > (closes := hours.changes(env.now)):
+        time -= closes - env.now
+        yield at(env, closes)
+        if pause is not None:
+            pause()
+        yield from until_open(env, hours)
+        if go_on is not None:
+            go_on()
+    yield Timeout(env, time)

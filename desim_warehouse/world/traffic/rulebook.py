@@ -1,0 +1,82 @@
+"""What holds everywhere on a floor: distances and times, and who decides on steps and on rings of waiting robots."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol
+
+from desim_warehouse.outcome.log import Log
+from desim_warehouse.world.traffic.rules import closing_distance, closing_distance_apart, turn
+
+if TYPE_CHECKING:
+    from simpy import Environment
+
+    from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.intersection import Claim, Intersection
+    from desim_warehouse.world.traffic.lane import Lane
+
+
+class Rings(Protocol):
+    """Looks for robots that wait for each other in a ring (see `gridlock`)."""
+
+    def check(self, robot: Body) -> None:
+        """Follow who waits for whom from a robot that has just become blocked, and turn the ring if it is in one."""
+
+
+class StepGuard(Protocol):
+    """Decides on each step where lanes are two-way, by the routes that robots have declared (see `avoidance`)."""
+
+    def declare(self, robot: Body, route: Iterable[Lane]) -> None:
+        """Take the lanes on which a robot in a slot will drive."""
+
+    def change(self, robot: Body, route: Sequence[Lane]) -> bool:
+        """Take other lanes for a robot that is under way, if that is safe. Returns whether it is."""
+
+    def admit(self, robot: Body, node: Intersection, onward: Lane | None) -> bool:
+        """Whether a robot may cross `node` now and enter the lane `onward` (None: a slot)."""
+
+    def wait_begins(self, claim: Claim) -> None:
+        """Note that the robot of a claim waits, so that it can be admitted later."""
+
+    def wait_ends(self, claim: Claim) -> None:
+        """Note that a claim has been granted or given up."""
+
+    def left(self, robot: Body) -> None:
+        """Note that a robot is off the lanes, in a slot."""
+
+
+@dataclass(frozen=True, slots=True)
+class Rules:
+    """What holds everywhere on a floor, for its lanes and intersections.
+
+    `headway` is D, the distance that robots keep: the largest pair's for all, so that in a ring each can take any
+    other's position. `theta` is the collision angle in radians. `node_time` is spent at every node reached (turning and
+    re-planning), and there `turn_time` for every quarter of a turn that a robot makes. `mixed`: robots or edges differ
+    in speed, so that one robot can catch up with another on the way. `exits_matter`: it matters when a robot leaves the
+    end of a lane (the log of everything, or a faster follower). `guard` decides on every step where lanes are two-way.
+    Where it is None, full rings of waiting robots turn instead.
+    """
+
+    env: Environment
+    log: Log
+    gridlock: Rings
+    headway: float
+    theta: float
+    node_time: float
+    mixed: bool
+    exits_matter: bool
+    guard: StepGuard | None = None
+    turn_time: float = 0.0
+
+    def closing_distance(self, via: Lane, left_on: Lane, ratio: float) -> float:
+        """How far the robot that left by one lane must be before the next may come `via` another.
+
+        `ratio` is how far, at least, the one that leaves drives while the other drives 1.
+        """
+        approach = via.length if via.short else self.headway
+        if via.edge[1] == left_on.edge[0]:
+            angle = turn(via.heading, left_on.heading)
+            return closing_distance(angle, self.theta, self.headway, approach * ratio)
+        shift = left_on.tail - via.head
+        return closing_distance_apart(shift, via.heading, left_on.heading, self.theta, self.headway, approach, ratio)
