@@ -13,6 +13,7 @@ runs.
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from io import StringIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal, TypeVar
@@ -178,12 +179,29 @@ class Answer(_Plain):
         """Write answer.json, from which `desim report` makes the page."""
         write_whole(Path(folder, ANSWER), self.model_dump_json(indent=1) + "\n")
 
+    def keep(self, folder: str | Path | None) -> Answer:
+        """Write answer.json where a search has its folder, and return the answer; None: the search has no folder."""
+        if folder is not None and Path(folder).is_dir():
+            self.save(folder)
+        return self
+
     def __str__(self) -> str:
         return printed(self)
 
     def _repr_html_(self) -> str:
         """The page without the run, in a frame of its own."""
         return page_of(self)._repr_html_()
+
+
+@dataclass(frozen=True)
+class Answered:
+    """Data that a question returns, with its answer in words, which Jupyter shows."""
+
+    answer: Answer = field(repr=False, compare=False, kw_only=True)
+
+    def _repr_html_(self) -> str:
+        """Show the page of the answer in a frame."""
+        return self.answer._repr_html_()
 
 
 def load(folder: str | Path) -> Answer:

@@ -1,25 +1,5 @@
-"""The questions: what a search has found, in words. They stand above all searches, and know how each is said."""
+"""The questions: each has its verb, which hands its answer to what it returns, and its sentences beside it."""
 
-from desim_warehouse.questions import (
-    best_words,
-    direction_words,
-    fleet_words,
-    option_words,
-    race_words,
-    size_words,
-    study_words,
-    tipping_words,
-    why_words,
-)
+from desim_warehouse.questions import study_words, tipping_words
 
-__all__ = [
-    "best_words",
-    "direction_words",
-    "fleet_words",
-    "option_words",
-    "race_words",
-    "size_words",
-    "study_words",
-    "tipping_words",
-    "why_words",
-]
+__all__ = ["study_words", "tipping_words"]

@@ -7,14 +7,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from random import Random
-from typing import Any, TypeAlias, overload
+from typing import Any, TypeAlias
 
-from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import LayoutError, ModelError, StudyError
 from desim_warehouse.layout import Edge
 from desim_warehouse.layout.turnable import Turnable, Way, turnable, turnable_blocks
-from desim_warehouse.model import Model, Source, as_model
-from desim_warehouse.model.oriented import changes, orientation, oriented
+from desim_warehouse.model import Model
+from desim_warehouse.model.oriented import changes, orientation
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.study.designs.local_search import LocalSearch
 from desim_warehouse.study.procedures import more_is_better
@@ -55,7 +54,7 @@ class DirectionGain:
 
 
 @dataclass(frozen=True)
-class BetterDirections(Answered):
+class SearchedDirections:
     """The best directions found: the `model` with them, what is `turned` of so many `units`, and what that gains.
 
     `gain` is None where nothing better was found than the floor as drawn. `elsewhere` has the gain with other fleets
@@ -152,33 +151,7 @@ class Floor:
         return errors(self.model.replace(self.changes(design))) <= errors(self.model)
 
 
-@overload
-def orient(model: Source, indicator: None = None) -> Model: ...
-@overload
-def orient(model: Source, indicator: str, *, search: Search = USUAL) -> BetterDirections: ...
-
-
-def orient(model: Source, indicator: str | None = None, *, search: Search = USUAL) -> Model | BetterDirections:
-    """A copy of a model with its two-way lanes made one-way, or the directions with which an indicator is best.
-
-    Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
-    searched by simulation: see `directions`.
-
-    Raises:
-        ModelError: no two-way lane, or goods and stations that cannot reach each other.
-        StudyError: see `directions`.
-    """
-    model = as_model(model)
-    if indicator is None:
-        return oriented(model, orientation(model))
-    return directions(model, indicator, search)
-
-
-def directions(
-    model: Model,
-    indicator: str = "throughput_per_hour",
-    search: Search = USUAL,
-) -> BetterDirections:
+def search_directions(model: Model, indicator: str, search: Search = USUAL) -> SearchedDirections:
     """Find directions of the aisles with which an indicator is best, in at most so many runs.
 
     Rows and columns of blocks are turned as a whole, other lanes between junctions one by one or by aisles. Two-way
@@ -206,13 +179,13 @@ def directions(
     ranked = _searched(floor, scout, indicator, replace(search.under("search"), runs=runs - judged), maximise=maximise)
     best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
     turned = tuple(floor.turnable.turned(best))
-    nothing = BetterDirections(
+    nothing = SearchedDirections(
         model, {}, (), len(floor.turnable.units), indicator, None, (), len(scout.rows), search.confidence
     )
-    return with_answer(_judged(floor, best, nothing, judged, search) if turned else nothing, search.out)
+    return _judged(floor, best, nothing, judged, search) if turned else nothing
 
 
-def _judged(floor: Floor, best: Design, nothing: BetterDirections, runs: int, search: Search) -> BetterDirections:
+def _judged(floor: Floor, best: Design, nothing: SearchedDirections, runs: int, search: Search) -> SearchedDirections:
     """What the best directions gain on days that the search did not use."""
     model, changed, indicator = floor.model, floor.changes(best), nothing.indicator
     maximise = more_is_better(indicator)

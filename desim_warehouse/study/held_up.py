@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from statistics import fmean
 from typing import Any
 
-from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import SimulationError, StudyError
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.account import BATCHED, UNTAKEN, share_of_tasks
@@ -69,7 +68,7 @@ class Health:
 
 
 @dataclass(frozen=True)
-class Why(Answered):
+class HeldUp:
     """What the suspects cost: each with its gain, those that compete first, by what an equal dose gains.
 
     `left_out`: reliefs that could not be tried, with the reason. `as_it_is`: the indicator of the warehouse as it is.
@@ -119,24 +118,18 @@ def usual_indicator(run: Run) -> str:
     return "cycle_time_mean" if run.model.tasks.never_end else "T"
 
 
-def why(
-    source: Run | Source,
-    *,
-    indicator: str | None = None,
-    search: Search = USUAL,
-) -> Why:
-    """What holds a warehouse up, and what it costs: each suspect is relieved and simulated, the same days for all.
+def held_up(source: Run | Source, indicator: str | None = None, search: Search = USUAL) -> HeldUp:
+    """Relieve each suspect of a run in turn and simulate that, on the same days for all.
 
     Args:
-        source: a run with `log: all`, or a model or its file, of which one is made.
+        source: a run with `log: all`, or a model or its file, of which a run is made.
         indicator: what costs are counted in (default: `usual_indicator`).
         search: how runs are done.
 
     Raises:
         StudyError: an indicator of which neither less nor more is better, or a run that failed but could have gone on.
 
-    Source: `statistics.gains_steps`. Relieving one thing at a time is the definition of a bottleneck by its effect
-    (sensitivity of throughput to each resource); see docs/how-to/find-the-bottleneck.md.
+    Source: `statistics.gains_steps`.
     """
     try:
         run = source if isinstance(source, Run) else simulate(as_model(source, {"log": "all"}), search.seed)
@@ -144,12 +137,12 @@ def why(
         nothing = Gains((), math.nan, math.nan, search.confidence, 1, failed=1)
         model = source.model if isinstance(source, Run) else as_model(source)
         failure = Failure(1, 1, f"{type(error).__name__}: {error}")
-        return Why(model, indicator or "", (), nothing, search.seed, failures={0: failure})
+        return HeldUp(model, indicator or "", (), nothing, search.seed, failures={0: failure})
     name = indicator or usual_indicator(run)
-    return with_answer(_relieved(run, name, search), search.out)
+    return _relieved(run, name, search)
 
 
-def _relieved(run: Run, name: str, search: Search) -> Why:
+def _relieved(run: Run, name: str, search: Search) -> HeldUp:
     """What relieving each suspect of a run gains in an indicator."""
     looked_at = suspects(run)
     gains, study = _contest(run, name, looked_at, search)
@@ -165,7 +158,7 @@ def _relieved(run: Run, name: str, search: Search) -> Why:
     failures = _failures(study)
     if found.failed and 0 not in failures:
         raise StudyError(f"indicator {name!r}: {found.failed} runs of the model as it is have no value of it")
-    return Why(
+    return HeldUp(
         run.model,
         name,
         tuple((looked_at[gain.change - 1], gain) for gain in found.gains),
