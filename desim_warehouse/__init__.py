@@ -35,18 +35,18 @@ if TYPE_CHECKING:
     from desim_warehouse.model.overrides import UNSET
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
+    from desim_warehouse.questions.best import best
     from desim_warehouse.questions.check import check
+    from desim_warehouse.questions.orient import orient
+    from desim_warehouse.questions.plan import plan_fleet as plan
+    from desim_warehouse.questions.plan_options import plan_options
     from desim_warehouse.questions.run import Run, load_run, simulate
+    from desim_warehouse.questions.size import size
     from desim_warehouse.questions.study import Results, Study
-    from desim_warehouse.study.designs.best_of_many import best
-    from desim_warehouse.study.designs.directions import orient
+    from desim_warehouse.questions.why import why
     from desim_warehouse.study.file import schema
-    from desim_warehouse.study.fleet import plan_fleet as plan
-    from desim_warehouse.study.fleet import plan_options
-    from desim_warehouse.study.procedures import size
     from desim_warehouse.study.search import Search
     from desim_warehouse.study.tipping import tipping_points
-    from desim_warehouse.study.why import why
 
 
 _HOME = {
@@ -74,17 +74,18 @@ _HOME = {
     "model.overrides": ("UNSET",),
     "plants": ("read_layout",),
     "plants.export": ("write_layout",),
+    "questions.best": ("best",),
     "questions.check": ("check",),
+    "questions.orient": ("orient",),
+    "questions.plan": ("plan_fleet",),
+    "questions.plan_options": ("plan_options",),
     "questions.run": ("Run", "load_run", "simulate"),
+    "questions.size": ("size",),
     "questions.study": ("Results", "Study"),
-    "study.designs.best_of_many": ("best",),
-    "study.designs.directions": ("orient",),
+    "questions.why": ("why",),
     "study.file": ("schema",),
-    "study.fleet": ("plan_fleet", "plan_options"),
-    "study.procedures": ("size",),
     "study.search": ("Search",),
     "study.tipping": ("tipping_points",),
-    "study.why": ("why",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 _CALLED = {"plan": "plan_fleet"}

@@ -189,7 +189,7 @@ import desim_warehouse as dw
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.outcome.positions import Positions
 from desim_warehouse.replay.payload import payload
-from desim_warehouse.study.why import suspects
+from desim_warehouse.study.suspects import suspects
 from desim_warehouse.world.robots.forecast import busy_view
 from desim_warehouse.world.robots.robot import Robot
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TypeVar
 
@@ -25,12 +26,30 @@ class Answer(AnswerData):
         """Write answer.json, from which `desim report` makes the page."""
         write_whole(Path(folder, ANSWER), self.model_dump_json(indent=1) + "\n")
 
+    def keep(self, folder: str | Path | None, command: str) -> Answer:
+        """Return the answer with the command that asked for it, written to the folder of its runs if there is one."""
+        answer = self.model_copy(update={"command": command})
+        if folder is not None and Path(folder).is_dir():
+            answer.save(folder)
+        return answer
+
     def __str__(self) -> str:
         return printed(self)
 
     def _repr_html_(self) -> str:
         """Show the page, without drawings of a run, in a frame of its own."""
         return StillPage(self.question, page(self))._repr_html_()
+
+
+@dataclass(frozen=True)
+class Answered:
+    """Data that a question returns, with its answer in words, which Jupyter shows."""
+
+    answer: Answer = field(repr=False, compare=False, kw_only=True)
+
+    def _repr_html_(self) -> str:
+        """Show the page of the answer in a frame."""
+        return self.answer._repr_html_()
 
 
 def load(folder: str | Path) -> Answer:

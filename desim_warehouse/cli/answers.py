@@ -7,12 +7,13 @@ import shlex
 import shutil
 import sys
 from collections.abc import Sequence
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from desim_warehouse.answer.answer import Answer
 
 
@@ -21,10 +22,10 @@ _NARROWEST = 60
 
 
 def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> Answer:
-    """Keep an answer in the folder of `--out`, with the command as it was typed, print it, and return it with that."""
+    """Print an answer, and return it with the command as it was typed; keep it in the folder of `--out` if it is not."""
     from desim_warehouse.answer.text import WIDTH, printed
 
-    answer = keep(answer, out)
+    answer = answer if answer.command else keep(answer, out)
     if as_json:
         click.echo(json.dumps(answer.content(warnings=warnings)))
     else:
@@ -35,10 +36,7 @@ def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None,
 
 def keep(answer: Answer, out: str | Path | None) -> Answer:
     """Keep an answer in a folder, if that is there, with the command as it was typed, and return it with that."""
-    answer = answer.model_copy(update={"command": typed()})
-    if out is not None and Path(out).is_dir():
-        answer.save(out)
-    return answer
+    return answer.keep(out, typed())
 
 
 def typed() -> str:

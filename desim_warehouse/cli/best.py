@@ -115,8 +115,8 @@ def _race(
     *,
     as_json: bool,
 ) -> None:
+    from desim_warehouse.questions.race import best_of_study
     from desim_warehouse.questions.study import Study
-    from desim_warehouse.study.procedures import best
 
     if factors:
         study = study_of(model, assignments, factors, search, name="best", indicators=[indicator])
@@ -128,8 +128,8 @@ def _race(
     warnings = warn(study.plan.base, model if factors else None, assignments, as_json=as_json)
     zone = _delta(delta, indicator, study.plan.base)
     with interruptible(study, search):
-        found = best(study, indicator, zone, maximise=more, search=search)
-    give(found.answer, search.out, warnings, as_json=as_json)
+        raced = best_of_study(study, indicator, zone, maximise=more, search=search)
+    give(raced.answer, search.out, warnings, as_json=as_json)
 
 
 def _say_what_is_replaced(folder: str | Path | None) -> None:
@@ -152,8 +152,8 @@ def _search(
     *,
     as_json: bool,
 ) -> None:
+    from desim_warehouse.questions.best import BestOfMany, best_of
     from desim_warehouse.report import answer_page
-    from desim_warehouse.study.designs.best_of_many import BestOfMany, best_of
 
     base = load_model(model, assignments)
     warnings = warn(base, model, assignments, as_json=as_json)

@@ -83,17 +83,16 @@ def command(
 
 def _search(model: str, file: str, indicator: str, search: Search, *, force: bool) -> None:
     from desim_warehouse.model.oriented import turned_files
-    from desim_warehouse.questions import direction_words
-    from desim_warehouse.study.designs.directions import directions
+    from desim_warehouse.questions.orient import orient
 
     base = load_model(model, ())
     refuse_files([Path(file)], force=force)
     with interruptible(None, search):
-        found = directions(base, indicator, search)
-    click.echo("\n".join(direction_words.sentences(found)))
-    if found.gain is None:
+        better = orient(base, indicator, search=search)
+    click.echo("\n".join(better.answer.answer))
+    if better.gain is None:
         sys.exit(NONE_MEETS)
-    write_files(turned_files(Path(model), base, found.ways, Path(file)), force=force)
+    write_files(turned_files(Path(model), base, better.ways, Path(file)), force=force)
     _written(file)
 
 

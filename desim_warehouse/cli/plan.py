@@ -29,7 +29,8 @@ from desim_warehouse.study.statistics.limits import CAP, MOST_RUNS, MOST_YEARS, 
 if TYPE_CHECKING:
     from desim_warehouse.answer.answer import Answer
     from desim_warehouse.model import Model
-    from desim_warehouse.study.fleet import FleetPlan, OptionsPlan
+    from desim_warehouse.questions.plan import FleetPlan
+    from desim_warehouse.questions.plan_options import OptionsPlan
     from desim_warehouse.study.search import Search
     from desim_warehouse.study.tipping import TippingPoints
 
@@ -128,35 +129,37 @@ def command(  # as long as its options are many
         "zone": None if zone is None else _zone(zone, target, loaded),
         **({"strategies": read_vary(vary)} if vary else {}),
     }
-    found: FleetPlan | OptionsPlan
+    plan: FleetPlan | OptionsPlan
     with interruptible(None, search):
         if options:
-            found, answer = _of_options(options, loaded, target, how, search)
+            plan = _of_options(options, loaded, target, how, search)
+            answer = plan.answer
         else:
-            found, answer = _planned(loaded, target, {**how, "growth": growth, "years": years}, ranges, search)
+            plan, answer = _planned(loaded, target, {**how, "growth": growth, "years": years}, ranges, search)
     give(answer, search.out, warnings, as_json=as_json)
-    if not found.feasible:
-        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if found.ended else NOT_ENOUGH, err=True)
+    if not plan.feasible:
+        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if plan.ended else NOT_ENOUGH, err=True)
         sys.exit(NONE_MEETS)
 
 
 def _of_options(
     options: tuple[str, ...], loaded: Model, target: str, how: Mapping[str, Any], search: Search
-) -> tuple[OptionsPlan, Answer]:
-    from desim_warehouse.study.fleet import plan_options
+) -> OptionsPlan:
+    from desim_warehouse.questions.plan_options import plan_options
 
-    found = plan_options(_options(options, loaded), target, search=search, **how)
-    return found, found.answer
+    return plan_options(_options(options, loaded), target, search=search, **how)
 
 
 def _planned(
     loaded: Model, target: str, how: Mapping[str, Any], ranges: Mapping[str, tuple[float, float]], search: Search
 ) -> tuple[FleetPlan, Answer]:
-    from desim_warehouse.questions import fleet_words
-    from desim_warehouse.study.fleet import plan_fleet
+    from desim_warehouse.questions import plan_words
+    from desim_warehouse.questions.plan import plan_fleet
 
-    found = plan_fleet(loaded, target, search=search, **how)
-    return found, fleet_words.answer(found, _tipping(found, loaded, target, ranges, search) if ranges else None)
+    plan = plan_fleet(loaded, target, search=search, **how)
+    if not ranges:
+        return plan, plan.answer
+    return plan, plan_words.answer(plan, _tipping(plan, loaded, target, ranges, search))
 
 
 def _priced(model: Model, **prices: float | None) -> Model:

@@ -9,7 +9,6 @@ from typing import Any
 
 import click
 
-from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, keys_then
@@ -17,17 +16,12 @@ from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_values, study_of, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.questions import race_words, size_words
-from desim_warehouse.questions.study import Study
-from desim_warehouse.study.procedures import SizeFound
+from desim_warehouse.questions.size import FLEET, cap_sentence, most, size
 from desim_warehouse.study.search import Search
 from desim_warehouse.study.statistics.limits import CAP, FIRST
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
 """Keys of which the right value lies between too little and too much."""
-FLEET = "fleet.size"
-ALIKE = 0.01
-"""Part of the most by which values may differ in what they do and still be alike."""
 
 
 @click.command("size")
@@ -87,53 +81,26 @@ def command(
     warnings = warn(study.plan.base, model, assignments, as_json=as_json)
     warn_of_target(target, study.plan.base)
     if target is None:
-        give(_doing_most(study, key, search), search.out, warnings, as_json=as_json)
+        with interruptible(study, search):
+            doing_most = most(study, search=replace(search, first=search.first or FIRST))
+        give(doing_most.answer, search.out, warnings, as_json=as_json)
         return
-    found = _meeting(study, key, target, order, search)
-    capped = _cap(study, found.target.indicator, search) if found.smallest is None and key == FLEET else ""
-    give(size_words.answer(found, capped), search.out, warnings, as_json=as_json)
-    if found.smallest is None:
-        short = found.vetoed and study.plan.base.battery is not None
+    order = order or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
+    with interruptible(study, search):
+        least = size(study, target, scan=order == "scan", search=search)
+        none = least.smallest is None and key == FLEET
+        capped = cap_sentence(study, least.target.indicator, search) if none else ""
+    give(_and(least.answer, capped), search.out, warnings, as_json=as_json)
+    if least.smallest is None:
+        short = least.vetoed and study.plan.base.battery is not None
         cure = "more chargers, which desim plan looks for, too, or" if short else "widen it, or"
         click.echo(f"no answer within --range {values}: {cure} ask for less with --target", err=True)
         sys.exit(NONE_MEETS)
 
 
-def _meeting(study: Study, key: str, target: str, order: str | None, search: Search) -> SizeFound:
-    """The smallest value that meets a target."""
-    from desim_warehouse.study.procedures import size
-
-    order = order or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
-    with interruptible(study, search):
-        return size(study, target, scan=order == "scan", search=search)
-
-
-def _doing_most(study: Study, key: str, search: Search) -> Answer:
-    """The smallest value with which most is done."""
-    from desim_warehouse.study.procedures import most
-
-    with interruptible(study, search):
-        best = most(study, share=ALIKE, search=replace(search, first=search.first or FIRST))
-    smallest = words.level(best.first.labels[key])
-    what = f"{words.factor_name(key)} {smallest}"
-    alike = f"{what} is the smallest that does as much, within {100 * ALIKE:g} % of the most."
-    falls = key == FLEET and best.selection.eliminated_at[-1] is not None
-    capped = _cap(study, best.indicator, search) if falls else ""
-    return race_words.answer(best, "size", tuple(filter(None, (alike, capped))))
-
-
-def _cap(study: Study, indicator: str, search: Search) -> str:
-    """What a cap on the robots under way gives the largest fleet, if they wait much for each other."""
-    from desim_warehouse.study.fleet.capped import tried_cap, waits_much
-
-    largest = study.points[-1]
-    rows = study.results.by_point[largest.number]
-    if not waits_much(row.indicators for row in rows):
-        return ""
-    model = study.plan.base.replace(largest.overrides)
-    first = search.first or FIRST
-    found, _ = tried_cap(model, indicator, replace(search.under("cap"), first=first, cap=2 * first))
-    return "" if found is None else f"{size_words.capped(found, model)}."
+def _and(answer: Answer, sentence: str) -> Answer:
+    """Add a sentence to an answer, unless it is empty."""
+    return answer.model_copy(update={"answer": (*answer.answer, sentence), "command": ""}) if sentence else answer
 
 
 def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:

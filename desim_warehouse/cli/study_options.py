@@ -149,7 +149,7 @@ def with_search(
             from desim_warehouse.study.search import Search
 
             said = {field.name: given.pop(field.name) for field in dataclass_fields(Search) if field.name in given}
-            return function(**given, search=Search(**said, cache=not no_cache, progress=not quiet))
+            return function(**given, search=Search(**said, cache=not no_cache, progress=not quiet, command=typed()))
 
         decorated = cast("F", call)
         for option in reversed(options):

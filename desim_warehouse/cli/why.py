@@ -36,14 +36,13 @@ def command(source: str, indicator: str | None, as_json: bool, assignments: tupl
 
     Suspects come from the account of time of a run: of RUN_DIR (`log: all`), or of MODEL. Example: desim why w.yaml
     """
-    from desim_warehouse.questions import why_words
     from desim_warehouse.questions.run import Run as Done
-    from desim_warehouse.study.why import why
+    from desim_warehouse.questions.why import why
 
     start = load_source(source, assignments)
     looked_at = start.model if isinstance(start, Done) else start
     model = None if Path(source).is_dir() else source
     warnings = warn(looked_at, model, assignments, as_json=as_json)
     with interruptible(None, search):
-        found = why(start, indicator=indicator, search=search)
-    give(why_words.answer(found), search.out, warnings, as_json=as_json)
+        costs = why(start, indicator=indicator, search=search)
+    give(costs.answer, search.out, warnings, as_json=as_json)

@@ -58,11 +58,10 @@ class Check:
 
 def check(model: Source) -> Check:
     """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate."""
-    from desim_warehouse.feasibility import examine
     from desim_warehouse.feasibility.asked import orders_asked_for
     from desim_warehouse.layout import checks
-    from desim_warehouse.run import night
-    from desim_warehouse.run.quick import estimate, left_out, with_choice, with_nearer
+    from desim_warehouse.run.examined import examined
+    from desim_warehouse.run.quick import left_out, with_choice, with_nearer
 
     model = as_model(model)
     layout = model.floor
@@ -86,10 +85,11 @@ def check(model: Source) -> Check:
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
         facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
-    findings, calculation = examine(model, layout, estimate)
-    if not any(item.level == "error" and item.code not in model.accept for item in findings):
-        findings = checks.worst_first([*findings, *night.findings(model, layout)])
-        facts += [] if calculation is None else [*with_nearer(model), *with_choice(model, calculation)]
+    findings, calculation = examined(model)
+    if calculation is not None and not any(
+        item.level == "error" and item.code not in model.accept for item in findings
+    ):
+        facts += [*with_nearer(model), *with_choice(model, calculation)]
     lines = [] if calculation is None else calculation.lines(model.units)
     return Check(facts, findings, calculation, model.accept, lines)
 

@@ -6,7 +6,6 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find, within
@@ -27,7 +26,7 @@ from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError
 from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, RACED
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.selection import Selection, kn_steps
-from desim_warehouse.study.study import Study
+from desim_warehouse.study.study import StudyEngine
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
 
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
@@ -36,7 +35,7 @@ ZONE = 0.01
 
 
 @dataclass(frozen=True)
-class Best(Answered):
+class Raced:
     """The best design, those shown to be less than delta worse, and when others were eliminated."""
 
     point: Point
@@ -44,7 +43,7 @@ class Best(Answered):
     indicator: str
     maximise: bool
     selection: Selection
-    study: Study = field(repr=False, compare=False)
+    study: StudyEngine = field(repr=False, compare=False)
 
     @property
     def first(self) -> Point:
@@ -53,31 +52,28 @@ class Best(Answered):
 
 
 @dataclass(frozen=True)
-class SizeFound(Sizing[Any], Answered):
+class Smallest(Sizing[Any]):
     """The smallest value that meets a target, and the study of all that were looked at."""
 
-    study: Study = field(repr=False, compare=False, kw_only=True)
+    study: StudyEngine = field(repr=False, compare=False, kw_only=True)
 
 
-def best(
-    study: Study,
+def race(
+    study: StudyEngine,
     indicator: str,
     delta: float | None = None,
     *,
+    share: float = ZONE,
     maximise: bool | None = None,
     search: Search = USUAL,
-) -> Best:
-    """Choose the best design of a study by the mean of an indicator.
-
-    Designs that are clearly worse drop out early, so this needs far fewer runs than as many replications of
-    all. Runs are stored where `Study.run` would store them, and those already there are used. The confidence
-    is the study's.
+) -> Raced:
+    """Race the designs of a study (KN): those that are clearly worse by the mean of an indicator drop out early.
 
     Args:
-        study: its designs are the candidates. Runs that it already has are used.
+        study: its designs are the candidates, at its own confidence. Runs that it already has are used.
         indicator: what is compared.
-        delta: indifference zone in the indicator's unit: smaller differences do not matter. Default: 1 % of the
-            largest mean of the first replications.
+        delta: indifference zone in the indicator's unit; None: `share` of the largest mean of the first replications.
+        share: a part of that mean.
         maximise: whether more is better (default: as usual for the indicator).
         search: how runs are done; confidence, seed and time limit are the study's.
 
@@ -92,43 +88,6 @@ def best(
     if delta is not None:
         check_zone(indicator, delta)
     more = more_is_better(indicator) if maximise is None else maximise
-    zone = {"share": ZONE} if delta is None else {"delta": delta}
-    return _race(study, indicator, more, search, **zone)
-
-
-def most(
-    study: Study,
-    indicator: str = "throughput_per_hour",
-    *,
-    share: float = ZONE,
-    search: Search = USUAL,
-) -> Best:
-    """Find the value of a study's factor with which most is done, where more of it need not do more.
-
-    As `best`, with an indifference zone of `share` of the largest mean of the first replications.
-
-    Args:
-        study: with one factor, its values upwards.
-        indicator: what is done.
-        share: a smaller difference, as a part of the largest mean, does not matter.
-        search: see `best`.
-
-    Raises:
-        StudyError: unknown indicator, fewer than two designs, or a run that failed.
-    """
-    return _race(study, indicator, more_is_better(indicator), search, share=share)
-
-
-def _race(
-    study: Study,
-    indicator: str,
-    more: bool,
-    search: Search,
-    *,
-    delta: float = 0.0,
-    share: float = 0.0,
-) -> Best:
-    """KN among the designs of a study, with an indifference zone of `delta`, or of a `share` of the largest mean."""
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
@@ -138,7 +97,7 @@ def _race(
     def steps(exact: bool) -> Procedure[Selection]:
         begin, end = (2, 2) if exact else (first, cap)  # designs without chance are compared by two runs each
         zone = delta
-        if share:
+        if zone is None:
             values = yield from request([(design, rank) for design in range(designs) for rank in range(begin)])
             sums = [abs(sum(values[at : at + begin])) for at in range(0, len(values), begin)]
             zone = max(share * max(sums) / begin, LEAST_DELTA)
@@ -150,17 +109,17 @@ def _race(
 
     selection = study.follow(steps, indicator, search=search)
     tied = tuple(study.points[number] for number in selection.within)
-    return with_answer(Best(study.points[selection.best], tied, indicator, more, selection, study), search.out)
+    return Raced(study.points[selection.best], tied, indicator, more, selection, study)
 
 
-def size(
-    study: Study,
+def smallest(
+    study: StudyEngine,
     target: str,
     *,
     zone: float | str | None = None,
     scan: bool = False,
     search: Search = USUAL,
-) -> SizeFound:
+) -> Smallest:
     """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
 
     Args:
@@ -175,8 +134,8 @@ def size(
 
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes: a plan with one count.
     """
-    if not isinstance(study, Study):
-        raise StudyError(f"size: {shown(study):.60}, expected a Study of one factor")
+    if not isinstance(study, StudyEngine):
+        raise StudyError(f"size: {shown(study):.60}, expected a StudyEngine of one factor")
     if not isinstance(search, Search):
         raise StudyError(f"size, search: {shown(search):.60}, expected a Search; scan=True looks at all values")
     _refuse_other(study, search)
@@ -195,11 +154,11 @@ def size(
             judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
             return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
 
-        found = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
-    return with_answer(SizeFound(**vars(found), study=study), search.out)
+        sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
+    return Smallest(**vars(sizing), study=study)
 
 
-def _refuse_other(study: Study, search: Search) -> None:
+def _refuse_other(study: StudyEngine, search: Search) -> None:
     """Refuse a search that says otherwise what the study says itself; raises StudyError."""
     for name in ("confidence", "seed", "timeout"):
         said, own = getattr(search, name), getattr(study.plan, name)
@@ -208,7 +167,7 @@ def _refuse_other(study: Study, search: Search) -> None:
 
 
 def scouted(
-    study: Study,
+    study: StudyEngine,
     goal: Target,
     designs: Sequence[tuple[int, ...]],
     cost: Callable[[tuple[int, ...]], tuple[float, ...]],
@@ -221,7 +180,10 @@ def scouted(
 
     None: the runs allowed ended before. `told`: what was known before, for those who watch the progress.
     """
-    scout = Study.of(replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated())
+    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout")
+    scout = StudyEngine.of(plan.unreplicated())
+        replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated()
+    )
 
     with scout.session(search) as runner:
 
@@ -239,7 +201,7 @@ def scouted(
 
 
 def judge_of(
-    study: Study,
+    study: StudyEngine,
     runner: StudyRunner,
     goal: Target,
     search: Search,
@@ -283,7 +245,7 @@ _DRIFTS = ("backlog_growth_per_hour", "work_backlog", "energy_drift_per_hour")
 """Indicators whose size says that a design cannot last."""
 
 
-def cannot_last(study: Study, runner: StudyRunner, number: int, *, glance: bool = False) -> str | None:
+def cannot_last(study: StudyEngine, runner: StudyRunner, number: int, *, glance: bool = False) -> str | None:
     """Why a design cannot last, by its runs so far, or None if it can; `glance`: see `not_lasting`."""
     rows = [row for r in range(runner.replications[number]) if (row := runner.found(number, r)) is not None]
     if any(map(ran_flat, rows)):

@@ -30,6 +30,7 @@ class Search:
         out: the study folder. Runs there are reused, whichever study did them; the answer is kept there.
         cache: without `out`, keep runs in the user's cache (DESIM_CACHE names its folder), and reuse those there.
         progress: show progress on standard error.
+        command: as it was typed, for readers of the answer; empty: the question was asked in Python.
 
     Raises:
         StudyError: a cap below the first look, no confidence, or too many workers.
@@ -47,6 +48,7 @@ class Search:
     out: str | Path | None = None
     cache: bool = True
     progress: bool = False
+    command: str = ""
 
     def __post_init__(self) -> None:
         """Refuse what no search can do."""

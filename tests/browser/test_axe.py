@@ -6,17 +6,18 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.questions import compare_words, input_words
+from desim_warehouse.questions.orient import worded
+from desim_warehouse.questions.plan import plan_fleet
+from desim_warehouse.questions.size import size
+from desim_warehouse.questions.why import why
 from desim_warehouse.report import validation_page
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
-from desim_warehouse.study.designs.directions import BetterDirections, DirectionGain
+from desim_warehouse.study.designs.directions import DirectionGain, SearchedDirections
 from desim_warehouse.study.fit import fit
-from desim_warehouse.study.fleet import plan_fleet
-from desim_warehouse.study.procedures import size
 from desim_warehouse.study.target import read_target
 from desim_warehouse.study.tipping import InputEffect, TippingPoint, TippingPoints
 from desim_warehouse.study.warm_up import settle
-from desim_warehouse.study.why import why
 from tests.browser.pages import Opened
 from tests.kept.test_kept import HERE as KEPT
 from tests.report.replay.floors import busy_run, people_run
@@ -103,8 +104,10 @@ def an_answer_of_tipping_points(folder):
 
 def an_answer_of_directions(folder):
     gains = [DirectionGain(where, 0.05, low, 0.09, 12, low > 0) for where, low in (("", 0.01), ("6 robots", -0.02))]
-    turned = BetterDirections(example(), {}, ("column B",), 3, "throughput_per_hour", gains[0], (gains[1],), 200, 0.95)
-    return of(turned.answer, folder)
+    turned = SearchedDirections(
+        example(), {}, ("column B",), 3, "throughput_per_hour", gains[0], (gains[1],), 200, 0.95
+    )
+    return of(worded(turned).answer, folder)
 
 
 def an_answer_of_a_warm_up(folder):

@@ -15,7 +15,7 @@ from desim_warehouse.findings import CODES
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.model.schema import Model
 from desim_warehouse.questions.check import check
-from desim_warehouse.study.fleet import plan_fleet
+from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.study.target import check_zone, read_target, too_short
 from desim_warehouse.values.fields import Usual, sections_in
 from desim_warehouse.values.units import UnitNames

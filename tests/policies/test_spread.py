@@ -10,7 +10,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.layout.oracle import RouteOracle
 from desim_warehouse.questions.check import check
-from desim_warehouse.study.designs.directions import orient
+from desim_warehouse.questions.orient import orient
 from desim_warehouse.world import World
 from tests.policies.test_travel import NODE_TIME, SPEED, total
 

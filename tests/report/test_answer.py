@@ -23,17 +23,21 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.live.answers import Named, RunsSoFar
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.questions import judged as judged_words
+from desim_warehouse.questions.plan import plan_fleet, worded
+from desim_warehouse.questions.size import size
+from desim_warehouse.questions.why import why
+from desim_warehouse.questions.why import worded as why_worded
+from desim_warehouse.report import text as report_text
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
-from desim_warehouse.study.fleet import Designs, FleetPlan, Shown, Sized, plan_fleet
-from desim_warehouse.study.procedures import size
+from desim_warehouse.study.fleet import Designs, FleetSizes, Shown, Sized
+from desim_warehouse.study.held_up import HeldUp
 from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.suspects import Suspect
 from desim_warehouse.study.target import read_target
-from desim_warehouse.study.why import Why, why
 from tests.live.test_frozen import held
 from tests.report.test_report import needs_nothing_from_outside
 
@@ -59,7 +63,7 @@ def made_up_why(number):
     base = 0.9 if indicator == "on_time" else 100.0
     seen = Estimate(10, base, (0.9 * base, 1.05 * base), base, base, {}, False, 0.95)
     gains = Gains(tuple(gain for _, gain in pairs), base, 0.01 * base, 0.95, 60)
-    return Why(example(), indicator, tuple(pairs), gains, number, seen)
+    return why_worded(HeldUp(example(), indicator, tuple(pairs), gains, number, seen))
 
 
 GOAL = read_target("on_time >= 95 %")
@@ -111,7 +115,8 @@ def made_up_plan(number):
     runs = chance.randint(20, 5000)
     today = sized("today", 1.0)
     demands = (today,) if grown is None else (today, grown)
-    return FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", demands, (), None, Designs(example()), runs, (), number)
+    sizes = FleetSizes(example(), GOAL, 0.01, 0.95, "nearest", demands, (), None, Designs(example()), runs, (), number)
+    return worded(sizes)
 
 
 def text_of(source):
@@ -190,8 +195,8 @@ def test_every_open_fleet_is_named_or_counted():
     few = (shown(chance, (7, 5), "fails"), shown(chance, (14, 2), "fails"))
     counts = tuple((robots, chargers) for robots in range(6, 15) for chargers in range(2, 6))
     sized = Sized("today", 1.0, 200.0, best, (close, *few), {}, False, (), {}, counts=counts)
-    plan = FleetPlan(example(), GOAL, 0.01, 0.95, "nearest", (sized,), (), None, Designs(example()), 400)
-    assert "8 to 10 robots and 3 to 5 chargers may also be enough; " in plan.answer.answer[0]
+    sizes = FleetSizes(example(), GOAL, 0.01, 0.95, "nearest", (sized,), (), None, Designs(example()), 400)
+    assert "8 to 10 robots and 3 to 5 chargers may also be enough; " in worded(sizes).answer.answer[0]
 
 
 def test_a_plan_has_the_page_of_its_fleet(tmp_path):
@@ -273,16 +278,10 @@ def test_options_whose_runs_are_equal_are_one():
     assert found == [("a", ["A"]), ("b", ["B"]), ("c", [])]
 
 
-WORDED = sorted(
-    path for package in ("answer", "questions") for path in Path(dw.__file__).with_name(package).rglob("*.py")
-)
-"""The files that word answers."""
-
-
 def test_no_template_has_a_bracket_in_a_bracket():
     """Whatever is put into a sentence: what stands in brackets in its template has no brackets of its own."""
     nested = []
-    for path in WORDED:
+    for path in sorted(Path(report_text.__file__).parent.glob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.JoinedStr):
                 said = "".join(str(one.value) if isinstance(one, ast.Constant) else "x" for one in node.values)
@@ -299,7 +298,7 @@ def test_keys_of_a_model_stand_in_commands_only():
     """A sentence names robots and lanes, not fleet.size and traffic; `input_words` has lines for a model file."""
     key = re.compile(r"\b(fleet|traffic|tasks|layout|policies|battery|prices|run)\.[a-z_]+")
     found = []
-    for path in WORDED:
+    for path in sorted(Path(report_text.__file__).parent.glob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             said = node.value if isinstance(node, ast.Constant) else None
             is_sentence = isinstance(said, str) and " " in said and "\n" not in said and not said.endswith(".")

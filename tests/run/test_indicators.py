@@ -12,7 +12,7 @@ from desim_warehouse.outcome.log import COLUMNS, KINDS, STATES, LogRow
 from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.questions.study import Study
 from desim_warehouse.states import APART, TIMES, absent
-from desim_warehouse.study import procedures
+from desim_warehouse.study.procedures import race
 from tests import little
 from tests.run.ring import RATES, ring
 from tests.world.test_flows import RING
@@ -154,13 +154,13 @@ def vary(sizes):
 
 
 def test_the_best_share_of_waiting_is_the_smallest():
-    assert not procedures.best(vary([1, 6]), "share_waiting", 0.01).maximise
+    assert not race(vary([1, 6]), "share_waiting", 0.01).maximise
 
 
 def test_the_best_of_an_indicator_that_is_neither_good_nor_bad_needs_a_direction():
     with pytest.raises(dw.StudyError, match=r"'share_loaded': neither less nor more of it is better.* --minimise or"):
-        procedures.best(vary([1, 6]), "share_loaded", 0.01)
-    assert procedures.best(vary([1, 6]), "share_loaded", 0.01, maximise=True).maximise
+        race(vary([1, 6]), "share_loaded", 0.01)
+    assert race(vary([1, 6]), "share_loaded", 0.01, maximise=True).maximise
 
 
 def test_littles_law_on_a_case_worked_by_hand():

@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
-from desim_warehouse.study import procedures
+from desim_warehouse.study.procedures import race, smallest
 from tests.world.test_flows import RING
 
 PRICES = {
@@ -90,8 +90,8 @@ def test_the_best_fleet_depends_on_what_lateness_costs(late, robots, tmp_path):
     (tmp_path / "model.yaml").write_text(json.dumps(dw.load(RING, changes).content()), encoding="utf-8")
     study = dw.Study(tmp_path / "model.yaml", {"fleet.size": [2, 4]})
     study.plan = study.plan.unreplicated()
-    found = procedures.best(study, "cost_per_task", 0.01, search=dw.Search(first=5, cap=20))
+    found = race(study, "cost_per_task", 0.01, search=dw.Search(first=5, cap=20))
     assert str(found.point) == f"fleet.size={robots}"
     assert not found.maximise
-    sized = procedures.size(study, "cost_per_task <= 100", search=dw.Search(first=5, cap=20))
+    sized = smallest(study, "cost_per_task <= 100", search=dw.Search(first=5, cap=20))
     assert sized.smallest == 2

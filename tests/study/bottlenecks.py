@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
-from desim_warehouse.study.why import why
+from desim_warehouse.questions.why import why
 from tests.study.told import told
 
 MISLEADING = 100

@@ -12,7 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.plants import import_layout
-from desim_warehouse.study.designs.directions import directions
+from desim_warehouse.questions.orient import orient
 from tests.plants.foreign import FOLDER
 
 RUNS = 200
@@ -69,7 +69,7 @@ def main(first, last):
     shown, passed, searched = 0, 0, 0
     for number in range(first, last):
         drawn = model(number)
-        found = directions(drawn, search=dw.Search(runs=RUNS, seed=number, workers=1, cache=False))
+        found = orient(drawn, "throughput_per_hour", search=dw.Search(runs=RUNS, seed=number, workers=1, cache=False))
         lanes = len({frozenset(lane) for lane in drawn.floor.edges})
         passes = errors(found.model) <= errors(drawn)
         gain = found.gain

@@ -13,7 +13,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.questions.check import check
-from desim_warehouse.study.fleet import plan_fleet
+from desim_warehouse.questions.plan import plan_fleet
 from tests.study.told import told
 
 ON_TIME = Path(__file__).parent / "always_on_time.yaml"

@@ -12,9 +12,9 @@ import desim_warehouse as dw
 from desim_warehouse.answer import answer
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
-from desim_warehouse.questions import best_words
+from desim_warehouse.questions.best import BestOfMany, best_of, in_order, table
 from desim_warehouse.report.write import report
-from desim_warehouse.study.designs.best_of_many import BestOfMany, TriedDesign, best_of
+from desim_warehouse.study.designs.best_of_many import TriedDesign
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
 from tests.report.test_answer import is_everywhere
 from tests.study.best_banks import AisleBank, FleetBank, NodeBank, at_random, chosen, searched
@@ -133,7 +133,7 @@ def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(mod
     one = best_of(model, "annual_cost", **asked(out=tmp_path / "runs"))
     before = (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns
     again = best_of(model, "annual_cost", **asked(out=tmp_path / "runs", workers=2))
-    assert best_words.sentences(one) == best_words.sentences(again)
+    assert one.answer.answer == again.answer.answer
     assert (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns == before
     assert one.runs <= 60
     kept = [dw.Results.load(tmp_path / "runs" / name).rows for name in ("search", "judged")]
@@ -181,7 +181,7 @@ def test_without_a_target_the_next_best_is_compared_on_the_same_days(model):
     found = best_of(model, "throughput_per_hour", directions=True, search=dw.Search(runs=60))
     assert found.shown is None
     assert found.apart.n == found.best.value.n == 6
-    said = best_words.sentences(found)
+    said = found.answer.answer
     assert "on fresh days" in said[0]
     assert said[1].startswith("Next: ")
     assert "in 6 pairs of runs" in said[1]
@@ -228,7 +228,7 @@ def test_of_a_study_folder_nothing_is_searched(tmp_path):
 
 def test_the_table_has_every_design_tried(model):
     found = best_of(model, "annual_cost", **asked())
-    head, rows = best_words.table(found, best_words.in_order(found))
+    head, rows = table(found, in_order(found))
     assert len(rows) == len(found.tried)
     assert head[-1] == "runs in the search"
     [kept] = found.answer.tables
@@ -248,7 +248,7 @@ def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
 
 def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(model):
     found = best_of(model, "annual_cost", **asked())
-    order = best_words.in_order(found)
+    order = in_order(found)
     met = [found.target.met_by(one.reached) for one in order]
     assert met == sorted(met, reverse=True)
     costs = [one.mean for one, is_met in zip(order, met, strict=True) if is_met]

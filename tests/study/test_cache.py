@@ -13,11 +13,11 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.study import procedures
 from desim_warehouse.study.execution import cache as caching
 from desim_warehouse.study.execution.cache import Cache, cache_folder
 from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Outcome, Simulator
+from desim_warehouse.study.procedures import race
 
 from .conftest import MULTIBOTS, PATIENCE
 from .test_faults import DESIM
@@ -43,7 +43,7 @@ def simulated(monkeypatch):
 def chosen(fleets=(1, 2, 3), **where):
     """What `best` says, all of it, and the study that it was asked of."""
     made = dw.Study(MULTIBOTS, {"fleet.size": list(fleets)}, changes=CHANGES)
-    return procedures.best(made, "T", 50, search=dw.Search(**where)), made
+    return race(made, "T", 50, search=dw.Search(**where)), made
 
 
 def journals():
@@ -68,7 +68,7 @@ def test_a_question_asked_again_is_answered_without_a_run(simulated):
 def test_another_seed_log_level_or_model_is_another_run(simulated, changed):
     chosen()
     simulated.clear()
-    procedures.best(
+    race(
         dw.Study(MULTIBOTS, {"fleet.size": [1, 2]}, **{"changes": CHANGES, **changed}),
         "T",
         50,
@@ -82,7 +82,7 @@ def test_a_policy_that_was_changed_is_another_run(simulated, policies):
 
     def ask():
         simulated.clear()
-        procedures.best(dw.Study(MULTIBOTS, factors, changes=CHANGES), "T", 50, search=dw.Search(first=2, cap=2))
+        race(dw.Study(MULTIBOTS, factors, changes=CHANGES), "T", 50, search=dw.Search(first=2, cap=2))
         return len(simulated)
 
     assert ask()
@@ -282,9 +282,9 @@ def test_a_command_that_was_stopped_loses_nothing_that_ended(simulated, number, 
     whole, resumed = (
         dw.Study(MULTIBOTS, {"fleet.size": range(1, 7)}, changes={"tasks.goods": {"random": 8}}) for _ in range(2)
     )
-    expected = procedures.best(whole, "T", 1, search=dw.Search(first=50, cap=100, cache=False))
+    expected = race(whole, "T", 1, search=dw.Search(first=50, cap=100, cache=False))
     simulated.clear()
-    assert procedures.best(resumed, "T", 1, search=dw.Search(first=50, cap=100)) == expected
+    assert race(resumed, "T", 1, search=dw.Search(first=50, cap=100)) == expected
     assert len(simulated) == len(resumed.rows) - kept
 
 

@@ -6,7 +6,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.model import Model
-from desim_warehouse.study import procedures
+from desim_warehouse.study.procedures import race, smallest
 
 from .conftest import ROOT
 
@@ -60,23 +60,23 @@ def study(changes):
 def test_one_storage_place_is_compared_exactly():
     """Whatever is drawn is the same good: sixteen replications could say no more than one."""
     only = {"tasks.goods": {"saturated": 4}, "tasks.popularity": {"weights": [1, *[0] * 11]}, "run.length": 900}
-    found = procedures.size(study(only), "throughput_per_hour >= 10")
+    found = smallest(study(only), "throughput_per_hour >= 10")
     assert all(decision.deterministic and decision.n == 1 for decision in found.decisions)
-    assert procedures.most(study(only)).selection.deterministic
+    assert race(study(only), "throughput_per_hour").selection.deterministic
 
 
 def test_runs_show_that_no_chance_was_used_where_a_model_cannot_say():
     """People who come when all is done: which aisle they choose is drawn, but never for this work."""
     late = {"tasks.goods": [0, 3], "people.p": {"times": [10_000], "stay": 5}}
     assert not dw.load(TUTORIAL, late).is_deterministic
-    found = procedures.size(study(late), "T <= 1000", search=dw.Search(first=4))
+    found = smallest(study(late), "T <= 1000", search=dw.Search(first=4))
     assert all(decision.deterministic for decision in found.decisions)
-    assert procedures.best(study(late), "T", 1).selection.deterministic
+    assert race(study(late), "T", 1).selection.deterministic
 
 
 def test_runs_that_draw_are_not_exact_whatever_models_say(monkeypatch):
     """A model that forgot to say so: the first run that drew a number corrects it."""
     monkeypatch.setattr(Model, "is_deterministic", True)
-    found = procedures.best(study({"tasks.goods": {"random": 5}}), "T", 1000, search=dw.Search(first=3))
+    found = race(study({"tasks.goods": {"random": 5}}), "T", 1000, search=dw.Search(first=3))
     assert not found.selection.deterministic
     assert found.selection.samples == (3, 3)

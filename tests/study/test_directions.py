@@ -6,8 +6,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
-from desim_warehouse.questions import direction_words
-from desim_warehouse.study.designs.directions import directions
+from desim_warehouse.questions.orient import orient
 
 DETOUR = """\
 name: a short cut that leads the wrong way   # a comment that stays
@@ -60,7 +59,7 @@ def truth(model):
 
 def test_the_directions_found_are_the_best_that_there_are(file):
     model = dw.load(file)
-    found = directions(model, search=dw.Search(runs=80))
+    found = orient(model, "throughput_per_hour", search=dw.Search(runs=80))
     every = truth(model)
     best = max(every.values())
     chosen = next(mean for design, mean in every.items() if dict(found.ways) == dict(_lanes(model, design)))
@@ -80,10 +79,10 @@ def _lanes(model, design):
 
 def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(file, tmp_path):
     model = dw.load(file)
-    one = directions(model, search=dw.Search(runs=60, out=tmp_path / "runs"))
+    one = orient(model, "throughput_per_hour", search=dw.Search(runs=60, out=tmp_path / "runs"))
     before = (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns
-    again = directions(model, search=dw.Search(runs=60, workers=2, out=tmp_path / "runs"))
-    assert direction_words.sentences(one) == direction_words.sentences(again)
+    again = orient(model, "throughput_per_hour", search=dw.Search(runs=60, workers=2, out=tmp_path / "runs"))
+    assert one.answer.answer == again.answer.answer
     assert (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns == before
     assert (
         len(dw.Results.load(tmp_path / "runs" / "search").rows)
@@ -102,7 +101,7 @@ def test_the_command_writes_the_model_and_says_what_it_gains(file):
     assert "in 20 pairs of runs on fresh days." not in done.output  # 80 runs leave 16 for them
     assert "Turning costs " in done.output
     assert "# a comment that stays" in out.read_text(encoding="utf-8")
-    assert dw.load(out) == directions(dw.load(file), search=dw.Search(runs=80)).model
+    assert dw.load(out) == orient(dw.load(file), "throughput_per_hour", search=dw.Search(runs=80)).model
 
 
 def test_a_floor_that_is_best_as_drawn_is_not_written(file):
@@ -117,8 +116,8 @@ def test_a_floor_that_is_best_as_drawn_is_not_written(file):
 
 def test_what_cannot_be_searched_is_refused(file):
     with pytest.raises(StudyError, match="too few to search directions, expected at least 50"):
-        directions(dw.load(file), search=dw.Search(runs=20))
+        orient(dw.load(file), "throughput_per_hour", search=dw.Search(runs=20))
     with pytest.raises(StudyError, match="neither less nor more of it is better"):
-        directions(dw.load(file), "share_loaded")
+        orient(dw.load(file), "share_loaded")
     with pytest.raises(StudyError, match="throughput_per_hou"):
-        directions(dw.load(file), "throughput_per_hou")
+        orient(dw.load(file), "throughput_per_hou")

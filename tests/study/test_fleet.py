@@ -10,7 +10,8 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml
-from desim_warehouse.study.fleet import Designs, plan_fleet, utilisation
+from desim_warehouse.questions.plan import plan_fleet
+from desim_warehouse.study.fleet import Designs, utilisation
 from desim_warehouse.study.fleet.given import growth_of
 from tests.docs import pages
 from tests.study import plans

@@ -9,8 +9,9 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.model.steady import evenly, without_breaks
+from desim_warehouse.questions.why import why
+from desim_warehouse.study.held_up import Health
 from desim_warehouse.study.suspects import left_out, suspects
-from desim_warehouse.study.why import Health, why
 from tests.docs import pages
 
 

@@ -7,8 +7,8 @@ import yaml
 
 import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
+from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.run.quick import estimate
-from desim_warehouse.study.fleet import plan_fleet
 
 TARGET, ZONE = 0.9, 0.01
 FRESH_DAYS = 20

@@ -5,9 +5,10 @@ import json
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.questions.why import worded
+from desim_warehouse.study.held_up import HeldUp
 from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.suspects import Suspect, suspects
-from desim_warehouse.study.why import Why
 from tests.docs import pages
 from tests.study.planted import CASES, named
 from tests.world.test_hours import SQUARE
@@ -105,7 +106,7 @@ def found(*reliefs):
         for rank, (name, relief, dose, low, high) in enumerate(reliefs, start=1)
     ]
     gains = Gains(tuple(gain for _, gain in pairs), 600, 6, 0.95, 80)
-    return Why(dw.load(SQUARE), "cycle_time_mean", tuple(pairs), gains)
+    return worded(HeldUp(dw.load(SQUARE), "cycle_time_mean", tuple(pairs), gains))
 
 
 def test_a_suspect_is_named_though_it_is_open_which_of_its_reliefs_is_best():

@@ -6,6 +6,7 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study import procedures
+from desim_warehouse.study.procedures import race, smallest
 from desim_warehouse.study.warm_up import settle
 from desim_warehouse.values.units import UnitNames
 
@@ -22,7 +23,7 @@ def study(factors, changes=None, **more):
 
 def test_the_best_design_is_found_with_fewer_runs_for_the_worse(tmp_path):
     made = study({"fleet.size": [1, 4, 5]})
-    found = procedures.best(made, "T", 20, search=dw.Search(out=tmp_path))
+    found = race(made, "T", 20, search=dw.Search(out=tmp_path))
     assert str(found.point) in {"fleet.size=4", "fleet.size=5"}
     assert not found.maximise
     assert found.selection.guaranteed
@@ -33,28 +34,28 @@ def test_the_best_design_is_found_with_fewer_runs_for_the_worse(tmp_path):
 
 
 def test_the_choice_is_the_same_for_any_number_of_workers():
-    one = procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50)
-    two = procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, search=dw.Search(workers=2, cache=False))
+    one = race(study({"fleet.size": [1, 2, 4]}), "T", 50)
+    two = race(study({"fleet.size": [1, 2, 4]}), "T", 50, search=dw.Search(workers=2, cache=False))
     assert one == two
 
 
 def test_more_is_better_where_it_is():
-    found = procedures.best(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10)
+    found = race(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10)
     assert found.maximise
     assert str(found.point) == "fleet.size=3"
-    worst = procedures.best(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10, maximise=False)
+    worst = race(study({"fleet.size": [1, 3]}), "throughput_per_hour", 10, maximise=False)
     assert str(worst.point) == "fleet.size=1"
 
 
 def test_deterministic_designs_need_two_runs_each():
-    found = procedures.best(study({"fleet.size": [1, 3]}, {"tasks.goods": [11, 8, 39]}), "T", 1)
+    found = race(study({"fleet.size": [1, 3]}, {"tasks.goods": [11, 8, 39]}), "T", 1)
     assert found.selection.deterministic
     assert found.selection.samples == (2, 2)
 
 
 def test_the_smallest_fleet_for_a_throughput(tmp_path):
     made = study({"fleet.size": "1..6"}, LIFELONG)
-    found = procedures.size(made, "throughput_per_hour >= 250", search=dw.Search(out=tmp_path))
+    found = smallest(made, "throughput_per_hour >= 250", search=dw.Search(out=tmp_path))
     assert found.smallest == 3
     assert found.below.verdict == "fails"
     means = made.summary(["throughput_per_hour"]).set_index("fleet.size")["mean"]
@@ -64,43 +65,43 @@ def test_the_smallest_fleet_for_a_throughput(tmp_path):
 
 def test_a_value_with_which_a_robot_runs_flat_is_too_small():
     tiny = {"battery.threshold": 0, "battery.reserve": 0, "accept": ["BATTERY_TOO_SMALL"], "tasks.goods": {"random": 5}}
-    found = procedures.size(study({"battery.capacity": [1, 10]}, tiny), "T <= 100000")
+    found = smallest(study({"battery.capacity": [1, 10]}, tiny), "T <= 100000")
     assert found.smallest == 10
     assert dict(found.vetoed)[1] == "a robot runs flat"
 
 
 def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
-    procedures.best(study({"fleet.size": [1, 2, 4]}), "T", 50, search=dw.Search(out=tmp_path))
+    race(study({"fleet.size": [1, 2, 4]}), "T", 50, search=dw.Search(out=tmp_path))
     before = len((tmp_path / "runs.jsonl").read_bytes().splitlines())
     again = dw.Study.open(tmp_path)
-    procedures.best(again, "T", 50, search=dw.Search(out=tmp_path))
+    race(again, "T", 50, search=dw.Search(out=tmp_path))
     assert len((tmp_path / "runs.jsonl").read_bytes().splitlines()) == before
 
 
 @pytest.mark.parametrize(
     ("call", "message"),
     [
-        (lambda: procedures.best(study({"fleet.size": [1, 2]}), "Tt", 1), "indicator 'Tt': there is none"),
-        (lambda: procedures.best(study({"fleet.size": [1]}), "T", 1), "expected factors with several values"),
-        (lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", 0), "indifference zone"),
-        (lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", 1e-300), "must be at least 1e-09"),
-        (lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", float("nan")), "must be at least 1e-09"),
+        (lambda: race(study({"fleet.size": [1, 2]}), "Tt", 1), "indicator 'Tt': there is none"),
+        (lambda: race(study({"fleet.size": [1]}), "T", 1), "expected factors with several values"),
+        (lambda: race(study({"fleet.size": [1, 2]}), "T", 0), "indifference zone"),
+        (lambda: race(study({"fleet.size": [1, 2]}), "T", 1e-300), "must be at least 1e-09"),
+        (lambda: race(study({"fleet.size": [1, 2]}), "T", float("nan")), "must be at least 1e-09"),
         (
-            lambda: procedures.size(study({"fleet.size": [1, 2]}), "on_time >= 95"),
+            lambda: smallest(study({"fleet.size": [1, 2]}), "on_time >= 95"),
             "on_time is a share, expected a number from 0 to 1, or a %; did you mean 95 %",
         ),
-        (lambda: procedures.size(study({"fleet.size": [1, 2]}), "share_idle < -0.1"), "expected a number from 0 to 1"),
-        (lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 5 %"), "T is no share, expected a number"),
-        (lambda: procedures.size(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
-        (lambda: procedures.size(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
+        (lambda: smallest(study({"fleet.size": [1, 2]}), "share_idle < -0.1"), "expected a number from 0 to 1"),
+        (lambda: smallest(study({"fleet.size": [1, 2]}), "T < 5 %"), "T is no share, expected a number"),
+        (lambda: smallest(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
+        (lambda: smallest(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
         (lambda: dw.Search(first=10, cap=4), "first 10, cap 4: expected 2 <= first <= cap"),
         (lambda: dw.Search(confidence=95), "confidence 95: expected a number between 0 and 1, did you mean 0.95"),
         (
-            lambda: procedures.best(study({"fleet.size": [1, 2]}), "T", 1, search=dw.Search(seed=3)),
+            lambda: race(study({"fleet.size": [1, 2]}), "T", 1, search=dw.Search(seed=3)),
             "search, seed 3: the study has 0; expected it in the study alone",
         ),
         (
-            lambda: procedures.size(study({"fleet.size": [1, 2]}), "T < 3", search="scan"),
+            lambda: smallest(study({"fleet.size": [1, 2]}), "T < 3", search="scan"),
             "size, search: 'scan', expected a Search; scan=True looks at all values",
         ),
     ],
@@ -118,7 +119,7 @@ def test_a_target_for_a_share_is_a_number_or_a_percentage(text):
 def test_a_failed_run_ends_a_procedure_with_its_error(parking):
     factors = {"policies.parking": {"named": {"good": "home", "bad": parking("raise")}}}
     with pytest.raises(dw.StudyError, match=r"policies.parking=bad, replication 0 failed: .*no bay for me"):
-        procedures.best(study(factors), "T", 50)
+        race(study(factors), "T", 50)
 
 
 @pytest.mark.parametrize("observed", ["throughput", "cycle_time"])
@@ -212,7 +213,7 @@ def test_a_study_never_contradicts_the_search_that_looked_at_it_several_times():
             "models/tutorial.yaml", {"fleet.size": [1, 2, 3, 4]}, changes=changes, target=target, seed=seed
         )
         study.plan = study.plan.unreplicated()
-        said = {f"fleet.size={one.value}": one for one in procedures.size(study, target).decisions}
+        said = {f"fleet.size={one.value}": one for one in smallest(study, target).decisions}
         judged = study.results.judged
         assert said
         for design, one in said.items():

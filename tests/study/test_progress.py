@@ -6,9 +6,9 @@ import re
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.study.execution import progress
 from desim_warehouse.study.execution.progress import Progress
-from desim_warehouse.study.fleet import plan_fleet
 
 
 @pytest.mark.parametrize(

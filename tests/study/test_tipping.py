@@ -11,9 +11,9 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ModelError, StudyError
-from desim_warehouse.questions import fleet_words
+from desim_warehouse.questions import plan_words
+from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.report.write import report
-from desim_warehouse.study.fleet import plan_fleet
 from desim_warehouse.study.statistics.thresholds import LinearNeed, crossing, linear_need, worth
 from desim_warehouse.study.tipping import TippingPoints, tipping_points
 from tests.report.test_answer import is_everywhere
@@ -236,10 +236,10 @@ def test_the_command_has_what_is_not_known_in_its_json(file, tmp_path):
 def test_a_folder_says_where_nothing_is_said_and_one_without_ranges_is_silent(found, file, tmp_path):
     poor = silent(found.target, dw.load(file))
     planned = plan_fleet(dw.load(file), "T <= 1e9", strategies={}, robots=[6])
-    answer = fleet_words.answer(planned, poor)
+    answer = plan_words.answer(planned, poor)
     assert "Nothing is said of where the answer tips: R² is 0.620" in answer.tables[0].note
     assert answer.answer[-1] == poor.answer.answer[0]
-    assert fleet_words.answer(planned).tables == ()
+    assert plan_words.answer(planned).tables == ()
 
 
 @pytest.mark.parametrize(

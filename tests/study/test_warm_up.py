@@ -93,7 +93,7 @@ def test_the_number_of_workers_does_not_matter():
 
 
 def test_the_best_design_is_found_with_each_designs_own_warm_up():
-    from desim_warehouse.study.procedures import best
+    from desim_warehouse.questions.best import best
 
     study = dw.Study(loop(), {"tasks.goods": [{"saturated": 39}, {"saturated": 19}]}, warm_up="auto")
     found = best(study, "cycle_time_mean", 10, search=dw.Search(first=3, cap=5))

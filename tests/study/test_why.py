@@ -7,9 +7,10 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.answer.answer import load
 from desim_warehouse.errors import StudyError
+from desim_warehouse.questions.why import why, worded
+from desim_warehouse.study.held_up import HeldUp, usual_indicator
 from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.suspects import Suspect, suspects
-from desim_warehouse.study.why import Why, usual_indicator, why
 from tests.docs import pages
 from tests.study import bottlenecks
 from tests.world.test_hours import SQUARE
@@ -178,7 +179,8 @@ def test_the_largest_gain_is_named_where_it_takes_many_changes():
     every = Suspect("two-way lanes", "two lanes for each of 60 two-way lanes", lanes, dose=20.0)
     gains = [Gain(1, 18, -58, 94, 6), Gain(2, 330, 275, 384, 6, scale=every.scale)]
     both = tuple(zip((crossing, every), gains, strict=True))
-    found = Why(dw.load(SQUARE), "throughput_per_hour", both, Gains(tuple(gains), 851, 8.5, 0.95, 12)).answer
+    costs = HeldUp(dw.load(SQUARE), "throughput_per_hour", both, Gains(tuple(gains), 851, 8.5, 0.95, 12))
+    found = worded(costs).answer
     said = found.answer[0]
     assert "cannot yet say what helps most. Gain in throughput, per 10 % more: nobody waits at A 18 tasks/h (" in said
     assert said.endswith("As a whole two lanes for each of 60 two-way lanes gains most: 330 tasks/h (275 to 384).")

@@ -10,7 +10,7 @@ import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
 from desim_warehouse.layout import build
 from desim_warehouse.model.sections.flows import Profile, Rates
-from desim_warehouse.study.why import suspects
+from desim_warehouse.study.suspects import suspects
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.flows import _Flow
 from tests import little

@@ -6,11 +6,10 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from random import Random
-from typing import Any, overload
+from typing import Any
 
-from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import Model, Source, as_model
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.designs.design_space import (
@@ -23,9 +22,8 @@ from desim_warehouse.study.designs.design_space import (
 )
 from desim_warehouse.study.designs.local_search import Goal, LocalSearch
 from desim_warehouse.study.factors import Factor, Label
-from desim_warehouse.study.procedures import ZONE, Best, judge_of, more_is_better, not_lasting
-from desim_warehouse.study.procedures import best as race
-from desim_warehouse.study.results import Results
+from desim_warehouse.study.procedures import ZONE, Raced, judge_of, more_is_better, not_lasting, race
+from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.runner import StudyRunner, could_not_go_on
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.comparison import paired
@@ -33,7 +31,7 @@ from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError
 from desim_warehouse.study.statistics.limits import SEARCH_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.study import Study, searched
+from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.target import check_zone, read_target
 
 FEWEST_RUNS = 50
@@ -72,7 +70,7 @@ class JudgedDesign:
 
 
 @dataclass(frozen=True)
-class BestOfMany(Answered):
+class SearchedDesigns:
     """The best design found, with its value on fresh days.
 
     `shown`: whether it was shown to meet the target, None without one. Two designs lead the search: where fresh days
@@ -98,24 +96,7 @@ class BestOfMany(Answered):
     seed: int = 0
 
 
-@overload
-def best(what: Study, indicator: str, delta: float | None = None, **how: Any) -> Best: ...
-@overload
-def best(what: Source, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany: ...
-
-
-def best(what: Study | Source, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany:
-    """Choose the best design of a study, or of a model with what is to be varied, placed or turned.
-
-    The designs of a study all race: see `procedures.best`, whose arguments `how` may have. For a model see `best_of`.
-    `delta` is by default 1 % of the largest of the first means.
-    """
-    if isinstance(what, Study):
-        return race(what, indicator, delta, **how)
-    return best_of(as_model(what), indicator, delta, **how)
-
-
-def best_of(  # half of it says what its arguments mean
+def search_designs(
     model: Model,
     indicator: str,
     delta: float | None = None,
@@ -126,23 +107,19 @@ def best_of(  # half of it says what its arguments mean
     directions: bool = False,
     maximise: bool | None = None,
     search: Search = USUAL,
-) -> Best | BestOfMany:
-    """The best design by the mean of an indicator, of those that meet a target where there is one.
-
-    Where nothing but keys is varied, without a target, and each design can have ten runs, all of them race
-    (`procedures.best`). Else they are searched with four fifths of the runs; the last fifth is done on fresh days, and
-    says whether the target is met, and what the indicator is.
+) -> Raced | SearchedDesigns:
+    """Search the designs of a model for the best by the mean of an indicator; race them where they are few.
 
     Args:
         model: the warehouse.
         indicator: what should be best.
         delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the first mean.
-        target: what must be met, such as "on_time >= 95 %".
+        target: what must be met, such as "on_time >= 95 %"; with one there is no race.
         vary: key of the model -> its values, in any form of a study file.
-        place_chargers: how many nodes have a charger; which is searched. None: chargers stay.
+        place_chargers: how many nodes have a charger. None: chargers stay.
         directions: whether aisles may be turned.
         maximise: whether more is better (default: as usual for the indicator).
-        search: how runs are done, at most 500 by default; first look and cap are those of a race.
+        search: how runs are done, at most 500 by default; first look and cap are for a race.
 
     Raises:
         ModelError: a value that makes no model.
@@ -163,7 +140,7 @@ def best_of(  # half of it says what its arguments mean
     if delta is not None:
         check_zone(indicator, delta)
     goal = None if target is None else read_target(target, model.units.names)
-    return with_answer(_DesignSearch(space, indicator, more, goal, search).answer(delta), search.out)
+    return _DesignSearch(space, indicator, more, goal, search).outcome(delta)
 
 
 def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, *, directions: bool) -> DesignSpace:
@@ -184,7 +161,7 @@ def are_few(factors: Sequence[Factor], runs: int) -> bool:
 
 def _factor(model: Model, key: str, values: Any, seed: int) -> Factor:
     """A factor, each of whose values makes a model by itself."""
-    (found,) = Study(model, {key: values}, seed=seed).plan.factors
+    (found,) = StudyEngine(model, {key: values}, seed=seed).plan.factors
     return found
 
 
@@ -198,8 +175,8 @@ class _DesignSearch:
         self.runs = runs - self.judged
         self.numbers: dict[Combined, int] = {}
 
-    def answer(self, delta: float | None) -> BestOfMany:
-        """Search, judge, and say what came out."""
+    def outcome(self, delta: float | None) -> SearchedDesigns:
+        """Search, and judge the best candidates on fresh days."""
         scout = self._study("search", [self.space.now], self.search.seed + 1)
         candidates = self._searched(scout)[:_CANDIDATES]
         fresh = self._study("judged", candidates, self.search.seed)
@@ -215,7 +192,7 @@ class _DesignSearch:
             chosen, other = other, chosen
             apart = self._apart(fresh.results, other, chosen)
         best, swapped = known[chosen or 0], other == 0
-        return BestOfMany(
+        return SearchedDesigns(
             self.space.model.replace(best.overrides),
             best,
             self.indicator,
@@ -240,7 +217,7 @@ class _DesignSearch:
         low, high = apart.interval or (apart.mean, apart.mean)
         return low > 0 if self.maximise else high < 0
 
-    def _study(self, name: str, designs: Sequence[Combined], seed: int) -> Study:
+    def _study(self, name: str, designs: Sequence[Combined], seed: int) -> StudyEngine:
         cases = {self._label(design): self.space.changes(design) for design in designs}
         base = self.space.model
         target = None if self.goal is None else self.goal.text
@@ -249,7 +226,7 @@ class _DesignSearch:
     def _label(self, design: Combined) -> str:
         return ", ".join(f"{key}: {label}" for key, label in self.space.labels(design).items())
 
-    def _searched(self, scout: Study) -> list[Combined]:
+    def _searched(self, scout: StudyEngine) -> list[Combined]:
         """The designs that the search ends with, the best first; those that it simulates become designs of `scout`."""
         with scout.session(self.search.under("search")) as runner:
             self.numbers = {self.space.now: 0}
@@ -269,7 +246,7 @@ class _DesignSearch:
 
             return scout.carry_out(runner, steps, self.indicator, failed=math.nan)
 
-    def _judge(self, fresh: Study) -> tuple[int | None, Judge | None]:
+    def _judge(self, fresh: StudyEngine) -> tuple[int | None, Judge | None]:
         """The number of the candidate shown to meet the target, and who judged; without a target the first."""
         first, cap = min(_FIRST, self.judged // 2), max(_FIRST, 2 * self.judged // _JUDGED)
         search = replace(self.search.under("judged"), first=first, cap=cap)
@@ -293,7 +270,7 @@ class _DesignSearch:
             chosen = fresh.carry_out(runner, judged, target.indicator, failed=target.missed)
         return chosen, judges[-1]
 
-    def _known(self, fresh: Results, number: int, design: Combined, judge: Judge | None) -> JudgedDesign:
+    def _known(self, fresh: ResultsData, number: int, design: Combined, judge: Judge | None) -> JudgedDesign:
         rows = fresh.by_point[number]
         verdict = None if judge is None else judge.verdicts.get(number)
         return JudgedDesign(
@@ -305,7 +282,7 @@ class _DesignSearch:
             None if judge is None else judge.vetoed.get(number),
         )
 
-    def _apart(self, fresh: Results, other: int, chosen: int) -> Estimate | None:
+    def _apart(self, fresh: ResultsData, other: int, chosen: int) -> Estimate | None:
         """How much another design has more than the chosen one, in the pairs of runs in which both have a value."""
         values = {
             number: {row.replication: row.value(self.indicator) for row in fresh.by_point[number]}
@@ -319,7 +296,7 @@ class _DesignSearch:
         ours, theirs = ([values[number][r] for r in sorted(common)] for number in (other, chosen))
         return paired(ours, theirs, fresh.plan.confidence, deterministic=fresh.deterministic)
 
-    def _tried(self, scout: Results) -> list[TriedDesign]:
+    def _tried(self, scout: ResultsData) -> list[TriedDesign]:
         found = []
         for design, number in self.numbers.items():
             rows = scout.by_point[number]
@@ -356,7 +333,7 @@ def _with_bounds(mean: Estimate | None, verdict: Any) -> Estimate | None:
     return replace(mean, interval=(verdict.low, verdict.high))
 
 
-def _reached(scout: Study, runner: StudyRunner, target: Target) -> Any:
+def _reached(scout: StudyEngine, runner: StudyRunner, target: Target) -> Any:
     """What a run reaches of the target; nan where it ended early, or where work or batteries would not last."""
     models: dict[int, Model] = {}
 

@@ -7,22 +7,22 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from random import Random
-from typing import Any, TypeAlias, overload
+from typing import Any, TypeAlias
 
-from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import LayoutError, ModelError, StudyError
 from desim_warehouse.layout import Edge
 from desim_warehouse.layout.turnable import Turnable, Way, turnable, turnable_blocks
-from desim_warehouse.model import Model, Source, as_model
-from desim_warehouse.model.oriented import changes, orientation, oriented
+from desim_warehouse.model import Model
+from desim_warehouse.model.oriented import changes, orientation
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.run.examined import examined
 from desim_warehouse.study.designs.local_search import LocalSearch
 from desim_warehouse.study.procedures import more_is_better
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.limits import SEARCH_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure
-from desim_warehouse.study.study import Study, searched
+from desim_warehouse.study.study import StudyEngine, searched
 
 Design: TypeAlias = "tuple[Way, ...]"
 
@@ -55,7 +55,7 @@ class DirectionGain:
 
 
 @dataclass(frozen=True)
-class BetterDirections(Answered):
+class SearchedDirections:
     """The best directions found: the `model` with them, what is `turned` of so many `units`, and what that gains.
 
     `gain` is None where nothing better was found than the floor as drawn. `elsewhere` has the gain with other fleets
@@ -144,41 +144,14 @@ class Floor:
 
     def passes_check(self, design: Design) -> bool:
         """Whether `desim check` finds no error that it does not find in the floor as drawn."""
-        from desim_warehouse.run import check
 
         def errors(model: Model) -> set[str]:
-            return {item.code for item in check(model).findings if item.level == "error"}
+            return {item.code for item in examined(model)[0] if item.level == "error"}
 
         return errors(self.model.replace(self.changes(design))) <= errors(self.model)
 
 
-@overload
-def orient(model: Source, indicator: None = None) -> Model: ...
-@overload
-def orient(model: Source, indicator: str, *, search: Search = USUAL) -> BetterDirections: ...
-
-
-def orient(model: Source, indicator: str | None = None, *, search: Search = USUAL) -> Model | BetterDirections:
-    """A copy of a model with its two-way lanes made one-way, or the directions with which an indicator is best.
-
-    Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
-    searched by simulation: see `directions`.
-
-    Raises:
-        ModelError: no two-way lane, or goods and stations that cannot reach each other.
-        StudyError: see `directions`.
-    """
-    model = as_model(model)
-    if indicator is None:
-        return oriented(model, orientation(model))
-    return directions(model, indicator, search)
-
-
-def directions(
-    model: Model,
-    indicator: str = "throughput_per_hour",
-    search: Search = USUAL,
-) -> BetterDirections:
+def search_directions(model: Model, indicator: str, search: Search = USUAL) -> SearchedDirections:
     """Find directions of the aisles with which an indicator is best, in at most so many runs.
 
     Rows and columns of blocks are turned as a whole, other lanes between junctions one by one or by aisles. Two-way
@@ -206,13 +179,13 @@ def directions(
     ranked = _searched(floor, scout, indicator, replace(search.under("search"), runs=runs - judged), maximise=maximise)
     best = next(design for design in ranked if design == floor.drawn or floor.passes_check(design))
     turned = tuple(floor.turnable.turned(best))
-    nothing = BetterDirections(
+    nothing = SearchedDirections(
         model, {}, (), len(floor.turnable.units), indicator, None, (), len(scout.rows), search.confidence
     )
-    return with_answer(_judged(floor, best, nothing, judged, search) if turned else nothing, search.out)
+    return _judged(floor, best, nothing, judged, search) if turned else nothing
 
 
-def _judged(floor: Floor, best: Design, nothing: BetterDirections, runs: int, search: Search) -> BetterDirections:
+def _judged(floor: Floor, best: Design, nothing: SearchedDirections, runs: int, search: Search) -> SearchedDirections:
     """What the best directions gain on days that the search did not use."""
     model, changed, indicator = floor.model, floor.changes(best), nothing.indicator
     maximise = more_is_better(indicator)
@@ -230,7 +203,7 @@ def _judged(floor: Floor, best: Design, nothing: BetterDirections, runs: int, se
     )
 
 
-def _searched(floor: Floor, scout: Study, indicator: str, search: Search, *, maximise: bool) -> list[Design]:
+def _searched(floor: Floor, scout: StudyEngine, indicator: str, search: Search, *, maximise: bool) -> list[Design]:
     """The designs that a search ends with, the best first; those that it simulates become designs of `scout`."""
     with scout.session(search) as runner:
         numbers = {floor.drawn: 0}
@@ -248,11 +221,11 @@ def _searched(floor: Floor, scout: Study, indicator: str, search: Search, *, max
         return scout.carry_out(runner, steps, indicator, failed=math.nan)
 
 
-def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, search: Search) -> Study:
+def _study(model: Model, cases: Mapping[str, Any], name: str, seed: int, search: Search) -> StudyEngine:
     return searched(model, {"directions": {"cases": dict(cases)}}, search, name=name, seed=seed)
 
 
-def _fresh(model: Model, turned: Mapping[str, Any], runs: int, search: Search) -> Study:
+def _fresh(model: Model, turned: Mapping[str, Any], runs: int, search: Search) -> StudyEngine:
     """Both floors as they are, then with other fleets and demands, each in as many runs as there may be."""
     others = list(_elsewhere(model, turned))[: max(0, runs // (2 * _PAIRS_ELSEWHERE) - 2)]
     cases: dict[str, Mapping[str, Any]] = {_DRAWN: {}, "turned": turned}
@@ -280,7 +253,7 @@ def _elsewhere(model: Model, turned: Mapping[str, Any]) -> Iterator[tuple[str, d
         yield name, more
 
 
-def _gain(study: Study, number: int, indicator: str, *, maximise: bool) -> DirectionGain | None:
+def _gain(study: StudyEngine, number: int, indicator: str, *, maximise: bool) -> DirectionGain | None:
     """The gain of the design after `number` over that design, in the pairs in which both have a value."""
     rows = {(row.point.number, row.replication): row for row in study.rows if row.outcome.error is None}
     both = [

@@ -1,20 +1,20 @@
 """How many robots and chargers a warehouse needs."""
 
-from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.designs import Designs, refused
-from desim_warehouse.study.fleet.options import OptionsPlan, plan_options
-from desim_warehouse.study.fleet.plan import plan_fleet
+from desim_warehouse.study.fleet.options import ComparedOptions, compare_options
+from desim_warehouse.study.fleet.plan import size_fleet
+from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.utilisation import utilisation
 
 __all__ = [
+    "ComparedOptions",
     "Designs",
-    "FleetPlan",
-    "OptionsPlan",
+    "FleetSizes",
     "Shown",
     "Sized",
     "Strategy",
-    "plan_fleet",
-    "plan_options",
+    "compare_options",
     "refused",
+    "size_fleet",
     "utilisation",
 ]

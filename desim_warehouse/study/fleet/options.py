@@ -10,17 +10,16 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import StudyError
-from desim_warehouse.model import Source, as_model
+from desim_warehouse.model import Model
 from desim_warehouse.outcome.account import is_fixed
-from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized
-from desim_warehouse.study.fleet.plan import plan_fleet
+from desim_warehouse.study.fleet.plan import size_fleet
+from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
-from desim_warehouse.study.study import Study
+from desim_warehouse.study.study import StudyEngine
 
 DAYS = 10
 """Days on which options are compared."""
@@ -43,14 +42,14 @@ class Against:
 
 
 @dataclass(frozen=True)
-class OptionsPlan(Answered):
+class ComparedOptions:
     """The plans of named options, and the cheapest of those that are enough, `first`, against each of the others.
 
     `indicator`: in which they are compared: what a year costs. Where there are no prices it is that of the target, and
     `first` has the fewest robots.
     """
 
-    plans: Mapping[str, FleetPlan]
+    plans: Mapping[str, FleetSizes]
     first: str | None
     against: tuple[Against, ...]
     indicator: str
@@ -68,30 +67,29 @@ class OptionsPlan(Answered):
         return any(plan.ended for plan in self.plans.values())
 
 
-def plan_options(options: Mapping[str, Source], target: str, *, search: Search = USUAL, **how: Any) -> OptionsPlan:
-    """Plan each of some options, and compare the cheapest designs that are enough on the same days.
+def compare_options(models: Mapping[str, Model], target: str, *, search: Search = USUAL, **how: Any) -> ComparedOptions:
+    """Size the fleet of each of some options, and compare the cheapest designs that are enough on the same days.
 
     Args:
-        options: by name the warehouse with each of them, or its file.
-        target: see `plan_fleet`; one for all options.
-        search: see `plan_fleet`; for all plans together: each has an equal part of the error, and so have the days.
-        how: zone, robots, chargers, packers, strategies (default: none); see `plan_fleet`.
+        models: by name the warehouse with each option.
+        target: see `size_fleet`; one for all options.
+        search: see `size_fleet`; for all plans together: each has an equal part of the error, and so have the days.
+        how: zone, robots, chargers, packers, strategies (default: none); see `size_fleet`.
 
     Raises:
-        StudyError: fewer than two options, some with prices and some without, or as `plan_fleet`.
+        StudyError: fewer than two options, some with prices and some without, or as `size_fleet`.
 
     Source: `statistics.paired`. The ends of a difference in cost are as far apart as the costs of fleets that were not
     shown to miss the target leave open.
     """
-    models = {name: as_model(model) for name, model in options.items()}
     if len(models) < 2:  # noqa: PLR2004
         raise StudyError(f"options {list(models)}: expected at least two to compare")
     each = replace(search, confidence=1 - (1 - search.confidence) / (len(models) + 1))
-    plans: dict[str, FleetPlan] = {}
+    plans: dict[str, FleetSizes] = {}
     left = search.runs or PLAN_RUNS
     for name, model in models.items():
         part = replace(each.under(name), runs=max(left, 1))
-        plans[name] = plan_fleet(model, target, search=part, **{"strategies": {}, **how})
+        plans[name] = size_fleet(model, target, search=part, **{"strategies": {}, **how})
         left -= plans[name].runs
     enough = {name: plan.today.best for name, plan in plans.items() if plan.feasible and plan.today.best is not None}
     indicator = COST if _are_priced(enough) else next(iter(plans.values())).target.indicator
@@ -101,7 +99,7 @@ def plan_options(options: Mapping[str, Source], target: str, *, search: Search =
     sure = 1 - (1 - each.confidence) / max(len(others), 1)
     against = tuple(_against(name, first, values, plans, sure) for name in others if first is not None)
     spent = sum(plan.runs for plan in plans.values()) + (DAYS * len(values) if others else 0)
-    return with_answer(OptionsPlan(plans, first, against, indicator, search.confidence, spent), search.out)
+    return ComparedOptions(plans, first, against, indicator, search.confidence, spent)
 
 
 def _are_priced(enough: Mapping[str, Shown]) -> bool:
@@ -112,10 +110,10 @@ def _are_priced(enough: Mapping[str, Shown]) -> bool:
     return bool(enough) and not unpriced
 
 
-def _on_days(plan: FleetPlan, best: Shown, indicator: str, search: Search) -> Sequence[float]:
+def _on_days(plan: FleetSizes, best: Shown, indicator: str, search: Search) -> Sequence[float]:
     """An indicator of a design on some days, which are the same for each option."""
     changes = {**plan.today.overrides, **best.overrides}
-    days = Study(
+    days = StudyEngine(
         plan.model, changes=changes, replications=DAYS, seed=search.seed + 2, name="days", timeout=search.timeout
     )
     days.run_by(search.under(f"days-{'-'.join(map(str, best.counts))}-{plan.model.digest()[:8]}"))
@@ -123,7 +121,7 @@ def _on_days(plan: FleetPlan, best: Shown, indicator: str, search: Search) -> Se
 
 
 def _against(
-    name: str, first: str, values: Mapping[str, Sequence[float]], plans: Mapping[str, FleetPlan], confidence: float
+    name: str, first: str, values: Mapping[str, Sequence[float]], plans: Mapping[str, FleetSizes], confidence: float
 ) -> Against:
     """An option against the first: on the same days, and as far as fewer could do of either."""
     fixed = all(is_fixed(plans[one].model.prices) for one in (name, first))
@@ -132,7 +130,7 @@ def _against(
     return Against(name, found.mean, low - _could_save(plans[name]), high + _could_save(plans[first]))
 
 
-def _could_save(plan: FleetPlan) -> float:
+def _could_save(plan: FleetSizes) -> float:
     """By how much the cost of the design named may exceed that of the cheapest that is not shown to miss the target."""
     sized, best = plan.today, plan.today.best
     if best is None or best.cost is None:
@@ -141,7 +139,7 @@ def _could_save(plan: FleetPlan) -> float:
     return max(best.cost - min(cost for cost in costs if cost is not None), 0.0)
 
 
-def _misses(counts: tuple[int, ...], sized: Sized, plan: FleetPlan) -> bool:
+def _misses(counts: tuple[int, ...], sized: Sized, plan: FleetSizes) -> bool:
     """Whether a design, or where more never does worse one that is larger, was shown to miss the target."""
     return any(
         (within_counts(counts, one.counts) if not sized.worse else counts == one.counts)
@@ -150,7 +148,7 @@ def _misses(counts: tuple[int, ...], sized: Sized, plan: FleetPlan) -> bool:
     )
 
 
-def _shown_to_miss(shown: Shown, plan: FleetPlan) -> bool:
+def _shown_to_miss(shown: Shown, plan: FleetSizes) -> bool:
     verdict, target = shown.verdict, plan.target
     better = verdict.high if target.sign > 0 else verdict.low
     return not target.met_by(verdict.mean if better is None else better)

@@ -13,21 +13,20 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from desim_warehouse.answer.answered import with_answer
 from desim_warehouse.errors import number_of
-from desim_warehouse.model import Model, Source, as_model
+from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
 from desim_warehouse.outcome.indicators import within
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
-from desim_warehouse.study.fleet.answers import FleetPlan, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour
 from desim_warehouse.study.fleet.most import Most, most_steps
+from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.procedures import judge_of, scouted
 from desim_warehouse.study.results import outcome_of
@@ -46,7 +45,7 @@ from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import GLANCE, Budget, DesignVerdict, Judge, runs_to_tell, verdict_steps
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
-from desim_warehouse.study.study import Study, searched
+from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import first_look, indifference, read_target
 
@@ -90,7 +89,7 @@ class _Planner:
     known: str = ""
     """What is known of the demands before, as people who wait see it."""
 
-    def judge(self, study: Study, runner: StudyRunner, exact: bool) -> Judge:
+    def judge(self, study: StudyEngine, runner: StudyRunner, exact: bool) -> Judge:
         """Who judges the designs of a study."""
         return judge_of(
             study,
@@ -104,10 +103,10 @@ class _Planner:
             budget=self.budget,
         )
 
-    def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], **more: Any) -> Study:
+    def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], **more: Any) -> StudyEngine:
         return searched(self.model, factors, self.search, changes=changes, target=self.target.text, name=name, **more)
 
-    def follow(self, study: Study, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
+    def follow(self, study: StudyEngine, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
         with study.session(self.search.under(study.plan.name)) as runner:
             runner.progress.tell(self.known)
@@ -118,7 +117,7 @@ class _Planner:
                 flat=self.target.missed,
             )
 
-    def plan(self, times: Sequence[float], strategies: Mapping[str, Any] | None, *, yearly: bool) -> FleetPlan:
+    def plan(self, times: Sequence[float], strategies: Mapping[str, Any] | None, *, yearly: bool) -> FleetSizes:
         """The answers for today's demand and those after it; with a better strategy once more, with that."""
         own = self.model.policies.allocation.content()
         factors = {"policies.allocation": list(dict.fromkeys((own, *STRATEGIES)))} if strategies is None else strategies
@@ -132,7 +131,7 @@ class _Planner:
         if better is not None:
             self.shared.clear()
             demands = self._sizes(times, better.overrides, f" with {better.label}", yearly=yearly)
-        return FleetPlan(
+        return FleetSizes(
             self.model,
             self.target,
             self.zone,
@@ -212,7 +211,7 @@ class _Planner:
         )
 
     def _used(
-        self, study: Study, found: Cheapest, counts: list[Counts]
+        self, study: StudyEngine, found: Cheapest, counts: list[Counts]
     ) -> tuple[dict[str, Estimate], Estimate | None, tuple[str, ...]]:
         """What is busy at the design found, or the largest; what a trip takes if nothing is; the indicators of both."""
         busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
@@ -276,7 +275,7 @@ class _Planner:
                 flat=self.target.missed,
             )
 
-    def _capped(self, study: Study, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
+    def _capped(self, study: StudyEngine, largest: Shown, name: str, changes: Mapping[str, Any]) -> Capped | None:
         """What a cap on the robots under way gives the largest fleet, where none is enough and robots wait much."""
         rows = study.results.by_point[largest.verdict.value]
         if not waits_much(row.indicators for row in rows) or not self.budget.allows(CAPPED * (len(PARTS) + 1)):
@@ -290,7 +289,7 @@ class _Planner:
         self.budget.take(runs)
         return found
 
-    def _cheapest(self, study: Study, counts: list[Counts], known: Earlier) -> tuple[Cheapest, set[int]]:
+    def _cheapest(self, study: StudyEngine, counts: list[Counts], known: Earlier) -> tuple[Cheapest, set[int]]:
         """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
         where = self.search.under(f"{study.plan.name} scout")
         doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
@@ -309,7 +308,7 @@ class _Planner:
             self.known += f"{study.plan.name}: {_named(study.points[found.design])}; "
         return found, doubts
 
-    def _as_cheap(self, study: Study, found: Cheapest, counts: list[Counts], known: Earlier) -> Cheapest:
+    def _as_cheap(self, study: StudyEngine, found: Cheapest, counts: list[Counts], known: Earlier) -> Cheapest:
         """The same, naming the cheapest of the designs whose runs are day by day those of the design that was found.
 
         So are those of fleets with a charger for each robot and with more; the first may be open when the other is not.
@@ -332,7 +331,7 @@ class _Planner:
         return replace(found, design=cheapest, below=tuple(sorted(below, key=dear)), verdicts=verdicts)
 
     def _shown(
-        self, study: Study, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
+        self, study: StudyEngine, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
     ) -> Shown:
         rows = [row for row in study.results.by_point[number] if row.replication < verdict.n]  # those it rests on
         mean = study.results.estimate(rows, self.target.indicator)
@@ -397,7 +396,7 @@ class _Planner:
         name = self.target.indicator
         return abs(one.value(name) - other.value(name)) <= SAME * self.zone
 
-    def _others(self, study: Study, factors: Mapping[str, Any]) -> dict[str, list[Point]]:
+    def _others(self, study: StudyEngine, factors: Mapping[str, Any]) -> dict[str, list[Point]]:
         """The points of a study that have another strategy than the model, by what it is called."""
         own = {key: level_of(self.model, key) for key in factors}
         found: dict[str, list[Point]] = {}
@@ -437,8 +436,8 @@ def _named(point: Point) -> str:
     return " + ".join([*fleet, *map(str, labels.values())])
 
 
-def plan_fleet(
-    model: Source,
+def size_fleet(
+    model: Model,
     target: str,
     *,
     growth: float | str | None = None,
@@ -449,22 +448,19 @@ def plan_fleet(
     packers: str | None = None,
     zone: float | str | None = None,
     search: Search = USUAL,
-) -> FleetPlan:
-    """Find how many robots, chargers and packers meet a target, today and with more demand, and with which strategy.
+) -> FleetSizes:
+    """Find how many robots, chargers and packers meet a target for each demand, and with which strategy.
 
     Args:
-        model: the warehouse, or its file. With prices of robots or chargers the cheapest are sought, else fewest
-            robots, then chargers, then packers. Its bays with most chargers are those whose chargers are sized.
+        model: the warehouse. With prices of robots or chargers the cheapest are sought, else the fewest.
         target: such as "on_time >= 95 %".
         growth: demand in times today's, such as 1.3 or "30%"; with years "20%/year"; None: today's only.
-        years: that are planned after today's. What fails with less demand is taken to fail with more.
+        years: that are planned after today's.
         strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
         robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
         chargers: likewise.
-        packers: a station and who may work there, at each of its nodes, such as "packing=1..4": its servers, or its
-            workers where it has a work time; "packing": by the quick estimate; None: as many as the model has.
-        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target. At most half
-            of what is possible beyond the target: for 99.5 % it is 0.25 %.
+        packers: a station and who may work there, such as "packing=1..4"; None: as many as the model has.
+        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
         search: how runs are done, at most 5000 by default.
 
     Raises:
@@ -472,11 +468,10 @@ def plan_fleet(
 
     Source: see `cheapest_meeting_steps`, with what it promises and assumes.
     """
-    model = as_model(model)
     goal = read_target(target, model.units.names)
     times = demands_of(growth, years, "growth")
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
     zone = indifference(goal, zone, model.units.names)
     planner = _Planner(model, goal, zone, Designs(model, *sides), search, Budget(search.runs or PLAN_RUNS))
-    return with_answer(planner.plan(times, strategies, yearly=years is not None), search.out)
+    return planner.plan(times, strategies, yearly=years is not None)

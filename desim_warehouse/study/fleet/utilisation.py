@@ -12,7 +12,7 @@ from desim_warehouse.outcome.resources import busy_share, on_duty, standing
 from desim_warehouse.states import WAITING
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.statistics.intervals import Estimate, estimate
-from desim_warehouse.study.study import Study
+from desim_warehouse.study.study import StudyEngine
 from desim_warehouse.study.table import Row
 
 SCARCE = 0.7
@@ -31,7 +31,7 @@ def indicators_of(model: Model) -> dict[str, tuple[str, ...]]:
     }
 
 
-def utilisation(study: Study, point: Point) -> dict[str, Estimate]:
+def utilisation(study: StudyEngine, point: Point) -> dict[str, Estimate]:
     """`busy_shares` in the runs of a design."""
     rows = study.results.by_point[point.number]
     return busy_shares(rows, study.plan.base.replace(point.overrides), study.plan.confidence)

@@ -1,19 +1,53 @@
-"""The answer of `desim plan --option`: which of some options is cheapest, by how much, and the plan of each."""
+"""Which of some options is cheapest: `plan_options`, and its answer, by how much, with the plan of each."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.answer import Answer
-from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.parts import Option
 from desim_warehouse.errors import spoken
-from desim_warehouse.study.fleet.options import COST, Against, OptionsPlan
+from desim_warehouse.model import Source, as_model
+from desim_warehouse.questions import plan
+from desim_warehouse.questions.plan import FleetPlan
+from desim_warehouse.study.fleet.options import COST, Against, ComparedOptions, compare_options
+from desim_warehouse.study.search import USUAL, Search
 
 
-@answer_of.register
-def answer(found: OptionsPlan) -> Answer:
-    """What `desim plan --option` found."""
-    answers = {name: plan.answer for name, plan in found.plans.items()}
+@dataclass(frozen=True)
+class OptionsPlan(ComparedOptions, Answered):
+    """The plans of named options and how they compare, each plan and the whole with its answer."""
+
+    plans: Mapping[str, FleetPlan]
+
+
+def plan_options(options: Mapping[str, Source], target: str, *, search: Search = USUAL, **how: Any) -> OptionsPlan:
+    """Plan each of some options, and compare the cheapest designs that are enough on the same days.
+
+    Args:
+        options: by name the warehouse with each of them, or its file.
+        target: see `plan_fleet`; one for all options.
+        search: see `plan_fleet`; for all plans together: each has an equal part of the error, and so have the days.
+        how: zone, robots, chargers, packers, strategies (default: none); see `plan_fleet`.
+
+    Raises:
+        StudyError: fewer than two options, some with prices and some without, or as `plan_fleet`.
+
+    Source: `statistics.paired`. The ends of a difference in cost are as far apart as the costs of fleets that were not
+    shown to miss the target leave open.
+    """
+    models = {name: as_model(model) for name, model in options.items()}
+    compared = compare_options(models, target, search=search, **how)
+    plans = {name: plan.worded(sizes, search.under(name)) for name, sizes in compared.plans.items()}
+    whole = answer(compared, {name: one.answer for name, one in plans.items()})
+    return OptionsPlan(**vars(compared) | {"plans": plans}, answer=whole.keep(search.out, search.command))
+
+
+def answer(found: ComparedOptions, answers: Mapping[str, Answer]) -> Answer:
+    """Put a comparison of options into words, with the answers of their plans."""
     shown = answers[found.first or next(iter(answers))]
     named = [f"{name}: {one.answer[0]}" for name, one in answers.items()]
     fails = [name for name, one in answers.items() if not one.about]
@@ -38,7 +72,7 @@ def answer(found: OptionsPlan) -> Answer:
     )
 
 
-def _compared(found: OptionsPlan) -> str:
+def _compared(found: ComparedOptions) -> str:
     """The first option against each of the others: `B is cheaper than A by 2,000 a year (1,200 to 2,900).`."""
     untold = [one.name for one in found.against if not one.told]
     close = f"; too close to tell from {spoken(untold)}" if untold else ""
@@ -50,7 +84,7 @@ def _compared(found: OptionsPlan) -> str:
     return f"{found.first} needs the fewest robots. On the same days {what} differs {by}{close}."
 
 
-def _difference(found: OptionsPlan, one: Against) -> str:
+def _difference(found: ComparedOptions, one: Against) -> str:
     """By how much an option is above the first, with its interval."""
     model = found.plans[one.name].model
     priced = found.indicator == COST
@@ -63,11 +97,11 @@ def _of(name: str, option: Option) -> Option:
     return option.model_copy(update={"group": f"option {name}"})
 
 
-def _target(found: OptionsPlan) -> str:
+def _target(found: ComparedOptions) -> str:
     return words.target(next(iter(found.plans.values())).target)
 
 
-def _promise(found: OptionsPlan) -> str:
+def _promise(found: ComparedOptions) -> str:
     first = next(iter(found.plans.values()))
     zone = words.amount(first.target.indicator, first.zone, first.target.unit)
     saves = " Costs allow for fewer, where those are not shown to miss it." if found.indicator == COST else ""

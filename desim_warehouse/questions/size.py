@@ -1,35 +1,118 @@
-"""The answer of `desim size --target`: the smallest value that meets it, and what a cap on robots under way gives."""
+"""What is the smallest value that meets a target: `size`; or with which most is done: `most`; and their answers."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass, replace
 from typing import Any
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer, merged
-from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.answer import Answer, Answered, merged
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.answer.parts import BigNumber, Option, Rows
 from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import Model
-from desim_warehouse.questions import judged
+from desim_warehouse.questions import judged, race
+from desim_warehouse.questions.race import Best
+from desim_warehouse.questions.study import Study
+from desim_warehouse.study import procedures
 from desim_warehouse.study.design import Point
-from desim_warehouse.study.fleet.capped import KEY, Capped
-from desim_warehouse.study.procedures import SizeFound
+from desim_warehouse.study.fleet.capped import KEY, Capped, tried_cap, waits_much
+from desim_warehouse.study.procedures import ZONE, Smallest, smallest
+from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.judge import DesignVerdict
+from desim_warehouse.study.statistics.limits import FIRST
+
+FLEET = "fleet.size"
 
 
-@answer_of.register
-def answer(found: SizeFound, besides: str = "") -> Answer:
-    """What `desim size --target` found; `besides`: a sentence more."""
-    return _Sized(found).answer(besides)
+@dataclass(frozen=True)
+class SizeFound(Smallest, Answered):
+    """The smallest value that meets a target, with the answer."""
+
+
+def size(
+    study: Study,
+    target: str,
+    *,
+    zone: float | str | None = None,
+    scan: bool = False,
+    search: Search = USUAL,
+) -> SizeFound:
+    """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
+
+    Args:
+        study: with one factor, its values upwards.
+        target: such as "throughput_per_hour >= 220"; of shares such as "on_time >= 95 %" or "on_time >= 0.95".
+        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
+        scan: look at all values from the first on, as where more need not be better, instead of by bisection.
+        search: how runs are done; confidence, seed and time limit are the study's.
+
+    Raises:
+        StudyError: not one factor, a bad target, or a run that failed but for a robot that ran flat, which fails.
+
+    Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes: a plan with one count.
+    """
+    least = smallest(study, target, zone=zone, scan=scan, search=search)
+    return SizeFound(**vars(least), answer=answer(least).keep(search.out, search.command))
+
+
+def most(
+    study: Study,
+    indicator: str = "throughput_per_hour",
+    *,
+    share: float = ZONE,
+    search: Search = USUAL,
+) -> Best:
+    """Find the smallest value of a study's factor with which most is done, where more of it need not do more.
+
+    Of fleets that do less where they are larger, the largest is tried with a cap on the robots under way, too.
+
+    Args:
+        study: with one factor, its values upwards.
+        indicator: what is done.
+        share: a smaller difference, as a part of the largest mean of the first replications, does not matter.
+        search: how runs are done; confidence, seed and time limit are the study's.
+
+    Raises:
+        StudyError: unknown indicator, fewer than two designs, or a run that failed.
+
+    Source: see `procedures.race`.
+    """
+    raced = procedures.race(study, indicator, share=share, search=search)
+    [key] = (factor.key for factor in study.plan.factors)
+    least = f"{words.factor_name(key)} {words.level(raced.first.labels[key])}"
+    alike = f"{least} is the smallest that does as much, within {100 * share:g} % of the most."
+    falls = key == FLEET and raced.selection.eliminated_at[-1] is not None
+    capped = cap_sentence(study, indicator, search) if falls else ""
+    return Best(
+        **vars(raced),
+        answer=race.answer(raced, "size", tuple(filter(None, (alike, capped)))).keep(search.out, search.command),
+    )
+
+
+def cap_sentence(study: Study, indicator: str, search: Search) -> str:
+    """Try caps on the robots under way of the largest fleet; the sentence is empty unless robots wait and one helps."""
+    largest = study.points[-1]
+    rows = study.results.by_point[largest.number]
+    if not waits_much(row.indicators for row in rows):
+        return ""
+    model = study.plan.base.replace(largest.overrides)
+    first = search.first or FIRST
+    best, _ = tried_cap(model, indicator, replace(search.under("cap"), first=first, cap=2 * first))
+    return "" if best is None else f"{capped(best, model)}."
+
+
+def answer(least: Smallest) -> Answer:
+    """Put the values that were looked at into words, the smallest that meets the target first."""
+    return _Sized(least).answer()
 
 
 class _Sized:
     """The values that were looked at, in their order; those whose runs are equal are one."""
 
-    def __init__(self, found: SizeFound) -> None:
+    def __init__(self, found: Smallest) -> None:
         study = found.study
         self.found, self.results, self.goal = found, study.results, found.target
         self.model, self.seed = study.plan.base, study.plan.seed
@@ -40,11 +123,11 @@ class _Sized:
         self.tried = merged(looked_at, lambda one: self.results.outcomes(str(self.points[one.value])))
         self.options = [self._option(one, same) for one, same in self.tried]
 
-    def answer(self, besides: str) -> Answer:
+    def answer(self) -> Answer:
         found, goal = self.found, self.goal
         best = next((one for one in found.decisions if one.value == found.smallest), None)
         said = self._none() if best is None else [self._smallest(best)]
-        said += self._open() + self._falls() + ([besides] if besides else [])
+        said += self._open() + self._falls()
         return Answer(
             kind="size",
             name=self.model.name,

@@ -1,23 +1,26 @@
-"""The answer of `desim why`: about the warehouse as it is, whatever any change gains."""
+"""What holds a warehouse up: `why`, and its answer, about the warehouse as it is, whatever any change gains."""
 
 from __future__ import annotations
 
 import math
+from dataclasses import dataclass
 from typing import Any
 
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.answer import Answer
-from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber
 from desim_warehouse.answer.root_words import root
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model import Source
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.questions import judged
+from desim_warehouse.questions.run import Run
+from desim_warehouse.study.held_up import Failure, Health, HeldUp, held_up
+from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.effects import Gain
 from desim_warehouse.study.suspects import Suspect
-from desim_warehouse.study.why import Failure, Health, Why
 
 _ROOTS = 3
 _NAMED = 3
@@ -28,10 +31,41 @@ _FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": 
 _PER = "per 10 % more"
 
 
-@answer_of.register
-def answer(found: Why) -> Answer:
-    """What `desim why` found."""
-    return _Held(found).answer()
+@dataclass(frozen=True)
+class Why(HeldUp, Answered):
+    """What the suspects cost, with the answer."""
+
+
+def why(
+    source: Run | Source,
+    *,
+    indicator: str | None = None,
+    search: Search = USUAL,
+) -> Why:
+    """Find what holds a warehouse up, and what it costs: each suspect is relieved and simulated, the same days for all.
+
+    Args:
+        source: a run with `log: all`, or a model or its file, of which a run is made.
+        indicator: what costs are counted in (default: `held_up.usual_indicator`).
+        search: how runs are done; the answer is written to its folder `out`.
+
+    Raises:
+        StudyError: an indicator of which neither less nor more is better, or a run that failed but could have gone on.
+
+    Source: `statistics.gains_steps`. Relieving one thing at a time is the definition of a bottleneck by its effect
+    (sensitivity of throughput to each resource); see docs/how-to/find-the-bottleneck.md.
+    """
+    return worded(held_up(source, indicator, search), search)
+
+
+def worded(costs: HeldUp, search: Search = USUAL) -> Why:
+    """Add the answer to what the suspects cost, and write it to the folder of the search."""
+    return Why(**vars(costs), answer=answer(costs).keep(search.out, search.command))
+
+
+def answer(costs: HeldUp) -> Answer:
+    """Put into words what relieving the suspects gains."""
+    return _Held(costs).answer()
 
 
 def fails(failure: Failure) -> str:
@@ -43,7 +77,7 @@ def fails(failure: Failure) -> str:
 class _Held:
     """What holds a warehouse up, with the scale on which gains are written."""
 
-    def __init__(self, found: Why) -> None:
+    def __init__(self, found: HeldUp) -> None:
         self.found, self.model = found, found.model
         known = [gain.mean for _, gain in found.found if math.isfinite(gain.mean)]
         scale = words.scale(found.indicator, self.model, known)

@@ -1,23 +1,68 @@
-"""What is said of directions that a search found."""
+"""Which way aisles should lead: `orient`, and its answer."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from typing import overload
+
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer
-from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import Scale
 from desim_warehouse.answer.parts import Option, SaidNumber
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.errors import number_of
+from desim_warehouse.model import Model, Source, as_model
+from desim_warehouse.model.oriented import orientation, oriented
 from desim_warehouse.questions import judged
-from desim_warehouse.study.designs.directions import BetterDirections, DirectionGain
+from desim_warehouse.study.designs.directions import DirectionGain, SearchedDirections, search_directions
+from desim_warehouse.study.search import USUAL, Search
 
 _STANDING: dict[bool | None, Standing] = {True: "differs", False: "worse", None: "alike"}
 
 
-@answer_of.register
-def answer(found: BetterDirections) -> Answer:
-    """What `desim orient --indicator` found: what is turned, what that gains, and with which fleets and demands."""
+@dataclass(frozen=True)
+class BetterDirections(SearchedDirections, Answered):
+    """The best directions found, with the answer."""
+
+
+@overload
+def orient(model: Source, indicator: None = None) -> Model: ...
+@overload
+def orient(model: Source, indicator: str, *, search: Search = USUAL) -> BetterDirections: ...
+
+
+def orient(model: Source, indicator: str | None = None, *, search: Search = USUAL) -> Model | BetterDirections:
+    """Make the two-way lanes of a model one-way, or find the directions with which an indicator is best.
+
+    Without an indicator trips between goods and stations are kept short; bridges stay two-way. With one the floor is
+    searched by simulation: rows and columns of blocks are turned as a whole, other lanes between junctions one by one
+    or by aisles. Two-way lanes may become one-way, or prefer a direction. Every node stays within reach of every other.
+    The search and its last comparison use different days, so that the gain is not one that luck chose.
+
+    Args:
+        model: the warehouse, or its file.
+        indicator: what should be best; None: trips should be short, and a model is returned.
+        search: how runs are done, at most 500 by default.
+
+    Raises:
+        ModelError: no two-way lane, or goods and stations that cannot reach each other.
+        StudyError: nothing can be turned, too few runs, or an indicator of which neither more nor less is better.
+
+    Source: `designs.local_search`.
+    """
+    model = as_model(model)
+    if indicator is None:
+        return oriented(model, orientation(model))
+    return worded(search_directions(model, indicator, search), search)
+
+
+def worded(turned: SearchedDirections, search: Search = USUAL) -> BetterDirections:
+    """Add the answer to directions, and write it to the folder of the search."""
+    return BetterDirections(**vars(turned), answer=answer(turned).keep(search.out, search.command))
+
+
+def answer(found: SearchedDirections) -> Answer:
+    """Put directions into words: what is turned, what that gains, and with which fleets and demands."""
     model, of = found.model, words.in_sentence(found.indicator)
     places = [] if found.gain is None else [found.gain, *found.elsewhere]
     options = tuple(
@@ -46,7 +91,7 @@ def answer(found: BetterDirections) -> Answer:
     )
 
 
-def sentences(found: BetterDirections) -> list[str]:
+def sentences(found: SearchedDirections) -> list[str]:
     """The answer: what is turned, what that gains on fresh days, for which fleets and demands it holds, its price."""
     if found.gain is None:
         return [f"No better directions found than those drawn, in {number_of(found.runs, 'run')}."]

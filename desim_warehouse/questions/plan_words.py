@@ -9,16 +9,15 @@ from typing import Any
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer
-from desim_warehouse.answer.answered import answer_of
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Subject
 from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.outcome.indicators import AT
-from desim_warehouse.questions import judged, size_words, tipping_words
+from desim_warehouse.questions import judged, size, tipping_words
 from desim_warehouse.study import rare
-from desim_warehouse.study.fleet import FleetPlan, Shown, Sized, Strategy
+from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.fleet.utilisation import TRIP
@@ -34,9 +33,8 @@ _WHAT = ("robot", "charger", "packer")
 """What is counted."""
 
 
-@answer_of.register
-def answer(plan: FleetPlan, unsure: TippingPoints | None = None) -> Answer:
-    """What `desim plan` found; `unsure`: where inputs that are not known tip it."""
+def answer(plan: FleetSizes, unsure: TippingPoints | None = None) -> Answer:
+    """Put the sizes of a fleet into words; `unsure`: where inputs that are not known tip them."""
     return _Planned(plan).answer(unsure)
 
 
@@ -49,7 +47,7 @@ def more_orders(growth: float) -> str:
 class _Planned:
     """A plan, with the last demand that has an answer: of that alone a page shows anything."""
 
-    def __init__(self, plan: FleetPlan) -> None:
+    def __init__(self, plan: FleetSizes) -> None:
         self.plan, self.model, self.goal = plan, plan.model, plan.target
         self.packers = plan.designs.packers
         self.yearly = plan.today.year is not None
@@ -159,7 +157,7 @@ class _Planned:
             return f"{line}{text}. {capital(largest.flat)}."
         line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
         line += self._most(sized)
-        line += "" if sized.capped is None else f" {size_words.capped(sized.capped, self.model)}."
+        line += "" if sized.capped is None else f" {size.capped(sized.capped, self.model)}."
         if sized.trip is not None:
             return f"{line} {self._trip(sized.trip)}"
         (part, most), *_ = sized.utilisation.items()

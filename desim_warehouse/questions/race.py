@@ -1,23 +1,65 @@
-"""What is said of a race between all designs of a study: the best, those as good, and the candidates."""
+"""Which design of a study is best: a race between all of them, and its answer, the best and those as good."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer
-from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import Option, Rows
 from desim_warehouse.answer.standing import Standing
 from desim_warehouse.errors import spoken
 from desim_warehouse.questions import judged
 from desim_warehouse.questions.sentences import wrong
-from desim_warehouse.study.procedures import Best
+from desim_warehouse.questions.study import Study
+from desim_warehouse.study.procedures import Raced, race
+from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.selection import Selection
 
 
-@answer_of.register
-def answer(found: Best, kind: str = "best", besides: tuple[str, ...] = ()) -> Answer:
-    """What a race found; `besides`: further sentences."""
+@dataclass(frozen=True)
+class Best(Raced, Answered):
+    """The best design of a study and those as good, with the answer."""
+
+
+def best_of_study(
+    study: Study,
+    indicator: str,
+    delta: float | None = None,
+    *,
+    maximise: bool | None = None,
+    search: Search = USUAL,
+) -> Best:
+    """Choose the best design of a study by the mean of an indicator.
+
+    Designs that are clearly worse drop out early, so this needs far fewer runs than as many replications of
+    all. Runs are stored where `Study.run` would store them, and those already there are used. The confidence
+    is the study's.
+
+    Args:
+        study: its designs are the candidates. Runs that it already has are used.
+        indicator: what is compared.
+        delta: indifference zone in the indicator's unit: smaller differences do not matter. Default: 1 % of the
+            largest mean of the first replications.
+        maximise: whether more is better (default: as usual for the indicator).
+        search: how runs are done; confidence, seed and time limit are the study's.
+
+    Raises:
+        StudyError: unknown indicator, fewer than two designs, or a run that failed.
+
+    Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
+    """
+    return worded(race(study, indicator, delta, maximise=maximise, search=search), search)
+
+
+def worded(raced: Raced, search: Search = USUAL) -> Best:
+    """Add the answer to a race, and write it to the folder of the search."""
+    return Best(**vars(raced), answer=answer(raced).keep(search.out, search.command))
+
+
+def answer(found: Raced, kind: str = "best", besides: tuple[str, ...] = ()) -> Answer:
+    """Put a race into words; `besides`: further sentences."""
     selection, study = found.selection, found.study
     model, title = study.plan.base, words.in_sentence(found.indicator)
     zone = words.scale(found.indicator, model, selection.means).value(selection.delta)
@@ -46,13 +88,13 @@ def answer(found: Best, kind: str = "best", besides: tuple[str, ...] = ()) -> An
     )
 
 
-def _as_good(found: Best, zone: str) -> list[str]:
+def _as_good(found: Raced, zone: str) -> list[str]:
     """Those shown to be less than the indifference zone worse."""
     names = [words.design_spoken(point.labels) for point in found.within]
     return [f"Less than {zone} from it, so take any: {spoken(names)}."] if names else []
 
 
-def _options(found: Best) -> list[Option]:
+def _options(found: Raced) -> list[Option]:
     means = found.selection.means
     scale = words.scale(found.indicator, found.study.plan.base, means)
     return [

@@ -13,14 +13,13 @@ from dataclasses import dataclass, field
 from statistics import fmean
 from typing import Any
 
-from desim_warehouse.answer.answered import Answered, with_answer
 from desim_warehouse.errors import SimulationError, StudyError
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.account import BATCHED, UNTAKEN, share_of_tasks
 from desim_warehouse.outcome.chains import Root, lost_to
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.verdicts import Verdict
-from desim_warehouse.run import Run, simulate
+from desim_warehouse.run import RunData
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
 from desim_warehouse.study.runner import could_not_go_on
 from desim_warehouse.study.search import USUAL, Search
@@ -28,7 +27,7 @@ from desim_warehouse.study.statistics.effects import Gain, Gains, gains_steps
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.limits import RELIEVED
 from desim_warehouse.study.statistics.procedure import Procedure
-from desim_warehouse.study.study import Study, searched
+from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.suspects import MOST_UNTAKEN, Suspect, left_out, suspects
 
 LEAST = 0.01
@@ -69,7 +68,7 @@ class Health:
 
 
 @dataclass(frozen=True)
-class Why(Answered):
+class HeldUp:
     """What the suspects cost: each with its gain, those that compete first, by what an equal dose gains.
 
     `left_out`: reliefs that could not be tried, with the reason. `as_it_is`: the indicator of the warehouse as it is.
@@ -107,7 +106,7 @@ class Why(Answered):
         return self.state is None or self.state.is_held_up
 
 
-def usual_indicator(run: Run) -> str:
+def usual_indicator(run: RunData) -> str:
     """What the costs are counted in by default: throughput where work always waits, else time.
 
     Where loads pile up before workers, it is those that are worked on.
@@ -119,37 +118,33 @@ def usual_indicator(run: Run) -> str:
     return "cycle_time_mean" if run.model.tasks.never_end else "T"
 
 
-def why(
-    source: Run | Source,
-    *,
-    indicator: str | None = None,
-    search: Search = USUAL,
-) -> Why:
-    """What holds a warehouse up, and what it costs: each suspect is relieved and simulated, the same days for all.
+def held_up(source: RunData | Source, indicator: str | None = None, search: Search = USUAL) -> HeldUp:
+    """Relieve each suspect of a run in turn and simulate that, on the same days for all.
 
     Args:
-        source: a run with `log: all`, or a model or its file, of which one is made.
+        source: a run with `log: all`, or a model or its file, of which a run is made.
         indicator: what costs are counted in (default: `usual_indicator`).
         search: how runs are done.
 
     Raises:
         StudyError: an indicator of which neither less nor more is better, or a run that failed but could have gone on.
 
-    Source: `statistics.gains_steps`. Relieving one thing at a time is the definition of a bottleneck by its effect
-    (sensitivity of throughput to each resource); see docs/how-to/find-the-bottleneck.md.
+    Source: `statistics.gains_steps`.
     """
     try:
-        run = source if isinstance(source, Run) else simulate(as_model(source, {"log": "all"}), search.seed)
+        run = (
+            source if isinstance(source, RunData) else RunData.simulated(as_model(source, {"log": "all"}), search.seed)
+        )
     except SimulationError as error:
         nothing = Gains((), math.nan, math.nan, search.confidence, 1, failed=1)
-        model = source.model if isinstance(source, Run) else as_model(source)
+        model = source.model if isinstance(source, RunData) else as_model(source)
         failure = Failure(1, 1, f"{type(error).__name__}: {error}")
-        return Why(model, indicator or "", (), nothing, search.seed, failures={0: failure})
+        return HeldUp(model, indicator or "", (), nothing, search.seed, failures={0: failure})
     name = indicator or usual_indicator(run)
-    return with_answer(_relieved(run, name, search), search.out)
+    return _relieved(run, name, search)
 
 
-def _relieved(run: Run, name: str, search: Search) -> Why:
+def _relieved(run: RunData, name: str, search: Search) -> HeldUp:
     """What relieving each suspect of a run gains in an indicator."""
     looked_at = suspects(run)
     gains, study = _contest(run, name, looked_at, search)
@@ -165,7 +160,7 @@ def _relieved(run: Run, name: str, search: Search) -> Why:
     failures = _failures(study)
     if found.failed and 0 not in failures:
         raise StudyError(f"indicator {name!r}: {found.failed} runs of the model as it is have no value of it")
-    return Why(
+    return HeldUp(
         run.model,
         name,
         tuple((looked_at[gain.change - 1], gain) for gain in found.gains),
@@ -182,11 +177,11 @@ def _relieved(run: Run, name: str, search: Search) -> Why:
 
 
 def _contest(
-    run: Run,
+    run: RunData,
     name: str,
     looked_at: list[Suspect],
     search: Search,
-) -> tuple[Callable[[int], Gains], Study]:
+) -> tuple[Callable[[int], Gains], StudyEngine]:
     """The study in which each suspect is relieved, and what finds the gains with at most that many replications."""
     better = find(name).better
     if better is None:
@@ -225,7 +220,7 @@ def _state(runs: Sequence[Mapping[str, float]], untaken: float) -> Health:
     return Health(mean([AT_START]), mean(waits), fmean(due) if due else None, untaken)
 
 
-def _failures(study: Study) -> dict[int, Failure]:
+def _failures(study: StudyEngine) -> dict[int, Failure]:
     """The designs of which runs could not go on, by number."""
     found = {}
     for number, rows in study.results.by_point.items():

@@ -1,4 +1,4 @@
-"""What a fleet plan says: the sizes for each demand, the designs that show them, and the strategies tried."""
+"""Sizes of a fleet for each demand, the designs that show them, and the strategies tried."""
 
 from __future__ import annotations
 
@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.answer.answered import Answered
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
@@ -118,8 +117,8 @@ class Strategy:
 
 
 @dataclass(frozen=True)
-class FleetPlan(Answered):
-    """What `plan_fleet` found; `strategy` is the better one that the sizes are for, None: the model's own.
+class FleetSizes:
+    """The sizes for each demand; `strategy` is the better one that they are for, None: the model's own.
 
     `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice.
     """

@@ -1,21 +1,26 @@
-"""What is said of the best of many designs: the answer, its value on fresh days, and what came next."""
+"""Which design is best: `best`, and its answer where many were searched, by their values on fresh days."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, overload
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.answer import Answer
-from desim_warehouse.answer.answered import answer_of
+from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import capital, number, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber
 from desim_warehouse.answer.standing import BY_VERDICT, Standing
 from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.account import is_fixed
-from desim_warehouse.questions import judged
-from desim_warehouse.study.designs.best_of_many import BestOfMany, JudgedDesign, TriedDesign
+from desim_warehouse.questions import judged, race
+from desim_warehouse.questions.race import Best, best_of_study
+from desim_warehouse.questions.study import Study
+from desim_warehouse.study.designs.best_of_many import JudgedDesign, SearchedDesigns, TriedDesign, search_designs
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes
+from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.intervals import Estimate
 
 _LUCK = "Means of the search, few runs each, which flatter the best options slightly."
@@ -25,9 +30,81 @@ _COUNTED = 1e15
 """Designs up to which their number is said."""
 
 
-@answer_of.register
-def answer(found: BestOfMany) -> Answer:
-    """What a search for the best design found; the page shows it unless it was not shown to meet the target."""
+@dataclass(frozen=True)
+class BestOfMany(SearchedDesigns, Answered):
+    """The best of the designs that were searched, with the answer."""
+
+
+@overload
+def best(what: Study, indicator: str, delta: float | None = None, **how: Any) -> Best: ...
+@overload
+def best(what: Source, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany: ...
+
+
+def best(what: Study | Source, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany:
+    """Choose the best design of a study, or of a model with what is to be varied, placed or turned.
+
+    The designs of a study all race: see `race.best_of_study`, whose arguments `how` may have. For a model see
+    `best_of`. `delta` is by default 1 % of the largest of the first means.
+    """
+    if isinstance(what, Study):
+        return best_of_study(what, indicator, delta, **how)
+    return best_of(as_model(what), indicator, delta, **how)
+
+
+def best_of(  # half of it says what its arguments mean
+    model: Model,
+    indicator: str,
+    delta: float | None = None,
+    *,
+    target: str | None = None,
+    vary: Mapping[str, Any] | None = None,
+    place_chargers: int | None = None,
+    directions: bool = False,
+    maximise: bool | None = None,
+    search: Search = USUAL,
+) -> Best | BestOfMany:
+    """Find the best design by the mean of an indicator, of those that meet a target where there is one.
+
+    Where nothing but keys is varied, without a target, and each design can have ten runs, all of them race
+    (`race.best_of_study`). Else they are searched with four fifths of the runs; the last fifth is done on fresh days,
+    and says whether the target is met, and what the indicator is.
+
+    Args:
+        model: the warehouse.
+        indicator: what should be best.
+        delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the first mean.
+        target: what must be met, such as "on_time >= 95 %".
+        vary: key of the model -> its values, in any form of a study file.
+        place_chargers: how many nodes have a charger; which is searched. None: chargers stay.
+        directions: whether aisles may be turned.
+        maximise: whether more is better (default: as usual for the indicator).
+        search: how runs are done, at most 500 by default; first look and cap are those of a race.
+
+    Raises:
+        ModelError: a value that makes no model.
+        StudyError: nothing to choose from, too few runs, a bad target, or an indicator of which neither is better.
+
+    Source: `designs.local_search`; verdicts: see `Judge`.
+    """
+    chosen = search_designs(
+        model,
+        indicator,
+        delta,
+        target=target,
+        vary=vary,
+        place_chargers=place_chargers,
+        directions=directions,
+        maximise=maximise,
+        search=search,
+    )
+    if isinstance(chosen, SearchedDesigns):
+        return BestOfMany(**vars(chosen), answer=answer(chosen).keep(search.out, search.command))
+    return race.worded(chosen, search)
+
+
+def answer(found: SearchedDesigns) -> Answer:
+    """Put a search for the best design into words; without a subject where none was shown to meet the target."""
     best, unproven = found.best, found.shown is False
     head, rows = table(found, in_order(found))
     known = [] if unproven else _numbers(found, best)
@@ -52,26 +129,26 @@ def answer(found: BestOfMany) -> Answer:
     )
 
 
-def _tiles(found: BestOfMany, known: list[SaidNumber]) -> list[BigNumber]:
+def _tiles(found: SearchedDesigns, known: list[SaidNumber]) -> list[BigNumber]:
     """What is best, if it is said in few words, and its numbers."""
     name = design(found.best)
     first = [BigNumber(value=name, what=f"the {_best(found)} option")] if len(name) <= _SHORT else []
     return (first if known else []) + [judged.tile(one.text, words.in_sentence(one.of)) for one in known]
 
 
-def _question(found: BestOfMany) -> str:
+def _question(found: SearchedDesigns) -> str:
     if _best(found) == "cheapest":
         return f"What is the cheapest option{f' that gives {_aim(found)}' if found.target else ''}?"
     sense, aim = "largest" if found.maximise else "smallest", f" with {_aim(found)}" if found.target else ""
     return f"With which option is {words.in_sentence(found.indicator)} {sense}{aim}?"
 
 
-def _best(found: BestOfMany) -> str:
+def _best(found: SearchedDesigns) -> str:
     """What an option is called that is best."""
     return "cheapest" if found.indicator == "annual_cost" and not found.maximise else "best"
 
 
-def _option(found: BestOfMany, one: JudgedDesign) -> Option:
+def _option(found: SearchedDesigns, one: JudgedDesign) -> Option:
     """A design that was judged on fresh days."""
     known = [] if one.vetoed else _numbers(found, one)
     kind: Standing = "known" if one.verdict is None else BY_VERDICT[one.verdict]
@@ -86,7 +163,7 @@ def _option(found: BestOfMany, one: JudgedDesign) -> Option:
     )
 
 
-def _figure(found: BestOfMany) -> Rows | None:
+def _figure(found: SearchedDesigns) -> Rows | None:
     """The designs judged, by what the target asks for, or without one by the indicator."""
     goal, rows = found.target, []
     for one in (found.best, *found.cheaper, *filter(None, [found.runner_up])):
@@ -102,7 +179,7 @@ def _figure(found: BestOfMany) -> Rows | None:
     return Rows(title=title, at=at, at_words=said, rows=tuple(rows))
 
 
-def sentences(found: BestOfMany) -> list[str]:
+def sentences(found: SearchedDesigns) -> list[str]:
     """The answer first, then cheaper designs that were not shown to be enough, the runner-up, and what was done."""
     lines = [_answer(found)]
     for one in found.cheaper:
@@ -115,7 +192,7 @@ def sentences(found: BestOfMany) -> list[str]:
     return lines
 
 
-def _answer(found: BestOfMany) -> str:
+def _answer(found: SearchedDesigns) -> str:
     best = f"{design(found.best)}: {_values(found, found.best)}"
     if found.shown is None:
         return sentence(f"{best}, {_days(found.best)}")
@@ -125,7 +202,7 @@ def _answer(found: BestOfMany) -> str:
     return sentence(f"No option was shown to give {_aim(found)}; best by the search is {best}{wrong}")
 
 
-def _runner_up(found: BestOfMany, other: JudgedDesign) -> str:
+def _runner_up(found: SearchedDesigns, other: JudgedDesign) -> str:
     apart = found.apart
     line = f"Next: {design(other)} with {_values(found, other)}"
     if apart is None:
@@ -152,18 +229,18 @@ def design(one: JudgedDesign | TriedDesign) -> str:
     return ", ".join(said)
 
 
-def _values(found: BestOfMany, one: JudgedDesign) -> str:
+def _values(found: SearchedDesigns, one: JudgedDesign) -> str:
     """The value of the indicator, and of the target, with their intervals."""
     said = [words.reached(number.of, number.text) for number in _numbers(found, one)]
     return ", ".join(said) or "no run that ended"
 
 
-def _judged_by(found: BestOfMany) -> list[str]:
+def _judged_by(found: SearchedDesigns) -> list[str]:
     """The indicator, and the one that the target is about."""
     return [found.indicator, *([] if found.target is None else [found.target.indicator])]
 
 
-def _numbers(found: BestOfMany, one: JudgedDesign) -> list[SaidNumber]:
+def _numbers(found: SearchedDesigns, one: JudgedDesign) -> list[SaidNumber]:
     means: dict[str, tuple[Estimate | None, float | None]] = {found.indicator: (one.value, None)}
     if found.target is not None:
         means[found.target.indicator] = (one.reached, found.target.value)
@@ -180,11 +257,11 @@ def _days(one: JudgedDesign) -> str:
     return "" if one.value is None else f"in {number_of(one.value.n, 'run')} on fresh days"
 
 
-def _aim(found: BestOfMany) -> str:
+def _aim(found: SearchedDesigns) -> str:
     return "" if found.target is None else words.target(found.target)
 
 
-def in_order(found: BestOfMany) -> list[TriedDesign]:
+def in_order(found: SearchedDesigns) -> list[TriedDesign]:
     """All designs tried: those first whose runs in the search meet the target, the best of them first."""
     sign = 1 if found.maximise else -1
 
@@ -195,7 +272,7 @@ def in_order(found: BestOfMany) -> list[TriedDesign]:
     return sorted(found.tried, key=rank)
 
 
-def table(found: BestOfMany, shown: Sequence[TriedDesign]) -> tuple[list[str], list[list[str]]]:
+def table(found: SearchedDesigns, shown: Sequence[TriedDesign]) -> tuple[list[str], list[list[str]]]:
     """The head and the rows of a table of designs tried, with their means in the search."""
     keys = list(found.best.labels)
     goal = [] if found.target is None else [found.target.indicator]

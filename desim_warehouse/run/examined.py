@@ -1,0 +1,26 @@
+"""Everything that is found wrong with a model before it runs: mistakes, what the estimate shows, the night."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from desim_warehouse.feasibility import examine
+from desim_warehouse.layout import checks
+from desim_warehouse.run import night
+from desim_warehouse.run.quick import estimate
+
+if TYPE_CHECKING:
+    from desim_warehouse.feasibility.estimate import QuickEstimate
+    from desim_warehouse.findings import Finding
+    from desim_warehouse.model import Model
+
+
+def examined(model: Model) -> tuple[list[Finding], QuickEstimate | None]:
+    """Return all findings, the worst first, and the quick estimate, None where there can be none (see `examine`).
+
+    The night is looked at only where the model has no error that it does not accept.
+    """
+    findings, calculation = examine(model, model.floor, estimate)
+    if any(item.level == "error" and item.code not in model.accept for item in findings):
+        return findings, calculation
+    return checks.worst_first([*findings, *night.findings(model, model.floor)]), calculation
