@@ -22,7 +22,7 @@ _NARROWEST = 60
 
 
 def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> Answer:
-    """Print an answer, and return it with the command as it was typed; keep it in the folder of `--out` if it is not."""
+    """Print an answer, and return it with the command as it was typed, kept in the folder of `--out`."""
     from desim_warehouse.answer.text import WIDTH, printed
 
     answer = answer if answer.command else keep(answer, out)

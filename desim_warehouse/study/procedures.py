@@ -182,8 +182,6 @@ def scouted(
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout")
     scout = StudyEngine.of(plan.unreplicated())
-        replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout").unreplicated()
-    )
 
     with scout.session(search) as runner:
 
