@@ -2,7 +2,8 @@
 
 A cycle is a group of modules each of which reaches every other through imports, wherever these stand: those inside
 functions count. Printed are the cycles of all imports, and those that are left at run time, without what only type
-checkers import (`if TYPE_CHECKING`). That importing a module runs the packages around it does not count.
+checkers import (`if TYPE_CHECKING`). Packages around a module, which are imported with it, do not count, nor does what
+`importlib` loads by its name.
 """
 
 import ast

@@ -13,6 +13,8 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse import answer as answer_package
+from desim_warehouse import questions
 from desim_warehouse.answer import answer as answers
 from desim_warehouse.answer import words
 from desim_warehouse.answer.numbers import capital
@@ -27,7 +29,6 @@ from desim_warehouse.questions.plan import plan_fleet, worded
 from desim_warehouse.questions.size import size
 from desim_warehouse.questions.why import why
 from desim_warehouse.questions.why import worded as why_worded
-from desim_warehouse.report import text as report_text
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
@@ -278,10 +279,16 @@ def test_options_whose_runs_are_equal_are_one():
     assert found == [("a", ["A"]), ("b", ["B"]), ("c", [])]
 
 
+SAID_IN = [
+    path for package in (answer_package, questions) for path in sorted(Path(package.__file__).parent.glob("*.py"))
+]
+"""Modules that have sentences."""
+
+
 def test_no_template_has_a_bracket_in_a_bracket():
     """Whatever is put into a sentence: what stands in brackets in its template has no brackets of its own."""
     nested = []
-    for path in sorted(Path(report_text.__file__).parent.glob("*.py")):
+    for path in SAID_IN:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.JoinedStr):
                 said = "".join(str(one.value) if isinstance(one, ast.Constant) else "x" for one in node.values)
@@ -298,7 +305,7 @@ def test_keys_of_a_model_stand_in_commands_only():
     """A sentence names robots and lanes, not fleet.size and traffic; `input_words` has lines for a model file."""
     key = re.compile(r"\b(fleet|traffic|tasks|layout|policies|battery|prices|run)\.[a-z_]+")
     found = []
-    for path in sorted(Path(report_text.__file__).parent.glob("*.py")):
+    for path in SAID_IN:
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             said = node.value if isinstance(node, ast.Constant) else None
             is_sentence = isinstance(said, str) and " " in said and "\n" not in said and not said.endswith(".")
