@@ -8,6 +8,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.live.answers import results_of
+from desim_warehouse.policies import create
 from desim_warehouse.questions.run import Run
 from desim_warehouse.questions.study import Results
 
@@ -62,10 +63,9 @@ def test_results_answer_wherever_they_come_from(holder, folder, tmp_path):
 
 def test_runs_show_themselves_wherever_they_come_from(tmp_path):
     run = dw.simulate(MODEL)
-    stepped = dw.steps(MODEL)
+    nearest, stepped = create("allocation", "nearest", {}), dw.steps(MODEL)
     for decision in stepped:
-        for robot, task in zip(decision.robots, decision.tasks, strict=False):
-            decision.assign(robot, task)
-    runs = [run, dw.load_run(run.save(tmp_path)), pickle.loads(pickle.dumps(run)), stepped.run()]  # noqa: S301
+        stepped.tell(nearest.assign(decision.situation))
+    runs = [run, dw.load_run(run.save(tmp_path)), pickle.loads(pickle.dumps(run)), stepped.run]  # noqa: S301
     assert {type(each) for each in runs} == {Run}
     assert all(each._repr_html_().startswith("<iframe") for each in runs)

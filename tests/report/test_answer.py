@@ -18,6 +18,7 @@ from desim_warehouse import questions
 from desim_warehouse.answer import answer as answers
 from desim_warehouse.answer import words
 from desim_warehouse.answer.numbers import capital
+from desim_warehouse.answer.parts import Rows
 from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.answer.text import printed
 from desim_warehouse.cli import desim
@@ -145,7 +146,7 @@ def is_everywhere(answer):
         if option.number:
             intervals.setdefault((option.name, option.group), set()).add(option.number.text)
     assert all(len(found) == 1 for found in intervals.values())
-    if isinstance(answer.figure, answers.Rows):
+    if isinstance(answer.figure, Rows):
         texts = {", ".join(filter(None, (one.group, one.name))): one.numbers for one in answer.options}
         assert all(mark.text in [number.text for number in texts[mark.label]] for mark in answer.figure.rows)
     if answer.about is None:
