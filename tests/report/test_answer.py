@@ -13,6 +13,7 @@ import pytest
 from click.testing import CliRunner
 
 import desim_warehouse as dw
+from desim_warehouse import questions
 from desim_warehouse.answer import answer as answers
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import printed
@@ -23,7 +24,6 @@ from desim_warehouse.errors import ReportError
 from desim_warehouse.live.answers import Named, RunsSoFar
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.questions import judged as judged_words
-from desim_warehouse.report import text as report_text
 from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.page import example
 from desim_warehouse.report.write import report
@@ -277,7 +277,7 @@ def test_options_whose_runs_are_equal_are_one():
 def test_no_template_has_a_bracket_in_a_bracket():
     """Whatever is put into a sentence: what stands in brackets in its template has no brackets of its own."""
     nested = []
-    for path in sorted(Path(report_text.__file__).parent.glob("*.py")):
+    for path in sorted(Path(questions.__file__).parent.glob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             if isinstance(node, ast.JoinedStr):
                 said = "".join(str(one.value) if isinstance(one, ast.Constant) else "x" for one in node.values)
@@ -294,7 +294,7 @@ def test_keys_of_a_model_stand_in_commands_only():
     """A sentence names robots and lanes, not fleet.size and traffic; `input_words` has lines for a model file."""
     key = re.compile(r"\b(fleet|traffic|tasks|layout|policies|battery|prices|run)\.[a-z_]+")
     found = []
-    for path in sorted(Path(report_text.__file__).parent.glob("*.py")):
+    for path in sorted(Path(questions.__file__).parent.glob("*.py")):
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             said = node.value if isinstance(node, ast.Constant) else None
             is_sentence = isinstance(said, str) and " " in said and "\n" not in said and not said.endswith(".")
