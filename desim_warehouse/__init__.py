@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     from desim_warehouse.model.overrides import UNSET
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
+    from desim_warehouse.questions.tipping import tipping_points
     from desim_warehouse.report import plot
     from desim_warehouse.run import Run, check, simulate
     from desim_warehouse.run.folder import load_run
@@ -47,7 +48,6 @@ if TYPE_CHECKING:
     from desim_warehouse.study.results import Results
     from desim_warehouse.study.search import Search
     from desim_warehouse.study.study import Study
-    from desim_warehouse.study.tipping import tipping_points
     from desim_warehouse.study.why import why
 
 
@@ -76,6 +76,7 @@ _HOME = {
     "model.overrides": ("UNSET",),
     "plants": ("read_layout",),
     "plants.export": ("write_layout",),
+    "questions.tipping": ("tipping_points",),
     "run": ("Run", "check", "simulate"),
     "run.folder": ("load_run",),
     "study.designs.best_of_many": ("best",),
@@ -86,7 +87,6 @@ _HOME = {
     "study.results": ("Results",),
     "study.search": ("Search",),
     "study.study": ("Study",),
-    "study.tipping": ("tipping_points",),
     "study.why": ("why",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}

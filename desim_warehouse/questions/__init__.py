@@ -8,7 +8,7 @@ from desim_warehouse.questions import (
     race_words,
     size_words,
     study_words,
-    tipping_words,
+    tipping,
     why_words,
 )
 
@@ -20,6 +20,6 @@ __all__ = [
     "race_words",
     "size_words",
     "study_words",
-    "tipping_words",
+    "tipping",
     "why_words",
 ]
