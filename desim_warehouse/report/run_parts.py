@@ -303,8 +303,8 @@ def lost_time(run: Run) -> Html | None:
 
 
 def warm_up_figures(run: Run) -> list[Axes]:
-    """Where the warm-up ends, for a lifelong run long enough to tell."""
-    if not run.model.tasks.never_end:
+    """Where the warm-up ends, for a lifelong run that has one and is long enough to tell."""
+    if not run.model.tasks.never_end or not run.record.begin:
         return []
     try:
         return [plot.warm_up(run)]
@@ -315,7 +315,7 @@ def warm_up_figures(run: Run) -> list[Axes]:
 def warm_up(run: Run) -> Html | None:
     """How to read the figure of the warm-up."""
     if not warm_up_figures(run):
-        return None  # it ends with its work, or is too short: there is no steady state
+        return None
     return html.paragraph(f"Counted from {numbers.duration(run.record.begin, run.model.units.time)} on.", "note")
 
 

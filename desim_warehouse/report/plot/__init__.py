@@ -6,7 +6,6 @@
 | the same for each level of a further factor    | `facets`                | study table                  |
 | throughput by fleet size, and its knee         | `throughput`            | study table                  |
 | what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
-| orders that came and were delivered            | `arrivals`              | Run                          |
 | batteries                                      | `battery`               | Run                          |
 | where robots wait                              | `congestion`            | Run                          |
 | the warehouse                                  | `layout`                | Model or Run                 |
@@ -29,11 +28,10 @@ from desim_warehouse.report.plot.factors import by_factor, facets, throughput
 from desim_warehouse.report.plot.fleet import battery, gantt, utilisation
 from desim_warehouse.report.plot.floor import layout
 from desim_warehouse.report.plot.heat import congestion
-from desim_warehouse.report.plot.series import arrivals, warm_up, welch
+from desim_warehouse.report.plot.series import warm_up, welch
 
 __all__ = [
     "COLOURS",
-    "arrivals",
     "battery",
     "by_factor",
     "congestion",
