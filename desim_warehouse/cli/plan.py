@@ -111,6 +111,7 @@ def command(  # as long as its options are many
     status 3: no fleet was shown to be enough, or --runs ended before an answer.
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
+    from desim_warehouse.questions import fleet_words, option_words
     from desim_warehouse.study.fleet import plan_fleet, plan_options
     from desim_warehouse.study.fleet.given import counts_of
 
@@ -131,10 +132,10 @@ def command(  # as long as its options are many
     with interruptible(None, search):
         if options:
             found = plan_options(_options(options, loaded), target, search=search, **how)
-            answer, best = found.answer, None
+            answer, best = option_words.answer(found), None
         else:
             found = plan_fleet(loaded, target, search=search, growth=growth, years=years, **how)
-            answer, best = found.answer, _best(found, loaded)
+            answer, best = fleet_words.answer(found), _best(found, loaded)
     if ranges and best is not None:
         _give_with_thresholds(answer, (best, target, ranges), search, warnings, as_json=as_json)
     else:

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 from desim_warehouse.errors import ModelError, StudyError, reason
-from desim_warehouse.folders import write_whole
+from desim_warehouse.folders import too_old, write_whole
 from desim_warehouse.model import load
 from desim_warehouse.run.folder import RUN, STUDY
 from desim_warehouse.study.design import Point, Rule
@@ -78,6 +78,8 @@ def read_record(folder: Path) -> Record:
     path = folder / STUDY
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
+        if (why := too_old(content["versions"]["desim-warehouse"])) is not None:
+            raise StudyError(f"{path}: {why}")
         keys = {number: point["model"] for number, point in enumerate(content["points"])}
         return Record(_plan(content), keys, content["versions"])
     except FileNotFoundError:

@@ -12,7 +12,7 @@ import desim_warehouse as dw
 
 from .conftest import MULTIBOTS
 
-FOLDER = Path(__file__).parents[1] / "kept" / "study"
+FOLDER = Path(__file__).parents[1] / "kept" / "0.3.0" / "plan" / "today"
 LIFELONG = {"tasks.goods": {"saturated": 12}, "run.length": 2000}
 
 
