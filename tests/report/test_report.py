@@ -134,7 +134,7 @@ def test_the_account_is_of_robots_where_nothing_was_asked_of_them(model):
 
 
 def test_the_figure_of_the_warm_up_is_of_runs_that_have_one(model):
-    lifelong = model.replace({"tasks.goods": {"saturated": 12}, "run": {"length": 2000, "warm_up": 500}})
+    lifelong = model.replace({"tasks.goods": {"saturated": 12}, "run": {"length": 10_000, "warm_up": 500}})
     assert len(run_parts.warm_up_figures(dw.simulate(lifelong))) == 1
     assert run_parts.warm_up_figures(dw.simulate(lifelong.replace({"run.warm_up": 0}))) == []
 
