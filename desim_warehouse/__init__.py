@@ -43,10 +43,10 @@ if TYPE_CHECKING:
     from desim_warehouse.questions.run import Run, load_run, simulate
     from desim_warehouse.questions.size import size
     from desim_warehouse.questions.study import Results, Study
+    from desim_warehouse.questions.tipping import tipping_points
     from desim_warehouse.questions.why import why
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.search import Search
-    from desim_warehouse.study.tipping import tipping_points
 
 
 _HOME = {
@@ -82,10 +82,10 @@ _HOME = {
     "questions.run": ("Run", "load_run", "simulate"),
     "questions.size": ("size",),
     "questions.study": ("Results", "Study"),
+    "questions.tipping": ("tipping_points",),
     "questions.why": ("why",),
     "study.file": ("schema",),
     "study.search": ("Search",),
-    "study.tipping": ("tipping_points",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
 _CALLED = {"plan": "plan_fleet"}

@@ -37,6 +37,16 @@ def gallery() -> dict[str, Path]:
     return {path.stem: path for path in sorted(shipped("gallery").glob("*.yaml"))}
 
 
+OLDEST = (0, 3)
+"""The oldest version whose folders are read."""
+
+
+def too_old(version: str) -> str | None:
+    """Say why folders of a version are not read, and which version reads them; None where they are."""
+    made = tuple(int(part) for part in version.split(".")[:2] if part.isdecimal())
+    return None if made >= OLDEST else f"of version {version}, expected 0.3 or later; desim-warehouse 0.3.0 reads it"
+
+
 def write_whole(path: Path, text: str) -> None:
     """Write a file atomically."""
     partial = path.with_name(f".{path.name}.{os.getpid()}")

@@ -35,7 +35,6 @@ COMMANDS = {
     "why": ("why", "Find what holds a warehouse up, and what that costs."),
     "best": ("best", "Find the best of several designs, with few runs."),
     "size": ("size", "Find the smallest fleet, or other value, that meets a target."),
-    "screen": ("screen", "Show which factors of a study folder matter."),
     "calibrate": ("calibrate", "Estimate a model's figures from the log of its real fleet."),
     "validate": ("validate", "Test a model against logs of real days."),
     "fit": ("fit", "Propose a distribution for measured times."),
@@ -46,7 +45,10 @@ COMMANDS = {
     "schema": ("schema", "Print the JSON Schema of model or study files, for editors."),
 }
 """Subcommand: the module of this package with its function `command`, and its line in the overview."""
-GONE = {"long-run": "desim what-if MODEL --replications 20: one interval over runs that do not depend on each other"}
+GONE = {
+    "long-run": "desim what-if MODEL --replications 20: one interval over runs that do not depend on each other",
+    "screen": "desim report FOLDER, which says which factor matters; docs/how-to/run-a-study.md has Sobol indices",
+}
 """Subcommands that went, and what to type instead."""
 
 

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.answers import give
+from desim_warehouse.cli.answers import give, keep
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import (
@@ -24,7 +24,7 @@ from desim_warehouse.cli.study_options import (
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.errors import ModelError, reason
-from desim_warehouse.study.statistics.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS, UNCERTAIN_RUNS
+from desim_warehouse.study.statistics.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS
 
 if TYPE_CHECKING:
     from desim_warehouse.answer.answer import Answer
@@ -32,7 +32,6 @@ if TYPE_CHECKING:
     from desim_warehouse.questions.plan import FleetPlan
     from desim_warehouse.questions.plan_options import OptionsPlan
     from desim_warehouse.study.search import Search
-    from desim_warehouse.study.tipping import TippingPoints
 
 
 ALL_YEAR = 8760.0
@@ -82,8 +81,8 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
     shell_complete=keys_then("="),
     multiple=True,
     metavar="KEY=LOW..HIGH|FILE",
-    help="What is not known exactly, or the ranges that desim calibrate wrote: where does the answer tip?  "
-    f"[in at most {UNCERTAIN_RUNS} runs more]",
+    help="What is not known exactly, or the ranges that desim calibrate wrote: up to where is the fleet enough?  "
+    "[in at most 60 runs each]",
 )
 @with_json()
 @with_overrides
@@ -109,11 +108,12 @@ def command(  # as long as its options are many
     """Find how many robots, chargers and packers MODEL needs, today and later, with which strategy, and what limits it.
 
     `--vary` says which strategies are tried instead of nearest, hungarian and earliest-due. With `--uncertain` each
-    input is varied within its range: where it needs one robot more, confirmed by runs on both sides, and what it would
-    be worth a year to know it better, by `prices.robot`. Exit status 3: no fleet was
-    shown to be enough, or --runs ended before an answer.
+    input is then varied within its range: up to where the fleet of the plan is enough, by runs on both sides. Exit
+    status 3: no fleet was shown to be enough, or --runs ended before an answer.
     Example: desim plan w.yaml --target "on_time >= 95 %" --growth 30% --workers 2
     """
+    from desim_warehouse.questions.plan import plan_fleet
+    from desim_warehouse.questions.plan_options import plan_options
     from desim_warehouse.study.fleet.given import counts_of
 
     loaded = _priced(load_model(model, assignments), robot=price_robot, charger=price_charger)
@@ -122,7 +122,7 @@ def command(  # as long as its options are many
     ranges = _ranges(uncertain, loaded)
     if options and (growth or ranges):
         raise click.UsageError("--option: without --growth and --uncertain")
-    how = {
+    how: dict[str, Any] = {
         "robots": counts_of(robots, "--robots"),
         "chargers": counts_of(chargers, "--chargers"),
         "packers": packers,
@@ -132,34 +132,18 @@ def command(  # as long as its options are many
     plan: FleetPlan | OptionsPlan
     with interruptible(None, search):
         if options:
-            plan = _of_options(options, loaded, target, how, search)
-            answer = plan.answer
+            plan = plan_options(_options(options, loaded), target, search=search, **how)
+            best = None
         else:
-            plan, answer = _planned(loaded, target, {**how, "growth": growth, "years": years}, ranges, search)
-    give(answer, search.out, warnings, as_json=as_json)
+            plan = plan_fleet(loaded, target, search=search, growth=growth, years=years, **how)
+            best = _best(plan, loaded)
+    if ranges and best is not None:
+        _give_with_thresholds(plan.answer, (best, target, ranges), search, warnings, as_json=as_json)
+    else:
+        give(plan.answer, search.out, warnings, as_json=as_json)
     if not plan.feasible:
         click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if plan.ended else NOT_ENOUGH, err=True)
         sys.exit(NONE_MEETS)
-
-
-def _of_options(
-    options: tuple[str, ...], loaded: Model, target: str, how: Mapping[str, Any], search: Search
-) -> OptionsPlan:
-    from desim_warehouse.questions.plan_options import plan_options
-
-    return plan_options(_options(options, loaded), target, search=search, **how)
-
-
-def _planned(
-    loaded: Model, target: str, how: Mapping[str, Any], ranges: Mapping[str, tuple[float, float]], search: Search
-) -> tuple[FleetPlan, Answer]:
-    from desim_warehouse.questions import plan_words
-    from desim_warehouse.questions.plan import plan_fleet
-
-    plan = plan_fleet(loaded, target, search=search, **how)
-    if not ranges:
-        return plan, plan.answer
-    return plan, plan_words.answer(plan, _tipping(plan, loaded, target, ranges, search))
 
 
 def _priced(model: Model, **prices: float | None) -> Model:
@@ -228,18 +212,41 @@ def _of_file(path: str) -> Mapping[str, Any]:
     return found
 
 
-def _tipping(
-    found: FleetPlan, loaded: Model, target: str, ranges: Mapping[str, tuple[float, float]], search: Search
-) -> TippingPoints | None:
-    """Where the answer tips for the last demand, with the chargers of the answer; None where there is none."""
-    from desim_warehouse.study.tipping import tipping_points
+def _best(plan: FleetPlan, model: Model) -> Model | None:
+    """The model with the fleet of the plan, for the last demand; None where no fleet is enough."""
+    sized = plan.grown or plan.today
+    return None if sized.best is None else model.replace({**sized.overrides, **sized.best.overrides})
 
-    sized = found.grown or found.today
-    if sized.best is None:
-        return None
-    chosen = {key: value for key, value in sized.best.overrides.items() if key != "fleet.size"}
-    model = loaded.replace({**sized.overrides, **chosen})
-    return tipping_points(model, target, ranges, search=replace(search.under("uncertain"), runs=UNCERTAIN_RUNS))
+
+def _give_with_thresholds(
+    answer: Answer,
+    asked: tuple[Model, str, Mapping[str, tuple[float, float]]],
+    search: Search,
+    warnings: Sequence[Any] | None,
+    *,
+    as_json: bool,
+) -> None:
+    """Keep and print a plan, then the thresholds of its fleet, so that a failure in these loses nothing.
+
+    JSON is one object, which has the thresholds unless they fail.
+    """
+    from desim_warehouse.questions.tipping import tipping_points, with_thresholds
+
+    if not as_json:
+        give(answer, search.out, warnings)
+        click.echo()
+    try:
+        with interruptible(None, search):
+            points = tipping_points(*asked, search=replace(search.under("uncertain"), runs=None))
+    except BaseException:
+        if as_json:
+            give(answer, search.out, warnings, as_json=True)
+        raise
+    whole = keep(with_thresholds(answer, points), search.out)
+    if as_json:
+        give(whole, search.out, warnings, as_json=True)
+    else:
+        click.echo(points.answer)
 
 
 # Named options

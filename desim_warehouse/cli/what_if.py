@@ -41,7 +41,7 @@ if TYPE_CHECKING:
 @click.option(
     "--cap", type=click.IntRange(2, MOST_REPLICATIONS), help="... but not more often than this.  [default: 200]"
 )
-@click.option("--design", default="grid", show_default=True, help="grid, paired, or such as '{sobol: 64}'.")
+@click.option("--design", default="grid", show_default=True, help="grid or paired.")
 @click.option(
     "--warm-up", type=click.Choice(["auto"]), help="Find run.warm_up of each design by five pilot runs of it (MSER-5)."
 )

@@ -41,9 +41,9 @@ def check(plan: StudyPlan) -> None:
     """
     count = len({str(point) for point in plan.points()})
     levels = [len({str(level.label) for level in factor.levels}) for factor in plan.factors]
-    if plan.rule.sampled or count != math.prod(levels):
+    if count != math.prod(levels):
         raise ReportError(
-            f"a page has a slider for each factor, so every combination must be a design (got {plan.rule.name}), "
+            f"a page has a slider for each factor, so every combination must be a design (got {plan.rule}), "
             "expected design: grid"
         )
     if not 1 < count <= MOST:

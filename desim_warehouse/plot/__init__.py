@@ -5,12 +5,11 @@
 | an indicator by a factor, with intervals       | `by_factor`             | study table                  |
 | the same for each level of a further factor    | `facets`                | study table                  |
 | throughput by fleet size, and its knee         | `throughput`            | study table                  |
-| what robots do                                 | `utilisation`, `gantt`  | RunData (`utilisation`: or table) |
-| orders that came and were delivered            | `arrivals`              | RunData                          |
-| batteries                                      | `battery`               | RunData                          |
-| where robots wait                              | `congestion`            | RunData                          |
+| what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
+| batteries                                      | `battery`               | Run                          |
+| where robots wait                              | `congestion`            | Run                          |
 | the warehouse                                  | `layout`                | Model or Run                 |
-| where the warm-up ends                         | `warm_up`               | RunData or observations          |
+| where the warm-up ends                         | `warm_up`               | Run or observations          |
 | the same in Welch's plot                       | `welch`                 | `settle(model)` or observations |
 | a real day over simulated ones                 | `day`                   | `dw.validate`                |
 | edges, real against simulated, and on the floor | `passages`, `residuals` | `dw.validate`               |
@@ -29,11 +28,10 @@ from desim_warehouse.plot.factors import by_factor, facets, throughput
 from desim_warehouse.plot.fleet import battery, gantt, utilisation
 from desim_warehouse.plot.floor import layout
 from desim_warehouse.plot.heat import congestion
-from desim_warehouse.plot.series import arrivals, warm_up, welch
+from desim_warehouse.plot.series import warm_up, welch
 
 __all__ = [
     "COLOURS",
-    "arrivals",
     "battery",
     "by_factor",
     "congestion",

@@ -15,7 +15,7 @@ from desim_warehouse.answer.standing import Standing, instead, lasts_not, standi
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.outcome.indicators import AT
-from desim_warehouse.questions import judged, size, tipping_words
+from desim_warehouse.questions import judged, size
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
@@ -23,7 +23,6 @@ from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.fleet.utilisation import TRIP
 from desim_warehouse.study.statistics.cheapest import Counts, within_counts
 from desim_warehouse.study.statistics.intervals import Estimate
-from desim_warehouse.study.tipping import TippingPoints
 
 _LISTED = 4
 """Fleets that are named one by one."""
@@ -33,9 +32,9 @@ _WHAT = ("robot", "charger", "packer")
 """What is counted."""
 
 
-def answer(plan: FleetSizes, unsure: TippingPoints | None = None) -> Answer:
-    """Put the sizes of a fleet into words; `unsure`: where inputs that are not known tip them."""
-    return _Planned(plan).answer(unsure)
+def answer(plan: FleetSizes) -> Answer:
+    """Put the sizes of a fleet into words."""
+    return _Planned(plan).answer()
 
 
 def more_orders(growth: float) -> str:
@@ -54,7 +53,7 @@ class _Planned:
         self.demands = [plan.today] if plan.grown is None else [plan.today, plan.grown]
         self.answered = next((sized for sized in reversed(self.demands) if sized.best and not sized.open), None)
 
-    def answer(self, unsure: TippingPoints | None) -> Answer:
+    def answer(self) -> Answer:
         plan = self.plan
         fleet = spoken(
             ["robots", *["chargers"] * (plan.designs.zone is not None), *["packers"] * (self.packers is not None)]
@@ -67,16 +66,16 @@ class _Planned:
             name=self.model.name,
             description=self.model.description,
             question=f"How many {fleet} does it take for {words.target(self.goal)}{grown}?",
-            answer=(*said, *([tipping_words.in_short(unsure)] if unsure else [])),
+            answer=tuple(said),
             measures={self.goal.indicator: words.in_sentence(self.goal.indicator)},
             tiles=tuple(self._tiles()),
             options=tuple(option for sized in self.demands for option in self._options(sized)),
             figure=self._grid(),
             about=self._about(),
-            tables=(*self._years(), *self._hours(), *([] if unsure is None else tipping_words.tables(unsure))),
+            tables=(*self._years(), *self._hours()),
             promise=self._promise(),
             notes=tuple(self._rare()),
-            runs=plan.runs + (unsure.runs if unsure else 0),
+            runs=plan.runs,
             confidence=plan.confidence,
             made={"seed": str(plan.seed), "model": self.model.digest()},
             feasible=plan.feasible,
@@ -86,7 +85,6 @@ class _Planned:
             today=self._facts(plan.today),
             grown=None if plan.grown is None else self._facts(plan.grown),
             **({"years": [self._facts(sized) for sized in plan.demands]} if self.yearly else {}),
-            **({"uncertain": _uncertain(unsure)} if unsure else {}),
         )
 
     # Sentences
@@ -454,11 +452,6 @@ class _Planned:
             return (*when, "open" if sized.open else "none")
         counts = [f"{count}" for count in self._counted(sized.best.counts).values() if count]
         return (*when, *counts, *([] if sized.best.cost is None else [self._money(sized.best.cost)]))
-
-
-def _uncertain(unsure: TippingPoints) -> dict[str, Any]:
-    """Where inputs that are not known exactly tip the answer, as JSON has it."""
-    return {"answer": list(unsure.answer.answer), **tipping_words.facts(unsure), "runs": unsure.runs}
 
 
 def _stands(

@@ -75,7 +75,7 @@ def knee_of_throughput(study: ResultsData) -> list[str]:
     from desim_warehouse.study.statistics.knee import knee
 
     factor, indicator = "fleet.size", "throughput_per_hour"
-    if study.plan.rule.sampled or factor not in study.factors or indicator not in study.moving:
+    if factor not in study.factors or indicator not in study.moving:
         return []
     found = cells(study.table, [factor], indicator, study.plan.confidence)
     sizes = [cell.levels[0] for cell in found]

@@ -20,7 +20,7 @@ from desim_warehouse.questions.sentences import UNSETTLED, apart_from, knee_of_t
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.statistics.judge import MOST_TO_TELL
-from desim_warehouse.study.statistics.screening import first_order, main_effects
+from desim_warehouse.study.statistics.screening import main_effects
 
 _LISTED = 6
 """Options that are named one by one; of more, how many there are."""
@@ -299,27 +299,23 @@ class _Studied:
         rows = [(name_of(study, str(row.point)), str(row.replication), str(row.outcome.error)) for row in failed]
         if rows:
             yield Folded(title="Runs that failed", head=("option", "run", "error"), rows=tuple(rows[:_DRAWN]))
-        facts = [("options", f"{len(study.designs)}, {study.plan.rule.name}"), ("runs", _replications(study.plan))]
+        facts = [("options", f"{len(study.designs)}, {study.plan.rule}"), ("runs", _replications(study.plan))]
         facts += [("warm-up", _warm_up(study))]
         facts += [(words.factor_name(key), ", ".join(map(words.level, study.levels(key)))) for key in study.factors]
         yield Folded(title="The study", head=("", ""), rows=tuple(facts))
 
     def _effects(self) -> Folded | None:
-        """Largest minus smallest mean over each factor's levels, and its share of variance; None for one factor."""
+        """Largest minus smallest mean over each factor's levels; None for one factor."""
         study, varied = self.study, self.study.varied
-        if len(varied) < 2 or study.plan.rule.name == "paired":  # noqa: PLR2004
+        if len(varied) < 2 or study.plan.rule == "paired":  # noqa: PLR2004
             return None  # one factor, or factors varied together: their effects cannot be told apart
-        rows, doubts = [], []
+        rows: list[tuple[str, ...]] = []
         for indicator in study.moving:
-            swings = {item.factor: item.swing for item in main_effects(study.table, varied, indicator).factors}
-            scale = words.scale(indicator, study.base)
-            found = first_order(study.table, varied, indicator, confidence=study.plan.confidence)
-            name = words.indicator_name(indicator)
-            rows += [(name, words.factor_name(key), scale.bare(swings[key]), found.text(key)) for key in found.shares]
-            doubts += [f"{name}: {found.warning}."] if found.warning else []
-        head = ("indicator", "factor", "largest − smallest mean", "share of variance")
-        note = "Share of the variance between options that each factor explains alone (first-order Sobol index)."
-        return Folded(title="Which factor matters", note=" ".join([note, *doubts]), head=head, rows=tuple(rows))
+            scale, name = words.scale(indicator, study.base), words.indicator_name(indicator)
+            effects = main_effects(study.table, varied, indicator).factors
+            rows += [(name, words.factor_name(one.factor), scale.bare(one.swing)) for one in effects]
+        head = ("indicator", "factor", "largest − smallest mean")
+        return Folded(title="Which factor matters", head=head, rows=tuple(rows))
 
     def _promise(self) -> str:
         study, sure = self.study, self.study.plan.confidence

@@ -2,8 +2,8 @@
 
 Nothing is shown of any design but the one that the answer is about; where it is about none, of none.
 
-Answers of versions before 0.4, kept as plan.json and why.json, have their sentences, not judged anew. They name no
-design as later ones do, so their pages show none.
+Answers of 0.3, kept as plan.json and why.json, have their sentences, not judged anew. They name no design as later
+ones do, so their pages show none.
 """
 
 from __future__ import annotations
@@ -63,7 +63,7 @@ def _why(content: Mapping[str, Any], folder: Path) -> Answer:
 def _plan(content: Mapping[str, Any], folder: Path) -> Answer:
     record = read_record(folder / content["today"]["study"])
     rows = tuple((one["what"], one["found"], str(one["runs"])) for one in content["evidence"])
-    unsure = content.get("uncertain") or {}
+    unsure = content["uncertain"] or {}
     tables = [Folded(title="What shows it", head=("option", "found", "runs"), rows=rows)]
     if unsure:
         head, *lines = unsure["table"]
@@ -76,7 +76,7 @@ def _plan(content: Mapping[str, Any], folder: Path) -> Answer:
         answer=(*content["answer"], *([unsure["in_short"]] if unsure else [])),
         tables=tuple(tables),
         promise=content["promise"],
-        notes=tuple(content.get("notes", ())),
+        notes=tuple(content["notes"]),
         runs=content["runs"],
         confidence=content["confidence"],
         made=dict(record.versions),
@@ -88,7 +88,7 @@ def _shown(value: float | None) -> str:
 
 
 def read(folder: str | Path) -> Answer:
-    """The answer of a folder, also of versions before 0.4.
+    """The answer of a folder, also of version 0.3.
 
     Raises:
         ReportError: where it is damaged.

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import make_folder, write_whole
+from desim_warehouse.folders import make_folder, too_old, write_whole
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
@@ -121,6 +121,8 @@ def _content(path: Path) -> dict[str, Any]:
     content: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
     if content["format"] != FORMAT:
         raise ValueError(f"format {content['format']!r}, expected {FORMAT}: made by another version")
+    if (why := too_old(content["version"])) is not None:
+        raise ValueError(why)
     return content
 
 

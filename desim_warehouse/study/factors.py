@@ -6,7 +6,7 @@ import json
 import math
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Annotated, Any, TypeAlias
 
 from pydantic import AfterValidator, BeforeValidator, Field, PlainValidator, WithJsonSchema
@@ -16,7 +16,6 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.messages import Keys
 from desim_warehouse.model.schema import OUTLINE
 from desim_warehouse.study.statistics.limits import MOST_LEVELS
-from desim_warehouse.study.statistics.screening import Between
 from desim_warehouse.values.fields import Forms, Part, all_wrong, form, wrong
 
 Label: TypeAlias = str | int | float | bool | None
@@ -39,15 +38,10 @@ class Level:
 
 @dataclass(frozen=True)
 class Factor:
-    """What is varied: a key of the model (or a name, for `cases`), and its values or its range."""
+    """What is varied: a key of the model (or a name, for `cases`), and its values."""
 
     key: str
-    levels: tuple[Level, ...] = field(default=())
-    between: Between | None = None
-
-    def level(self, label: Label) -> Level:
-        """A value drawn from the range."""
-        return Level(label, {self.key: label}, ("factors", self.key, "between"))
+    levels: tuple[Level, ...]
 
 
 def label(value: Any) -> Label:
@@ -107,7 +101,7 @@ def _values(given: Any) -> Values:
     listed = isinstance(given, list | tuple)
     if listed and not given:
         raise wrong(f"no values (got []), expected {EXPECTED}")
-    values: dict[Any, tuple[Keys, Any]] = {}
+    values: list[tuple[Keys, Any]] = []
     problems = []
     for rank, item in enumerate(given if listed else [given]):
         keys: Keys = (rank,) if listed else ()
@@ -116,14 +110,20 @@ def _values(given: Any) -> Values:
         except ValueError as error:
             problems.append(wrong(f"{error} (got {got(item)}), expected {_ENDS}", *keys))
             continue
-        for value in spread:
-            once = (isinstance(value, bool), str(label(value)))  # true is not 'true', 2 is '2' in a table
-            if once in values:
-                problems.append(wrong(f"given twice (got {got(label(value))}), expected once", *keys))
-            values[once] = keys, value
+        values += [(keys, value) for value in spread]
     if problems:
         raise all_wrong(problems)
-    return Values(tuple(values.values()))
+    return Values(tuple(values))
+
+
+def repeated(factor: Factor) -> Iterator[Level]:
+    """The levels of a factor that tables show like one before them: true is not 'true', 2 is '2'."""
+    before = set()
+    for level in factor.levels:
+        shown = (isinstance(level.label, bool), str(level.label))
+        if shown in before:
+            yield level
+        before.add(shown)
 
 
 def listed(given: Sequence[Any]) -> list[Any]:
@@ -218,21 +218,9 @@ class Cases(Part):
         )
 
 
-def _upwards(ends: tuple[float, float]) -> tuple[float, float]:
-    if not ends[0] < ends[1]:
-        raise wrong(f"not a range (got {got(ends)}), expected low and high, such as [2.0, 5.0]")
-    return ends
-
-
-class DrawnBetween(Part):
-    """A range to draw from, for sampled designs, in whole numbers only if both ends are whole."""
-
-    between: Annotated[tuple[Finite, Finite], AfterValidator(_upwards)] = Field(
-        description="low and high, such as [2.0, 5.0]"
-    )
-
-
-FORMS = ("named", "cases", "range", "linspace", "between")
+DRAW = "expected lists of values, drawn by SALib or scipy.stats.qmc, with design: paired"
+"""What to write instead of a sampled design."""
+FORMS = ("named", "cases", "range", "linspace")
 """The keys of a section that gives the values of a factor."""
 EXPECTED = "a list of values, a range such as 1..6, or a section with " + spoken(FORMS, "or")
 
@@ -252,6 +240,8 @@ def _of_a_key(given: tuple[str, Any]) -> Any:
     section = isinstance(content, Mapping)
     if not (section and "cases" in content):
         _check_key(key, "[key]")
+    if section and "between" in content:
+        raise wrong(f"no ranges to draw from since 0.4 (got {got(content['between'])}), {DRAW}", "between")
     form = str(next(iter(content))) if section and len(content) == 1 else FORMS[0]
     near = nearest(form, FORMS)
     if near and near != form:
@@ -269,19 +259,15 @@ Form = Annotated[
     | Annotated[NamedValues, form("named")]
     | Annotated[Cases, form("cases")]
     | Annotated[Range, form("range")]
-    | Annotated[Linspace, form("linspace")]
-    | Annotated[DrawnBetween, form("between")],
+    | Annotated[Linspace, form("linspace")],
     Forms(EXPECTED, pick=_form),
     BeforeValidator(_of_a_key),
 ]
 """What a study file has for a factor, read together with the factor's key."""
 
 
-def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace | DrawnBetween) -> Factor:
+def factor_of(key: str, form: Values | NamedValues | Cases | Range | Linspace) -> Factor:
     """The factor that a study file describes."""
-    if isinstance(form, DrawnBetween):
-        low, high = form.between
-        return Factor(key, between=Between(low, high, isinstance(low, int) and isinstance(high, int)))
     return Factor(key, tuple(form.levels(key)))
 
 

@@ -22,10 +22,6 @@ today: {tasks.goods: {poisson: 200}}
 plus 30 %: {tasks.goods: {poisson: 260}, fleet.size: 6}
 design: grid                           # all combinations (default); or
 # paired: first values of all factors, then second values, ...
-# {latin-hypercube: 50}, {sobol: 64}: so many points; then a factor may
-#   also be {between: [2, 5]} (whole numbers if both ends are whole;
-#   {between: [2.0, 5.0]} is continuous)
-# {saltelli: 64}: for Sobol indices, 64 x (factors + 2) points
 replications: 20                       # a number; or until the mean is known well enough:
 # replications: {indicator: T, half_width: 2 %, confidence: 0.95, minimum: 30, cap: 200}
 seed: 0                                # replication r has the same run seed at every point
@@ -52,12 +48,12 @@ from pydantic import (
     model_validator,
 )
 
-from desim_warehouse.errors import StudyError, got, nearest, spoken
+from desim_warehouse.errors import StudyError, got, nearest
 from desim_warehouse.model import Model, json_schema
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.outcome.indicators import INDICATORS, look_up
-from desim_warehouse.study.design import SAMPLED, Rule, baseline_point, count, points
-from desim_warehouse.study.factors import Factor, Form, Label, factor_of, label
+from desim_warehouse.study.design import Rule, baseline_point, count, points
+from desim_warehouse.study.factors import DRAW, Factor, Form, Label, factor_of, label, repeated
 from desim_warehouse.study.statistics.limits import MOST_POINTS, MOST_REPLICATIONS, MOST_RUNS
 from desim_warehouse.study.target import read_target
 from desim_warehouse.values.fields import (
@@ -81,7 +77,6 @@ if TYPE_CHECKING:
     from pydantic_core import PydanticCustomError
 
 _MODEL = "a model file, relative to the study file, or a whole model"
-_DESIGN = "grid, paired, {latin-hypercube: 50}, {sobol: 64} or {saltelli: 64}"
 _REPLICATIONS = "a number of at least 1, or {indicator: T, half_width: 2 %}"
 
 
@@ -108,14 +103,7 @@ def _target(text: str) -> str:
     return text
 
 
-def _power_of_two(size: int) -> int:
-    if size < 2 or size & (size - 1):  # noqa: PLR2004
-        raise wrong(f"not a power of 2 (got {size}), expected 32, 64, 128, ...")
-    return size
-
-
 IndicatorName = Annotated[str, BeforeValidator(_indicator)]
-_Size = Annotated[int, Field(strict=True, ge=1, le=MOST_POINTS)]
 _Several = Annotated[int, Field(strict=True, ge=2, le=MOST_REPLICATIONS)]
 
 
@@ -146,32 +134,6 @@ class Until(Part):
         return cap
 
 
-class Sampled(Part):
-    """A design that draws its points: one of these, with a number of points."""
-
-    latin_hypercube: _Size | None = Field(
-        None, alias="latin-hypercube", description=f"a whole number from 1 to {MOST_POINTS:,}"
-    )
-    sobol: Annotated[_Size, AfterValidator(_power_of_two)] | None = Field(None, description="a power of 2")
-    saltelli: Annotated[_Size, AfterValidator(_power_of_two)] | None = Field(None, description="a power of 2")
-
-    @model_validator(mode="after")
-    def _one(self) -> Sampled:
-        given = self.model_dump(by_alias=True, exclude_none=True)
-        if len(given) != 1:
-            raise wrong(f"should be {_DESIGN} (got {got(given)})")
-        return self
-
-    @property
-    def rule(self) -> Rule:
-        """The rule that is given."""
-        return next(Rule(name, size) for name, size in self.content().items() if size is not None)
-
-
-def _design_form(given: Any) -> str | None:
-    return "\0drawn" if isinstance(given, SECTION) else "\0all" if given in ("grid", "paired") else None
-
-
 class StudyFile(Part):
     """What a study file says, or the arguments of a study."""
 
@@ -182,10 +144,7 @@ class StudyFile(Part):
     )
     set: Mapping[str, Any] = Field({}, description="keys of the model and their values")
     factors: Mapping[str, Form] = Field({}, description="keys of the model, each followed by its values")
-    design: Annotated[
-        Annotated[Literal["grid", "paired"], form("all")] | Annotated[Sampled, form("drawn")],
-        Forms(_DESIGN, pick=_design_form),
-    ] = Field("grid", description=_DESIGN, validate_default=True)
+    design: Rule = Field("grid", description="grid or paired", validate_default=True)
     replications: Annotated[
         Annotated[Count, form("number")] | Annotated[Until, form("rule")],
         Forms(_REPLICATIONS, pick=by_type(number=NUMBER, rule=SECTION)),
@@ -206,6 +165,15 @@ class StudyFile(Part):
 
     # What is checked over several keys; a check is left out where a key that it needs is wrong
 
+    @model_validator(mode="before")
+    @classmethod
+    def _none_sampled(cls, data: Any) -> Any:
+        """Refuse a sampled design alone, as ranges of its factors would be refused for it, too."""
+        design = data.get("design") if isinstance(data, Mapping) else None
+        if isinstance(design, SECTION):
+            raise wrong(f"no sampled designs since 0.4 (got {got(design)}), {DRAW}", "design")
+        return data
+
     # A factor is read together with its key, so that a wrong key and a wrong value are found at once
     @field_validator("factors", mode="before")
     @classmethod
@@ -214,9 +182,9 @@ class StudyFile(Part):
 
     @field_validator("design")
     @classmethod
-    def _fits_the_factors(cls, design: Any, info: ValidationInfo) -> Any:
+    def _fits_the_factors(cls, design: Rule, info: ValidationInfo) -> Rule:
         if "factors" in info.data:
-            problems = list(_misfits(_factors(info.data["factors"]), _rule(design)))
+            problems = list(_misfits(_factors(info.data["factors"]), design))
             if problems:
                 raise all_wrong(problems)
         return design
@@ -228,7 +196,7 @@ class StudyFile(Part):
         if many > MOST_REPLICATIONS:
             raise wrong(f"too many (got {many}), expected at most {MOST_REPLICATIONS:,}")
         if "factors" in info.data and "design" in info.data:
-            runs = many * count(_factors(info.data["factors"]), _rule(info.data["design"]))
+            runs = many * count(_factors(info.data["factors"]), info.data["design"])
             if runs > MOST_RUNS:
                 expected = f"at most {MOST_RUNS:,} runs in all, fewer replications or designs"
                 raise wrong(f"too many runs (got {runs:,}), expected {expected}")
@@ -237,14 +205,14 @@ class StudyFile(Part):
     @field_validator("baseline")
     @classmethod
     def _is_a_design(cls, baseline: Mapping[str, Any], info: ValidationInfo) -> Mapping[str, Any]:
-        if not baseline or not {"factors", "design", "seed"} <= info.data.keys():
+        if not baseline or not {"factors", "design"} <= info.data.keys():
             return baseline
         factors = _factors(info.data["factors"])
         unknown = [key for key in baseline if key not in {factor.key for factor in factors}]
         if unknown:
             raise wrong(f"'{unknown[0]}' is no factor, expected values of factors (got {got(baseline)})")
         try:
-            baseline_point(points(factors, _rule(info.data["design"]), info.data["seed"]), labels(baseline))
+            baseline_point(points(factors, info.data["design"]), labels(baseline))
         except StudyError as error:
             raise wrong(str(error).removeprefix("baseline: ")) from None
         return baseline
@@ -262,11 +230,6 @@ class StudyFile(Part):
     def varied(self) -> tuple[Factor, ...]:
         """The factors."""
         return _factors(self.factors)
-
-    @property
-    def rule(self) -> Rule:
-        """How designs come from the factors."""
-        return _rule(self.design)
 
 
 def study_schema() -> dict[str, Any]:
@@ -290,21 +253,12 @@ def _factors(forms: Mapping[str, Any]) -> tuple[Factor, ...]:
     return tuple(factor_of(key, form) for key, form in forms.items())
 
 
-def _rule(design: str | Sampled) -> Rule:
-    return design.rule if isinstance(design, Sampled) else Rule(design)
-
-
 def _misfits(factors: tuple[Factor, ...], rule: Rule) -> Iterator[PydanticCustomError]:
     """Why the rule cannot make designs of these factors."""
-    if not rule.sampled:
-        said = f"a range to draw from needs a sampled design, expected design {spoken(SAMPLED, 'or')}"
-        for factor in factors:
-            if factor.between:
-                yield wrong(f"{said}, or a list of values", TOP, "factors", factor.key, "between")
-    elif len(factors) < (2 if rule.name == "saltelli" else 1):
-        text = f"too few factors (got {len(factors)}), expected factors to draw values for"
-        yield wrong(text, rule.name)
-    if rule.name == "paired" and len({len(factor.levels) for factor in factors}) > 1:
+    if rule == "grid":
+        for level in (level for factor in factors for level in repeated(factor)):
+            yield wrong(f"given twice (got {got(level.label)}), expected once", TOP, *level.keys)
+    elif len({len(factor.levels) for factor in factors}) > 1:
         lengths = ", ".join(f"{factor.key}: {len(factor.levels)}" for factor in factors)
         yield wrong(f"lists of different lengths ({lengths}), expected as many values of each factor")
     if count(factors, rule) > MOST_POINTS:

@@ -10,7 +10,7 @@ from typing import Literal
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import Model
 from desim_warehouse.model.messages import FilePositions
-from desim_warehouse.study.design import GRID, Point, Rule, points
+from desim_warehouse.study.design import Point, Rule, points
 from desim_warehouse.study.factors import Factor, Label, hint
 from desim_warehouse.study.file import Until
 
@@ -21,7 +21,7 @@ class StudyPlan:
 
     base: Model
     factors: tuple[Factor, ...] = ()
-    rule: Rule = GRID
+    rule: Rule = "grid"
     replications: int | Until | tuple[int, ...] = 1  # of each point; a tuple: point by point
     seed: int = 0
     indicators: tuple[str, ...] = ()  # empty: all
@@ -35,7 +35,7 @@ class StudyPlan:
 
     def points(self) -> list[Point]:
         """The design points, with the warm-up of each where that is known."""
-        found = points(self.factors, self.rule, self.seed)
+        found = points(self.factors, self.rule)
         if not isinstance(self.warm_up, tuple):
             return found
         return [

@@ -98,7 +98,7 @@ def _plan(document: Document) -> StudyPlan:
     plan = StudyPlan(
         base,
         file.varied(),
-        file.rule,
+        file.design,
         file.replications,
         file.seed,
         file.indicators,

@@ -6,18 +6,17 @@ import json
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 from desim_warehouse.errors import ModelError, StudyError, reason
-from desim_warehouse.folders import write_whole
+from desim_warehouse.folders import too_old, write_whole
 from desim_warehouse.model import load
 from desim_warehouse.run.folder import RUN, STUDY
 from desim_warehouse.study.design import Point, Rule
 from desim_warehouse.study.execution.cache import versions
-from desim_warehouse.study.factors import Factor, Level
+from desim_warehouse.study.factors import Factor, Label, Level
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import StudyPlan, models, run_seed
-from desim_warehouse.study.statistics.screening import Between
 
 FORMAT = 1
 
@@ -43,7 +42,7 @@ def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, st
         "description": plan.description,
         "versions": versions(),
         "factors": [_factor(factor) for factor in plan.factors],
-        "design": {"rule": plan.rule.name, "size": plan.rule.size},
+        "design": {"rule": plan.rule},
         "replications": rule.model_dump() if isinstance(rule, Until) else rule,
         "seed": plan.seed,
         "run_seeds": [run_seed(plan.seed, r) for r in range(plan.most)],
@@ -66,9 +65,6 @@ def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, st
 
 
 def _factor(factor: Factor) -> dict[str, Any]:
-    if factor.between is not None:
-        low, high, whole = factor.between.low, factor.between.high, factor.between.integer
-        return {"key": factor.key, "between": {"low": low, "high": high, "whole": whole}}
     levels = [{"label": level.label, "changes": level.overrides, "at": level.keys} for level in factor.levels]
     return {"key": factor.key, "levels": levels}
 
@@ -82,6 +78,8 @@ def read_record(folder: Path) -> Record:
     path = folder / STUDY
     try:
         content = json.loads(path.read_text(encoding="utf-8"))
+        if (why := too_old(content["versions"]["desim-warehouse"])) is not None:
+            raise StudyError(f"{path}: {why}")
         keys = {number: point["model"] for number, point in enumerate(content["points"])}
         return Record(_plan(content), keys, content["versions"])
     except FileNotFoundError:
@@ -115,8 +113,8 @@ def recorded_warm_up(plan: StudyPlan, folder: Path) -> tuple[float, ...] | None:
 def _plan(content: Mapping[str, Any]) -> StudyPlan:
     return StudyPlan(
         base=load(content["base"]),
-        factors=tuple(_read_factor(item) for item in content["factors"]),
-        rule=Rule(content["design"]["rule"], content["design"]["size"]),
+        factors=_factors(content),
+        rule="grid" if content["design"]["rule"] == "grid" else "paired",
         replications=_replications(content["replications"]),
         seed=content["seed"],
         indicators=tuple(content["indicators"]),
@@ -136,9 +134,20 @@ def _replications(value: Any) -> int | Until | tuple[int, ...]:
     return value if isinstance(value, int) else Until(**value)
 
 
-def _read_factor(item: Mapping[str, Any]) -> Factor:
-    if "between" in item:
-        ends = item["between"]
-        return Factor(item["key"], between=Between(ends["low"], ends["high"], ends["whole"]))
-    levels = tuple(Level(level["label"], level["changes"], tuple(level["at"])) for level in item["levels"])
-    return Factor(item["key"], levels)
+def _factors(content: Mapping[str, Any]) -> tuple[Factor, ...]:
+    """The factors of a study.json; those of designs that 0.3 sampled have a level for each point, as paired lists."""
+    levels = {
+        item["key"]: [Level(one["label"], one["changes"], tuple(one["at"])) for one in item.get("levels", ())]
+        for item in content["factors"]
+    }
+    if content["design"]["rule"] in get_args(Rule):
+        return tuple(Factor(key, tuple(listed)) for key, listed in levels.items())
+    return tuple(
+        Factor(key, tuple(_drawn(key, listed, point["labels"][key]) for point in content["points"]))
+        for key, listed in levels.items()
+    )
+
+
+def _drawn(key: str, listed: Sequence[Level], label: Label) -> Level:
+    """The level that was drawn from a list, or from a range, which has no levels."""
+    return next((level for level in listed if level.label == label), Level(label, {key: label}, ()))

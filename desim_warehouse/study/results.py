@@ -18,7 +18,7 @@ from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
 from desim_warehouse.outcome.verdicts import Verdict, judge_design
 from desim_warehouse.study import rare
-from desim_warehouse.study.design import Point, baseline_point, saltelli
+from desim_warehouse.study.design import Point, baseline_point
 from desim_warehouse.study.factors import Label
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import StudyPlan, models
@@ -413,29 +413,6 @@ class ResultsData:
     def main_effects(self, indicator: str) -> screening.MainEffects:
         """The main effect of each factor."""
         return screening.main_effects(self.frame([indicator]), self.factors, indicator)
-
-    def first_order(self, indicator: str) -> screening.FirstOrder:
-        """The share of the indicator's variance that each factor explains alone, from any design."""
-        table = self.frame([indicator])
-        return screening.first_order(table, self.factors, indicator, confidence=self.plan.confidence)
-
-    def sobol(self, indicator: str) -> screening.SobolIndices:
-        """First-order and total Sobol indices, with replications averaged. The design must be {saltelli: n}."""
-        plan = self.plan
-        if plan.rule.name != "saltelli":
-            raise StudyError(
-                f"Sobol indices need the design {{saltelli: 64}}, this study's is {plan.rule.name}; "
-                "first-order shares work with any design"
-            )
-        self.chosen([indicator])
-        means = []
-        for number, rows in self.by_point.items():
-            values = [row.measured(indicator) for row in rows if row.outcome.error is None]
-            if not values:
-                raise StudyError(f"Sobol indices: no run of design {self.points[number]} has a value")
-            means.append(math.fsum(values) / len(values))
-        design = saltelli(plan.factors, plan.rule.size, plan.seed)
-        return screening.saltelli_indices(design, means, plan.confidence)
 
 
 def _known(rows: Sequence[Row], indicator: str) -> list[float]:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 from desim_warehouse.errors import StudyError
 from desim_warehouse.folders import ANSWER
 from desim_warehouse.model import Model
+from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import JOURNAL, Store
@@ -21,7 +22,7 @@ from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.comparison import Comparison
 from desim_warehouse.study.statistics.procedure import Procedure
-from desim_warehouse.study.statistics.screening import FirstOrder, MainEffects, SobolIndices
+from desim_warehouse.study.statistics.screening import MainEffects
 from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
@@ -56,7 +57,7 @@ class StudyEngine:
         seed: int = 0,
         indicators: Sequence[str] | None = None,
         baseline: Mapping[str, Any] | None = None,
-        design: str | Mapping[str, int] = "grid",
+        design: Rule = "grid",
         changes: Mapping[str, Any] | None = None,
         confidence: float = 0.95,
         target: str | None = None,
@@ -74,7 +75,7 @@ class StudyEngine:
             seed: of the study. Replication r has the same run seed, and random streams, in every design.
             indicators: columns of the table (default: all).
             baseline: values of factors that pick the design to compare with (default: the first).
-            design: grid, paired, or a sampled design such as `{"sobol": 64}`.
+            design: grid, or paired: the first values of all factors, then the second ones, ...
             changes: changes to the model for all runs (`set` of a study file).
             confidence: of intervals.
             target: what designs should meet, such as "on_time >= 95 %"; reports name those that do.
@@ -361,14 +362,6 @@ class StudyEngine:
     def main_effects(self, indicator: str) -> MainEffects:
         """The main effect of each factor."""
         return self.results.main_effects(indicator)
-
-    def first_order(self, indicator: str) -> FirstOrder:
-        """The share of the indicator's variance that each factor explains alone, from any design."""
-        return self.results.first_order(indicator)
-
-    def sobol(self, indicator: str) -> SobolIndices:
-        """First-order and total Sobol indices; the design must be `{"saltelli": n}`."""
-        return self.results.sobol(indicator)
 
     def __repr__(self) -> str:
         """Name, designs and finished runs."""

@@ -15,8 +15,6 @@ from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.designs.directions import DirectionGain, SearchedDirections
 from desim_warehouse.study.fit import fit
-from desim_warehouse.study.target import read_target
-from desim_warehouse.study.tipping import InputEffect, TippingPoint, TippingPoints
 from desim_warehouse.study.warm_up import settle
 from tests.browser.pages import Opened
 from tests.kept.test_kept import HERE as KEPT
@@ -92,14 +90,8 @@ def an_answer_of_a_comparison(folder):
 
 
 def an_answer_of_tipping_points(folder):
-    tip = TippingPoint(3, True, 12.0, 10.0, 14.0, True)
-    inputs = (
-        InputEffect("tasks.load_time", 5.0, 20.0, 2.1, 0.3, (tip,), 0, 900.0),
-        InputEffect("fleet.robot.speed", 0.8, 1.2, -0.4, 0.5, (), 0, 0.0),
-    )
-    goal = read_target("on_time >= 80 %")
-    found = TippingPoints(goal, 0.93, 3, 4, 0.021, 1200.0, True, inputs, 230, 0.95, model=example())
-    return of(found.answer, folder)
+    ranges = {"tasks.load_time": (5.0, 20.0)}
+    return of(dw.tipping_points(example(), "throughput_per_hour >= 40", ranges).answer, folder)
 
 
 def an_answer_of_directions(folder):

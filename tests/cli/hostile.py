@@ -277,8 +277,6 @@ def studies(folder):
         "half_run": model + "replications: 1.5\n",
         "until": model + "replications: {half_width: 1e-300, of: T}\n",
         "sobol": model + "factors: {fleet.size: {from: 1, to: 4}}\ndesign: {sobol: 1099511627776}\n",
-        "cube": model + "factors: {fleet.size: {from: 1, to: 4}}\ndesign: {latin-hypercube: 100000000}\n",
-        "saltelli": model + "factors: {fleet.size: {from: 1, to: 4}}\ndesign: {saltelli: 1000000007}\n",
         "spiral": model + "design: spiral\n",
         "paired": model + "design: paired\nfactors: {fleet.size: [1, 2], log: [all]}\n",
         "cases": model + "factors: {x: {cases: {a: {fleet.sise: 1}}}}\n",
@@ -336,9 +334,7 @@ def options(folder):
     found += [["run", MULTIBOTS, "--seed", seed] for seed in ("-1", "x", "1e3", "1.5", HALF, "", "0x10")]
     found += [[*vary, "--workers", some] for some in ("100000", "-1", "0", "1.5", "all", "nan", HALF, "9" * 400)]
     found += [[*vary, "--replications", some] for some in ("30000000", "-1", "0", "1e9", "nan", "{", HALF, "9" * 400)]
-    found += [
-        [*vary, "--design", some] for some in ("spiral", "{sobol: 1e9}", "{sobol: -2}", "[", "{saltelli: 99999999}")
-    ]
+    found += [[*vary, "--design", some] for some in ("spiral", "{sobol: 1e9}", "{sobol: -2}", "[")]
     found += [[*vary, "--timeout", some] for some in ("-1", "nan", "x")]
     found += [[*vary, "--confidence", some] for some in ("0", "1", "95", "nan", "-1")]
     found += [
@@ -390,8 +386,8 @@ def options(folder):
         ["schema", "x"],
         ["policies", "--doc", HALF],
     ]
-    for command in ("export", "replay", "report", "compare", "screen"):
-        extra = {"export": ["--format", "csv"], "compare": ["--indicator", "T"], "screen": ["--indicator", "T"]}
+    for command in ("export", "replay", "report", "compare"):
+        extra = {"export": ["--format", "csv"], "compare": ["--indicator", "T"]}
         found += [[command, place, *extra.get(command, [])] for place in (LONG, HALF, "/dev/null", "shut", "loop", "")]
     found += [[HALF], [LONG], ["run"], ["run", MULTIBOTS, "--set"], ["run", MULTIBOTS, "--no"], ["check", "--accept"]]
     found += [["check", TUTORIAL, "--accept", code] for code in ("NOTHING", "", HALF)]

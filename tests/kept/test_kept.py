@@ -1,7 +1,7 @@
-"""What users hold stays valid: folders of version 0.2.0, kept as it wrote them, open and say of which version they are.
+"""What users hold stays valid: folders of version 0.3.0, kept as it wrote them, open and say of which version they are.
 
-`run` is of the tutorial's model. `study` is a what-if with two and three robots, four replications each. `plan` is of
-`desim plan` for a small hall. None of them is ever written again.
+`run` is of the tutorial's model with the whole log, `plan` and `why` are of a small draft. `study` is the study
+of the why. None of them is ever written again.
 """
 
 import json
@@ -18,8 +18,9 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.report.answer_page import read as read_answer
 
-HERE = Path(__file__).parent
-SIMULATED = "simulated with version 0.2.0"
+HERE = Path(__file__).parent / "0.3.0"
+STUDY = HERE / "why"
+SIMULATED = "simulated with version 0.3.0"
 
 
 def called(*arguments):
@@ -28,9 +29,10 @@ def called(*arguments):
 
 @pytest.fixture
 def kept(tmp_path):
-    """The three folders, to write into."""
-    for name in ("run", "study", "plan"):
-        shutil.copytree(HERE / name, tmp_path / name)
+    """The folders, to write into."""
+    for name, folder in (("run", HERE / "run"), ("plan", HERE / "plan"), ("why", HERE / "why"), ("study", STUDY)):
+        shutil.copytree(folder, tmp_path / name)
+    (tmp_path / "study" / "why.json").unlink()
     return tmp_path
 
 
@@ -42,16 +44,16 @@ def changed(path, before, after):
 
 def test_a_run_has_the_tables_that_were_saved_with_it():
     run = dw.load_run(HERE / "run")
-    assert run.version == "0.2.0" != dw.__version__
+    assert run.version == "0.3.0" != dw.__version__
     log = pd.read_parquet(HERE / "run" / "log.parquet")
     pd.testing.assert_frame_equal(run.log[log.columns], log, check_dtype=False)  # columns that came later are empty
     for name in ("robots", "edges", "nodes"):
         pd.testing.assert_frame_equal(getattr(run, name), pd.read_csv(HERE / "run" / f"{name}.csv", index_col=0))
-    assert run.history.energy_at_end == [100, 96.08]
+    assert run.history.energy_at_end == pytest.approx([100, 94.05, 83.38])
 
 
 def test_a_run_has_the_indicators_that_were_saved_with_it(kept):
-    """As if 0.2.0 had counted one collision more than this version does, and known an indicator that is gone."""
+    """As if 0.3.0 had counted one collision more than this version does, and known an indicator that is gone."""
     saved = json.loads((kept / "run" / "kpis.json").read_text())
     assert {name: dw.load_run(kept / "run").kpis[name] for name in saved} == saved
     other = saved | {"S": saved["S"] + 1, "gone": 3.5}
@@ -71,7 +73,7 @@ def test_a_run_of_this_version_is_read_from_its_log_alone(kept):
 
 def test_a_run_that_is_saved_again_stays_of_its_version(kept):
     dw.load_run(kept / "run").save(kept / "again")
-    assert dw.load_run(kept / "again").version == "0.2.0"
+    assert dw.load_run(kept / "again").version == "0.3.0"
 
 
 def test_a_run_is_replayed_and_the_page_says_of_which_version_it_is(kept):
@@ -91,29 +93,29 @@ def test_a_run_is_exported_with_its_saved_indicators(kept, form, made):
 
 def test_a_trace_names_the_version_that_simulated_it(kept):
     assert called("export", kept / "run", "--format", "trace").exit_code == 0
-    assert json.loads((kept / "run" / "trace.json").read_text())["otherData"]["version"] == "0.2.0"
+    assert json.loads((kept / "run" / "trace.json").read_text())["otherData"]["version"] == "0.3.0"
 
 
-@pytest.mark.parametrize("name", ["run", "study", "plan"])
+@pytest.mark.parametrize("name", ["run", "study", "plan", "why"])
 def test_a_report_says_which_version_simulated_and_which_reports(kept, name):
     assert called("report", kept / name).exit_code == 0
     page = (kept / name / "report.html").read_text(encoding="utf-8")
-    assert "0.2.0" in page
+    assert "0.3.0" in page
     assert f"desim-warehouse {dw.__version__}, Python {sys.version.split()[0]}" in page
 
 
 def test_a_study_has_the_table_that_was_saved_with_it():
-    results = dw.Results.load(HERE / "study")
-    pd.testing.assert_frame_equal(results.table, pd.read_parquet(HERE / "study" / "results.parquet"))
-    assert results.version == "0.2.0"
+    results = dw.Results.load(STUDY)
+    pd.testing.assert_frame_equal(results.table, pd.read_parquet(STUDY / "results.parquet"))
+    assert results.version == "0.3.0"
     assert results.notes == ()
 
 
 def test_a_study_is_compared_and_the_table_says_of_which_version_it_is(kept):
     said = called("compare", kept / "study")
     assert f"S{SIMULATED[1:]}.\n" in said.output
-    # T with three robots instead of two, as 0.2.0 said
-    assert re.search(r"−0\.50 min \(−0\.68 to −0\.33\) +differs +0\.003", said.output)
+    # throughput in the saved table: 39.25 an hour on average, 39.375 as it is
+    assert re.search(r"one charger more +−0\.12 tasks/h \(−0\.56 to 0\.31\) +not shown to differ", said.output)
 
 
 def test_a_finished_study_is_shown_on_a_page_and_in_tables_without_simulating(kept):
@@ -126,18 +128,18 @@ def test_a_finished_study_is_shown_on_a_page_and_in_tables_without_simulating(ke
 
 def test_resuming_a_finished_study_says_that_it_simulates_anew(kept):
     said = called("study", kept / "study", "--out", kept / "study")
-    assert f"8 runs are of version 0.2.0 not used again, but kept; {dw.__version__} simulates anew" in said.output
+    assert f"40 runs are of version 0.3.0 not used again, but kept; {dw.__version__} simulates anew" in said.output
     assert "simulated with" not in said.output
     assert dw.Results.load(kept / "study").version == dw.__version__
-    assert len((kept / "study" / "runs.jsonl").read_bytes().splitlines()) == 8 + 8
+    assert len((kept / "study" / "runs.jsonl").read_bytes().splitlines()) == 40 + 40
 
 
 def test_resuming_a_study_with_more_replications_says_that_it_simulates_anew(kept):
-    changed(kept / "study" / "study.json", '"replications": 4', '"replications": 5')
+    changed(kept / "study" / "study.json", "  8,\n  4,\n  4\n ]", "  8,\n  4,\n  5\n ]")
     assert not dw.Results.load(kept / "study").is_whole
     said = called("study", kept / "study")
-    assert "8 runs are of version 0.2.0 not used again" in said.output
-    assert len(dw.Results.load(kept / "study").rows) == 2 * 5
+    assert "40 runs are of version 0.3.0 not used again" in said.output
+    assert len(dw.Results.load(kept / "study").rows) == 41
 
 
 def test_a_plan_is_read_with_the_sentences_that_were_saved_with_it():
@@ -145,7 +147,7 @@ def test_a_plan_is_read_with_the_sentences_that_were_saved_with_it():
     content = json.loads((HERE / "plan" / "plan.json").read_text())
     assert list(plan.answer) == content["answer"]
     assert [row[1] for row in plan.tables[0].rows] == [one["found"] for one in content["evidence"]]
-    assert plan.made["desim-warehouse"] == "0.2.0"
+    assert plan.made["desim-warehouse"] == "0.3.0"
     assert (plan.about, plan.tiles, plan.options) == (None, (), ())  # it is not judged anew
 
 
@@ -154,27 +156,28 @@ def test_models_and_plans_of_studies_load():
     model = dw.load(content)
     assert (model.name, model.fleet.size) == (content["name"], content["fleet"]["size"])
     assert dw.load(model.content()) == model
-    assert dw.Study.open(HERE / "study").plan.replications == 4
-
-
-@pytest.fixture
-def of_030(tmp_path):
-    """What 0.3.0 wrote: a run of the tutorial's model with the whole log, a plan and a why of a small draft."""
-    return Path(shutil.copytree(HERE / "0.3.0", tmp_path / "0.3.0"))
-
-
-@pytest.mark.parametrize("name", ["run", "plan", "why"])
-def test_a_folder_of_030_is_reported(of_030, name):
-    assert called("report", of_030 / name).exit_code == 0
-    assert "0.3.0" in (of_030 / name / "report.html").read_text(encoding="utf-8")
+    assert dw.Study.open(STUDY).plan.replications == (8, 8, 8, 8, 4, 4)
 
 
 @pytest.mark.parametrize("name", ["n", "q", "w"])
 def test_drafts_of_030_load_and_pass_check(name):
-    assert not dw.check(dw.load(HERE / "0.3.0" / f"{name}.yaml")).errors
+    assert not dw.check(dw.load(HERE / f"{name}.yaml")).errors
 
 
-def test_a_run_of_030_has_the_indicators_that_were_saved_with_it():
-    saved = json.loads((HERE / "0.3.0" / "run" / "kpis.json").read_text())
-    run = dw.load_run(HERE / "0.3.0" / "run")
-    assert {name: run.kpis[name] for name in saved} == saved
+@pytest.mark.parametrize(
+    ("name", "file", "version"),
+    [("run", "run.json", '"version": "'), ("study", "study.json", '"desim-warehouse": "')],
+)
+def test_a_folder_of_an_older_version_is_refused_with_the_version_that_reads_it(kept, name, file, version):
+    changed(kept / name / file, f"{version}0.3.0", f"{version}0.2.0")
+    with pytest.raises(
+        dw.WarehouseError, match=r"of version 0\.2\.0, expected 0\.3 or later; desim-warehouse 0\.3\.0 reads it"
+    ):
+        called("report", kept / name)
+
+
+@pytest.mark.parametrize(("name", "study"), [("plan", "today"), ("why", "")])
+def test_an_answer_of_an_older_version_is_refused_too(kept, name, study):
+    changed(kept / name / study / "study.json", '"desim-warehouse": "0.3.0', '"desim-warehouse": "0.2.0')
+    with pytest.raises(dw.WarehouseError, match=r"desim-warehouse 0\.3\.0 reads it"):
+        called("report", kept / name)

@@ -351,18 +351,6 @@ def test_models_without_batteries_have_no_battery_figure(model):
         plot.battery(dw.simulate(model.replace({"battery": None})))
 
 
-def test_orders_that_came_and_went_are_counted_over_the_day(lifelong):
-    ax = plot.arrivals(lifelong)
-    came, went = ax.lines
-    tasks = lifelong.history.tasks.values()
-    delivered = [task for task in tasks if np.isfinite(task.delivered)]
-    assert (came.get_label(), came.get_ydata()[-1]) == ("released", len(tasks))
-    assert (went.get_label(), went.get_ydata()[-1]) == ("delivered", len(delivered))
-    assert went.get_xdata()[1] == min(task.delivered for task in delivered)
-    assert ax.get_xlabel() == "Time (step)"
-    assert len(came.get_ydata()) == len(tasks) + 2
-
-
 def test_the_use_of_stations_and_chargers_follows_from_the_account_of_time():
     from desim_warehouse.questions.run import page as run_parts
 

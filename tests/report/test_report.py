@@ -110,7 +110,7 @@ def test_a_run_has_a_report_of_its_own(lifelong, tmp_path):
     assert [row[1] for row in page.tables["lost"][1:]] == [
         numbers.duration(time, lifelong.model.units.time) for time in lost["time"][:10]
     ]
-    assert [picture["alt"].split()[0] for picture in page.pictures] == ["Share", "States", "Energy", "Warm-up"]
+    assert [picture["alt"].split()[0] for picture in page.pictures] == ["Share", "States", "Energy"]
     parts = lifelong.account("task").mean()
     unit = lifelong.model.units.time
     most = f"{numbers.times(unit, [parts.max()]).value(parts.max())} · {100 * parts.max() / parts.sum():.0f} %"
@@ -134,6 +134,12 @@ def test_the_account_is_of_robots_where_nothing_was_asked_of_them(model):
     said = Page(account(run)).text
     assert "Where the 100 steps of a robot go, mean of 6 robots" in said
     assert "100 steps · 100 %" in said
+
+
+def test_the_figure_of_the_warm_up_is_of_runs_that_have_one(model):
+    lifelong = model.replace({"tasks.goods": {"saturated": 12}, "run": {"length": 10_000, "warm_up": 500}})
+    assert len(run_parts.warm_up_figures(dw.simulate(lifelong))) == 1
+    assert run_parts.warm_up_figures(dw.simulate(lifelong.replace({"run.warm_up": 0}))) == []
 
 
 def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):

@@ -8,7 +8,6 @@ import pytest
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.questions.sentences import knee_of_throughput
 from desim_warehouse.questions.study import Results, Study
-from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.plan import StudyPlan
@@ -29,7 +28,7 @@ def facts(model, table, *, deterministic=False, goods=None):
     )
     indicators = tuple(name for name in table if name not in ("fleet.size", "replication"))
     base = model if deterministic else model.replace({"tasks.goods": {"random": 4}})
-    plan = StudyPlan(base, (Factor("fleet.size", levels),), Rule(), indicators=indicators)
+    plan = StudyPlan(base, (Factor("fleet.size", levels),), "grid", indicators=indicators)
     points = plan.points()
     rows = [
         Row(

@@ -77,12 +77,11 @@ def small(path):
         kept = [level for level in factor.levels if level.label == baseline.get(factor.key)]
         kept += [level for level in factor.levels if level not in kept][: 2 - len(kept)]
         factors.append(dataclasses.replace(factor, levels=tuple(kept)))
-    rule = dataclasses.replace(plan.rule, size=min(plan.rule.size, 4))
     base = plan.base
     if base.run.length is not None:
         short = min(base.run.length, 3600 / base.units.seconds)
         base = base.replace({"run.length": short, "run.warm_up": min(base.run.warm_up, short / 4)})
-    return Study.of(dataclasses.replace(plan, base=base, factors=tuple(factors), rule=rule, replications=2))
+    return Study.of(dataclasses.replace(plan, base=base, factors=tuple(factors), replications=2))
 
 
 @pytest.mark.parametrize("path", EACH)

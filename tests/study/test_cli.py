@@ -77,19 +77,13 @@ def test_a_deterministic_study_says_so(tmp_path):
     assert "(" not in result.stdout
 
 
-def test_screen_says_in_words_that_an_indicator_does_not_vary(tmp_path):
-    call("what-if", MULTIBOTS, "--vary", "fleet.size=1,2", "--out", tmp_path)
-    result = call("screen", tmp_path, "--indicator", "rotations", "--indicator", "T")
-    assert result.stdout.startswith("rotations: 0 on average in every option that ran, so no factor matters\nT: ")
-    assert "nan" not in result.stdout
-
-
-def test_screen_looks_at_what_the_study_does_not_show_and_needs_factors(tmp_path):
-    call("what-if", MULTIBOTS, "--vary", "fleet.size=1,6", "--indicator", "T", "--out", tmp_path / "T")
-    assert call("screen", tmp_path / "T", "--indicator", "S").stdout.startswith("S: mean 3.5\n")
-    call("what-if", MULTIBOTS, "--out", tmp_path / "one")
-    with pytest.raises(WarehouseError, match="no factors: nothing was varied"):
-        call("screen", tmp_path / "one")
+@pytest.mark.parametrize(
+    ("command", "instead"), [("screen", "desim report FOLDER"), ("long-run", "desim what-if MODEL")]
+)
+def test_a_command_that_went_says_what_to_type_instead(command, instead):
+    result = call(command, "out/study")
+    assert result.exit_code == 2
+    assert result.stderr.splitlines()[-1].startswith(f"Error: {command} went in 0.4; instead: {instead}")
 
 
 def test_one_random_run_of_a_design_promises_no_intervals(tmp_path):
@@ -156,8 +150,8 @@ def test_a_place_that_cannot_be_written_is_told_in_words(tmp_path):
         (["--workers", "some"], "workers 'some': expected a number"),
         (["--workers", "100000"], "workers '100000': expected a number from 1 to 256, or auto"),
         (["--replications", "none"], "--replications: should be a number of at least 1, or {indicator"),
-        (["--design", "spiral"], "--design: should be grid, paired, {latin-hypercube: 50}"),
-        (["--design", "{sobol: 3}", "--vary", "fleet.size=1,2"], "--design: sobol: not a power of 2 (got 3)"),
+        (["--design", "spiral"], "--design: should be 'grid' or 'paired' (got 'spiral')"),
+        (["--design", "{sobol: 4}", "--vary", "fleet.size=1,2"], "--design: no sampled designs since 0.4"),
     ],
 )
 def test_mistakes_of_the_command_line_are_told_at_their_option(arguments, message):
@@ -235,13 +229,12 @@ def test_a_model_file_is_no_study_and_a_study_file_no_model():
             f"{MULTIBOTS}: a model file, expected a study file; desim run {MULTIBOTS} simulates it, "
             "desim what-if and desim best vary it with --vary"
         )
-    for command in ("compare", "screen"):
-        with pytest.raises(WarehouseError) as refused:
-            call(command, MULTIBOTS)
-        assert str(refused.value) == (
-            f"{MULTIBOTS}: a file, expected a study folder such as desim study STUDY --out DIR "
-            "or desim what-if MODEL --out DIR makes"
-        )
+    with pytest.raises(WarehouseError) as refused:
+        call("compare", MULTIBOTS)
+    assert str(refused.value) == (
+        f"{MULTIBOTS}: a file, expected a study folder such as desim study STUDY --out DIR "
+        "or desim what-if MODEL --out DIR makes"
+    )
 
 
 def test_a_folder_is_that_of_a_run_or_that_of_a_study(tmp_path):

@@ -2,14 +2,14 @@
 
 import pytest
 
-from desim_warehouse.study.design import Rule, points
+from desim_warehouse.study.design import points
 from desim_warehouse.study.factors import Factor, Level, label
 from desim_warehouse.study.file import StudyFile
 from desim_warehouse.study.plan import run_seed
 
 
 def factor(key, spec):
-    (made,) = StudyFile(model="m.yaml", factors={key: spec}, design={"sobol": 2}).varied()
+    (made,) = StudyFile(model="m.yaml", factors={key: spec}).varied()
     return made
 
 
@@ -63,50 +63,34 @@ def test_lists_are_shown_as_text_and_names_as_they_are():
     ],
 )
 def test_rows_are_named_without_json(value, row):
-    (made,) = points([Factor("fleet.size", (Level(label(value), {"fleet.size": value}, ()),))], Rule())
+    (made,) = points([Factor("fleet.size", (Level(label(value), {"fleet.size": value}, ()),))], "grid")
     assert str(made) == row
 
 
 def test_in_a_grid_the_last_factor_changes_fastest():
-    made = points([factor("fleet.size", "1..2"), factor("battery.threshold", [2, 3])], Rule())
+    made = points([factor("fleet.size", "1..2"), factor("battery.threshold", [2, 3])], "grid")
     assert [tuple(point.labels.values()) for point in made] == [(1, 2), (1, 3), (2, 2), (2, 3)]
 
 
 def test_paired_lists_go_together():
-    made = points([factor("fleet.size", "1..2"), factor("battery.threshold", [2, 3])], Rule("paired"))
+    made = points([factor("fleet.size", "1..2"), factor("battery.threshold", [2, 3])], "paired")
     assert [point.overrides for point in made] == [
         {"fleet.size": 1, "battery.threshold": 2},
         {"fleet.size": 2, "battery.threshold": 3},
     ]
 
 
+def test_paired_lists_may_have_a_value_twice():
+    made = StudyFile(model="m.yaml", factors={"fleet.size": [3, 3], "battery.threshold": [2, 4]}, design="paired")
+    assert [point.labels["fleet.size"] for point in points(made.varied(), made.design)] == [3, 3]
+
+
 def test_cases_change_several_keys_under_a_name_of_their_own():
     cases = {"small": {"fleet.size": 2, "battery.capacity": 8}, "as it is": {}}
-    made = points([factor("plan", {"cases": cases})], Rule())
+    made = points([factor("plan", {"cases": cases})], "grid")
     assert made[0].labels == {"plan": "small"}
     assert made[0].overrides == {"fleet.size": 2, "battery.capacity": 8}
     assert made[1].overrides == {}
-
-
-@pytest.mark.parametrize("rule", [Rule("latin-hypercube", 20), Rule("sobol", 32), Rule("saltelli", 8)])
-def test_sampled_designs_stay_in_range_and_follow_the_seed(rule):
-    factors = [
-        factor("battery.capacity", {"between": [5.0, 20.0]}),
-        factor("fleet.size", {"between": [1, 6]}),
-        factor("traffic.collision_angle", [30, 45, 60]),
-    ]
-    made = points(factors, rule, seed=3)
-    assert len(made) == (rule.size * 5 if rule.name == "saltelli" else rule.size)
-    assert all(5 <= point.labels["battery.capacity"] <= 20 for point in made)
-    assert {point.labels["fleet.size"] for point in made} == {1, 2, 3, 4, 5, 6}
-    assert {point.labels["traffic.collision_angle"] for point in made} == {30, 45, 60}
-    assert points(factors, rule, seed=3) == made
-    assert points(factors, rule, seed=4) != made
-
-
-def test_a_latin_hypercube_has_one_point_in_each_slice():
-    made = points([factor("battery.capacity", {"between": [0.0, 10.0]})], Rule("latin-hypercube", 10))
-    assert sorted(int(point.labels["battery.capacity"]) for point in made) == list(range(10))
 
 
 def test_run_seeds_differ_between_replications_and_studies_and_are_exact_floats():

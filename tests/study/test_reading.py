@@ -7,7 +7,7 @@ import pytest
 from ruamel.yaml import YAML
 
 import desim_warehouse as dw
-from desim_warehouse.study.factors import EXPECTED
+from desim_warehouse.study.factors import DRAW, EXPECTED
 from desim_warehouse.study.file import study_schema
 from desim_warehouse.study.reading import read_study
 
@@ -63,7 +63,7 @@ BAD = {
     ),
     "draws in a grid": (
         "model: MODEL\nfactors:\n  fleet.size: {between: [1, 6]}\n",
-        "3:25: factors.fleet.size.between: a range to draw from needs a sampled design",
+        f"3:25: factors.fleet.size.between: no ranges to draw from since 0.4 (got [1, 6]), {DRAW}",
     ),
     "unequal pairs": (
         "model: MODEL\ndesign: paired\nfactors:\n  fleet.size: [1, 2]\n  battery.threshold: [2]\n",
@@ -71,11 +71,11 @@ BAD = {
     ),
     "design": (
         "model: MODEL\ndesign: gird\n",
-        "2:9: design: should be grid, paired, {latin-hypercube: 50}, {sobol: 64} or {saltelli: 64} (got 'gird')",
+        "2:9: design: should be 'grid' or 'paired' (got 'gird'); did you mean 'grid'?",
     ),
-    "sobol of 50": (
-        "model: MODEL\ndesign: {sobol: 50}\nfactors: {fleet.size: [1, 2]}\n",
-        "2:17: design.sobol: not a power of 2 (got 50)",
+    "a sampled design": (
+        "model: MODEL\ndesign: {sobol: 64}\nfactors: {fleet.size: {between: [1, 6]}, battery.capacity: [8, 9]}\n",
+        f"2:9: design: no sampled designs since 0.4 (got {{sobol: 64}}), {DRAW}",
     ),
     "a range with a dash": (
         "model: MODEL\nfactors:\n  fleet.size: 8-12\n",
@@ -155,6 +155,11 @@ BAD = {
         "5:14: factors.demand.cases.more.tasks.good: no key of a model, did you mean 'tasks.goods'?",
     ),
 }
+
+
+def test_a_sampled_design_is_one_mistake_whatever_its_factors(tmp_path):
+    text, _ = BAD["a sampled design"]
+    assert len(problems(tmp_path, text)) == 1
 
 
 @pytest.mark.parametrize("case", BAD)

@@ -1,6 +1,7 @@
 """Results of a study: the same from the study and from its folder."""
 
 import dataclasses
+import json
 import shutil
 from pathlib import Path
 
@@ -11,7 +12,7 @@ import desim_warehouse as dw
 
 from .conftest import MULTIBOTS
 
-FOLDER = Path(__file__).parents[1] / "kept" / "study"
+FOLDER = Path(__file__).parents[1] / "kept" / "0.3.0" / "plan" / "today"
 LIFELONG = {"tasks.goods": {"saturated": 12}, "run.length": 2000}
 
 
@@ -36,16 +37,34 @@ def test_a_table_of_another_study_is_refused(folder):
         dw.Results.load(folder)
 
 
-def test_equal_points_of_a_sampled_design_keep_their_runs(tmp_path):
-    """A Saltelli design of whole numbers has points twice; a table alone does not say which row is whose."""
-    factors = {"fleet.size": {"between": [1, 2]}, "tasks.load_time": [9, 10]}
+def test_equal_points_of_paired_lists_keep_their_runs(tmp_path):
+    """A drawn design of whole numbers has points twice; a table alone does not say which row is whose."""
+    factors = {"fleet.size": [1, 2, 1, 2, 2], "tasks.load_time": [9, 10, 10, 10, 10]}
     changes = {"tasks.goods": [1, 2]}
-    made = dw.Study(MULTIBOTS, factors, design={"saltelli": 4}, changes=changes, indicators=["T"]).run(out=tmp_path)
+    made = dw.Study(MULTIBOTS, factors, design="paired", changes=changes, indicators=["T"]).run(out=tmp_path)
     assert len(made.results.designs) < len(made.points)
     (tmp_path / "runs.jsonl").unlink()
     opened = dw.Results.load(tmp_path)
     assert [row.point.number for row in opened.rows] == [row.point.number for row in made.rows]
-    assert opened.sobol("T") == made.sobol("T")
+    assert opened.table["T"].tolist() == made.table["T"].tolist()
+
+
+def test_a_folder_of_a_design_that_0_3_sampled_opens_with_its_points(tmp_path):
+    factors = {"fleet.size": [2, 1, 2], "tasks.load_time": [9.25, 9.5, 9.25]}
+    changes = {"tasks.goods": [1, 2]}
+    made = dw.Study(MULTIBOTS, factors, design="paired", changes=changes, indicators=["T"]).run(out=tmp_path)
+    path = tmp_path / "study.json"
+    content = json.loads(path.read_text(encoding="utf-8"))
+    levels = [
+        {"label": size, "changes": {"fleet.size": size}, "at": ["factors", "fleet.size", size]} for size in (1, 2)
+    ]
+    between = {"low": 9, "high": 10, "whole": False}
+    content["design"] = {"rule": "latin-hypercube", "size": 3}
+    content["factors"] = [{"key": "fleet.size", "levels": levels}, {"key": "tasks.load_time", "between": between}]
+    path.write_text(json.dumps(content), encoding="utf-8")
+    opened = dw.Results.load(tmp_path)
+    assert [point.labels for point in opened.points] == [point.labels for point in made.points]
+    assert opened.table["T"].tolist() == made.table["T"].tolist()
 
 
 def test_results_are_frozen_and_stay_when_the_study_runs_on():

@@ -1,6 +1,6 @@
-"""Made-up plants whose thresholds are known exactly, and what a search with 250 runs says of them.
+"""Made-up plants whose thresholds are known exactly, and what a search says of them.
 
-`python -m tests.study.tipping_banks 50` prints how many thresholds lie in their intervals, and how many were missed.
+`python -m tests.study.tipping_banks 50` prints how many thresholds lie in their intervals, and how wide these are.
 """
 
 import math
@@ -8,119 +8,118 @@ import random
 import sys
 from functools import cache
 
-from desim_warehouse.report.example import example
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import read_target
-from desim_warehouse.study.tipping import TippingSearch
+from desim_warehouse.study.thresholds import DAYS, _Input, threshold_steps
 
 TARGET = read_target("on_time >= 95 %")
 SHARED, OWN = 0.03, 0.02
-PRICED = example().replace({"prices": {"hours": 4000, "robot": 6000}})
 KEYS = ("fleet.robot.speed", "tasks.load_time", "tasks.unload_time", "traffic.node_time", "tasks.demand")
 
 
 class Plant:
-    """Robots that drive, load, unload and pass nodes; orders are late where they have too little time for all."""
+    """Robots that drive, load, unload and pass nodes; orders are late where they have too little time for all.
+
+    As many as are enough where all inputs have the middle of their ranges.
+    """
 
     def __init__(self, number):
         self.name = f"plant {number}"
         draw = random.Random(self.name)
-        middle = [draw.uniform(1.2, 1.6), draw.uniform(8, 16), draw.uniform(10, 25), draw.uniform(1, 2.5), 1.0]
+        self.middle = [draw.uniform(1.2, 1.6), draw.uniform(8, 16), draw.uniform(10, 25), draw.uniform(1, 2.5), 1.0]
         wide = [draw.uniform(0.05, 0.2), draw.uniform(0.1, 0.5), draw.uniform(0.1, 0.4), draw.uniform(0.2, 0.7), 0.1]
-        self.ranges = [(m * (1 - w), m * (1 + w)) for m, w in zip(middle, wide, strict=True)]
+        self.ranges = [(m * (1 - w), m * (1 + w)) for m, w in zip(self.middle, wide, strict=True)]
         self.way, self.nodes, self.hourly = draw.uniform(60, 140), draw.randint(4, 12), draw.uniform(120, 260)
         self.mean = cache(self.mean)
+        self.robots = 1
+        while not TARGET.met_by(self.mean(tuple(self.middle))):
+            self.robots += 1
+            self.mean.cache_clear()
 
-    def slack(self, values, robots):
+    def at(self, key, value):
+        """All inputs, of which one has another value than that of the middle."""
+        return tuple(value if one == key else middle for one, middle in zip(KEYS, self.middle, strict=True))
+
+    def slack(self, values):
         speed, load, unload, node, demand = values
         cycle = self.way / speed + load + unload + self.nodes * node
-        return robots * 3600 / cycle / (demand * self.hourly) - 1.12
+        return self.robots * 3600 / cycle / (demand * self.hourly) - 1.12
 
-    def mean(self, values, robots):
-        slack, both = self.slack(values, robots), math.hypot(SHARED, OWN)
+    def mean(self, values):
+        slack, both = self.slack(values), math.hypot(SHARED, OWN)
         steps = [-4 + 0.2 * step for step in range(41)]
         weights = [math.exp(-z * z / 2) for z in steps]
         return sum(w / (1 + math.exp(-(slack + both * z) / 0.05)) for w, z in zip(weights, steps, strict=True)) / sum(
             weights
         )
 
-    def run(self, values, robots, day):
+    def run(self, values, day):
         noise = SHARED * random.Random(f"{self.name} {day}").gauss(0, 1)
-        noise += OWN * random.Random(f"{self.name} {day} {values} {robots}").gauss(0, 1)
-        return 1 / (1 + math.exp(-(self.slack(values, robots) + noise) / 0.05))
+        noise += OWN * random.Random(f"{self.name} {day} {values}").gauss(0, 1)
+        return 1 / (1 + math.exp(-(self.slack(values) + noise) / 0.05))
 
-    def threshold(self, rank, robots):
-        """Where an input makes a fleet too small, the others in the middle, by halving; None: nowhere in its range."""
-
-        def mean(value):
-            values = [(low + high) / 2 for low, high in self.ranges]
-            values[rank] = value
-            return self.mean(tuple(values), robots)
-
-        low, high = self.ranges[rank]
-        if TARGET.met_by(mean(low)) == TARGET.met_by(mean(high)):
+    def threshold(self, key, low, high):
+        """Where an input makes the fleet too small, by halving; None: nowhere in its range."""
+        enough_low = TARGET.met_by(self.mean(self.at(key, low)))
+        if enough_low == TARGET.met_by(self.mean(self.at(key, high))):
             return None
-        enough_low = TARGET.met_by(mean(low))
         for _ in range(40):
             middle = (low + high) / 2
-            low, high = (middle, high) if TARGET.met_by(mean(middle)) == enough_low else (low, middle)
+            is_lower = TARGET.met_by(self.mean(self.at(key, middle))) == enough_low
+            low, high = (middle, high) if is_lower else (low, middle)
         return (low + high) / 2
 
 
-def searched(plant, runs=250, seed=0, begin=20, most=40):
-    """What a search says of a plant that begins at a fleet of this rank; fleets above `most` cannot go on."""
+def searched(plant, seed=0):
+    """The thresholds that a search says, and how many runs it took."""
     designs = []
 
-    def number(values, robots):
-        if (values, robots) not in designs:
-            designs.append((values, robots))
-        return designs.index((values, robots))
+    def number(key, value):
+        designs.append((key, value))
+        return len(designs) - 1
 
-    search = TippingSearch(plant.ranges, range(1, 41), TARGET, number, runs, seed, begin)
-
-    def run(design, day):
-        values, robots = designs[design]
-        return plant.run(values, robots, f"{seed} {day}") if robots <= most else TARGET.missed
-
-    follow(search.steps(), run)
-    return search.answer(KEYS, PRICED, 0.95)
+    inputs = [_Input(key, *ends, TARGET) for key, ends in zip(KEYS, plant.ranges, strict=True)]
+    steps = threshold_steps(inputs, number, DAYS)
+    runs = follow(steps, lambda design, day: plant.run(plant.at(*designs[design]), f"{seed} {day}"))
+    return [one.threshold() for one in inputs], runs
 
 
-def judged(plant, found):
-    """Of each threshold said whether it is in its interval, how wide that is, and how many are not said.
+def judged(plant, thresholds):
+    """Of each threshold whether it is in its interval, and how wide that is as a part of the range.
 
-    One that is not confirmed on a side, where its interval ends with the range, may lie beyond.
+    One that is not confirmed, where its interval ends with the range, may lie beyond.
     """
-    right, widths, left = [], [], 0
-    for one in found.inputs:
-        rank = KEYS.index(one.key)
-        said = {tip.robots for tip in one.tips}
-        for tip in one.tips:
-            truth = plant.threshold(rank, tip.robots)
-            beyond = not tip.confirmed and (tip.low == one.low or tip.high == one.high)
-            right.append(beyond if truth is None else tip.low <= truth <= tip.high)
-            widths.append((tip.high - tip.low) / (one.high - one.low))
-        for robots in (found.robots - 1, found.robots):
-            left += robots not in said and plant.threshold(rank, robots) is not None
-    return right, widths, left
+    right, widths = [], []
+    for one in thresholds:
+        if one.at is None:
+            continue
+        low, high = one.within
+        truth = plant.threshold(one.key, one.low, one.high)
+        beyond = not one.confirmed and (low == one.low or high == one.high)
+        right.append(beyond if truth is None else low <= truth <= high)
+        widths.append((high - low) / (one.high - one.low))
+    return right, widths
 
 
 def main(count):
     """Print how many thresholds are in their intervals."""
-    right, widths, left, runs, silent, confirmed = [], [], 0, 0, 0, 0
+    right, widths, runs, confirmed, missed = [], [], 0, 0, 0
     for number in range(count):
         plant = Plant(number)
-        found = searched(plant)
-        runs = max(runs, found.runs)
-        silent += not found.says_something
-        confirmed += sum(tip.confirmed for one in found.inputs for tip in one.tips)
-        some, wide, missing = judged(plant, found)
-        right, widths, left = right + some, widths + wide, left + missing
+        thresholds, needed = searched(plant)
+        runs = max(runs, needed)
+        confirmed += sum(one.confirmed for one in thresholds if one.at is not None)
+        missed += sum(
+            one.at is None and one.confirmed and plant.threshold(one.key, one.low, one.high) is not None
+            for one in thresholds
+        )
+        some, wide = judged(plant, thresholds)
+        right, widths = right + some, widths + wide
     width = sorted(widths)[len(widths) // 2]
     sys.stdout.write(
-        f"{count} plants, {silent} of them silent: {sum(right)} of {len(right)} thresholds in their intervals, "
-        f"{confirmed} confirmed on both sides, half of the intervals below {100 * width:.0f} % of the range; "
-        f"{left} not said; at most {runs} runs\n"
+        f"{count} plants: {sum(right)} of {len(right)} thresholds in their intervals, {confirmed} confirmed on both "
+        f"sides, {missed} said to be nowhere, half of the intervals below {100 * width:.0f} % of the range; "
+        f"at most {runs} runs\n"
     )
 
 

@@ -334,8 +334,8 @@ def lost_time(run: RunData) -> Html | None:
 
 
 def warm_up_figures(run: RunData) -> list[Axes]:
-    """Where the warm-up ends, for a lifelong run long enough to tell."""
-    if not run.model.tasks.never_end:
+    """Show where the warm-up ends, for a lifelong run that has one and is long enough to tell."""
+    if not run.model.tasks.never_end or not run.record.begin:
         return []
     try:
         return [plot.warm_up(run)]
@@ -346,7 +346,7 @@ def warm_up_figures(run: RunData) -> list[Axes]:
 def warm_up(run: RunData) -> Html | None:
     """How to read the figure of the warm-up."""
     if not warm_up_figures(run):
-        return None  # it ends with its work, or is too short: there is no steady state
+        return None
     return html.paragraph(f"Counted from {numbers.duration(run.record.begin, run.model.units.time)} on.", "note")
 
 

@@ -15,7 +15,7 @@
 | which value do 95 % of the days stay below?     | `intervals.quantile`                                         |
 | what do measured times follow?                  | `study.fit.fit`                                              |
 | which of several changes gains most?            | `effects.gains_steps`                                        |
-| which factor matters?                           | `screening.main_effects`, `screening.first_order`            |
+| which factor matters?                           | `screening.main_effects`                                     |
 
 Searches choose the next run from the runs before. They come as steps: a generator that asks for a batch of runs and is
 sent their values, so that the batch can be spread over workers; `follow` carries one out.

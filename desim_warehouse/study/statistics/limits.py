@@ -14,8 +14,6 @@ LEAST_DELTA = 1e-9
 """Indifference zone of a choice of the best design, in the indicator's unit."""
 MOST_ZONE = 0.2
 """Indifference zone of a share, and else as a part of what is aimed at: a larger one calls nearly all designs alike."""
-UNCERTAIN_RUNS = 250
-"""The most runs that look for where uncertain inputs tip an answer."""
 FIRST, CAP = 5, 40
 """Replications at the first look at a design, and the most of them, by default."""
 FIRST_OF_MEANS = 10

@@ -1,0 +1,110 @@
+"""Up to which value of each uncertain input a fleet is enough, in words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from desim_warehouse.answer import words
+from desim_warehouse.answer.answer import Answer, Answered
+from desim_warehouse.answer.numbers import capital, number, plural
+from desim_warehouse.errors import spoken
+from desim_warehouse.model import Source
+from desim_warehouse.questions import judged
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.thresholds import Threshold, Thresholds, thresholds
+
+
+@dataclass(frozen=True)
+class TippingPoints(Thresholds, Answered):
+    """The thresholds of inputs for the fleet of a model, with the answer."""
+
+
+def tipping_points(
+    model: Source, target: str, uncertain: Mapping[str, tuple[float, float]], *, search: Search = USUAL
+) -> TippingPoints:
+    """Find up to which value of each input the fleet of a model is enough, the other inputs as the model has them.
+
+    Args:
+        model: the warehouse, with its robots and chargers.
+        target: such as "on_time >= 95 %".
+        uncertain: key of the model -> its lowest and highest value, in the units of the model.
+        search: how runs are done, at most 60 for each input, and the folder that keeps the answer.
+
+    Raises:
+        StudyError: no range, a bad target, too few runs, or an end of a range with which nothing can be simulated.
+    """
+    searched = thresholds(model, target, uncertain, search=search)
+    return TippingPoints(**vars(searched), answer=_answer(searched).keep(search.out, search.command))
+
+
+def with_thresholds(answer: Answer, points: TippingPoints) -> Answer:
+    """Add the thresholds of its fleet to the answer of a plan."""
+    facts = {"answer": list(points.answer.answer), **_facts(points), "runs": points.runs}
+    lines = (*answer.answer, *points.answer.answer)
+    return Answer(**{**dict(answer), "answer": lines, "runs": answer.runs + points.runs, "uncertain": facts})
+
+
+def _answer(searched: Thresholds) -> Answer:
+    """A sentence for each input."""
+    model, size = searched.model, searched.model.fleet.size
+    fleet = words.fleet(size, 0)
+    keys = spoken([words.in_words(one.key) for one in searched.inputs])
+    return Answer(
+        kind="tipping",
+        name=model.name,
+        description=model.description,
+        question=f"For which {keys} {_is(size)} {fleet} enough: {words.target(searched.target)}?",
+        answer=tuple(_input(searched, one) for one in searched.inputs),
+        about=judged.about(fleet, model, searched.seed),
+        promise="Each interval holds with 95 % confidence, all else as in the model.",
+        runs=searched.runs,
+        confidence=0.95,
+        made={"seed": str(searched.seed), "model": model.digest()},
+        **_facts(searched),
+    )
+
+
+def _facts(searched: Thresholds) -> dict[str, Any]:
+    """What JSON has of the thresholds only."""
+    return {
+        "robots": searched.model.fleet.size,
+        "inputs": {
+            one.key: {
+                "low": one.low,
+                "high": one.high,
+                "enough": list(one.enough),
+                "at": one.at,
+                "interval": None if one.within is None else list(one.within),
+                "confirmed": one.confirmed,
+            }
+            for one in searched.inputs
+        },
+    }
+
+
+def _input(searched: Thresholds, one: Threshold) -> str:
+    """A line such as `Load time, 5 to 20 s: 5 robots are enough up to 10.6 s (7.92 to 13.9)`."""
+    unit = words.factor_unit(one.key, searched.model.units)
+    span = f"{_value(one.low)} to {_value(one.high, unit)}"
+    perhaps = "" if one.confirmed else "perhaps "
+    return f"{capital(words.in_words(one.key))}, {span}: {perhaps}{_enough(searched, one, unit)}."
+
+
+def _enough(searched: Thresholds, one: Threshold, unit: str) -> str:
+    size = searched.model.fleet.size
+    robots = f"{words.fleet(size, 0)} {_is(size)}"
+    if one.at is None or one.within is None:
+        return f"{robots} {'enough' if all(one.enough) else 'too few'} at both ends"
+    side = "up to" if one.enough[0] else "from"
+    low, high = one.within
+    return f"{robots} enough {side} {_value(one.at, unit)} ({_value(low)} to {_value(high)})"
+
+
+def _is(robots: int) -> str:
+    return "is" if robots == 1 else "are"
+
+
+def _value(value: float, unit: str = "") -> str:
+    return f"{number(float(f'{value:.3g}'))}{f' {plural(unit, value)}' if unit else ''}"

@@ -1,0 +1,181 @@
+"""Up to which value of an input a fleet is enough: runs at both ends of its range, and halfway between where it turns.
+
+The probes of an input share their days, so that what differs between them is the input. Halving goes on while runs tell
+on which side of the target a probe lies; the last three probes give the interval (`statistics.thresholds`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from desim_warehouse.errors import StudyError
+from desim_warehouse.model import Model, Source, as_model
+from desim_warehouse.outcome.targets import Target
+from desim_warehouse.study.fleet.designs import refused
+from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics.intervals import t_quantile
+from desim_warehouse.study.statistics.procedure import Procedure, request
+from desim_warehouse.study.statistics.thresholds import crossing
+from desim_warehouse.study.study import searched
+from desim_warehouse.study.target import read_target
+
+if TYPE_CHECKING:
+    from numpy.typing import NDArray
+
+DAYS, EXACT_DAYS = 10, 2
+"""Runs at each probe, and those where nothing is random."""
+HALVINGS = 4
+"""Probes between the ends of a range at most, so that the last two around a threshold are a sixteenth of it apart."""
+MOST_RUNS = (2 + HALVINGS) * DAYS
+"""Runs of an input at most."""
+_LEVEL = 0.995
+"""Of each end of an interval, which may be looked at several times: of 300 made-up plants 95 % hold."""
+
+
+@dataclass(frozen=True)
+class Threshold:
+    """Where an input makes a fleet too small within its range, all else as the model has it.
+
+    `enough`: whether the fleet is enough at the lowest and at the highest value. `at`: where that turns, with the ends
+    of its interval in `within`; both None where it does not. `confirmed`: runs tell on both sides of it; without a
+    threshold, at both ends of the range. Where they do not, the interval reaches to the end of the range.
+    """
+
+    key: str
+    low: float
+    high: float
+    enough: tuple[bool, bool]
+    at: float | None
+    within: tuple[float, float] | None
+    confirmed: bool
+
+
+@dataclass(frozen=True)
+class Thresholds:
+    """The thresholds of inputs, in the order in which they were named, for the fleet of the model."""
+
+    target: Target
+    inputs: tuple[Threshold, ...]
+    runs: int
+    model: Model = field(repr=False, compare=False)
+    seed: int
+
+
+def thresholds(
+    model: Source, target: str, uncertain: Mapping[str, tuple[float, float]], *, search: Search = USUAL
+) -> Thresholds:
+    """Find up to which value of each input the fleet of a model is enough, the other inputs as the model has them.
+
+    Args:
+        model: the warehouse, with its robots and chargers.
+        target: such as "on_time >= 95 %".
+        uncertain: key of the model -> its lowest and highest value, in the units of the model.
+        search: how runs are done; at most `MOST_RUNS` for each input.
+
+    Raises:
+        StudyError: no range, a bad target, too few runs, or an end of a range with which nothing can be simulated.
+    """
+    goal = read_target(target, (model := as_model(model)).units.names)
+    most = MOST_RUNS * len(uncertain)
+    if search.runs is not None and search.runs < most:
+        raise StudyError(f"{search.runs} runs: too few for {len(uncertain)} inputs, expected at least {most}")
+    inputs = [_Input(key, *_range(model, key, ends), goal) for key, ends in uncertain.items()]
+    if not inputs:
+        raise StudyError("uncertain: nothing, expected keys with their lowest and highest value")
+    ends = [(one.key, end) for one in inputs for end in (one.below, one.above)]
+    cases = {f"{key}={end!r}": {key: end} for key, end in ends}
+    study = searched(model, {"design": {"cases": cases}}, search, name="uncertain", target=goal.text)
+    numbers = {probe: number for number, probe in enumerate(ends)}
+    with study.session(search) as runner:
+
+        def number(key: str, value: float) -> int:
+            if (key, value) not in numbers:
+                numbers[key, value] = study.grow(runner, f"{key}={value!r}", {key: value})
+            return numbers[key, value]
+
+        def steps(exact: bool) -> Procedure[int]:
+            return threshold_steps(inputs, number, EXACT_DAYS if exact else DAYS)
+
+        runs = study.carry_out(runner, steps, goal.indicator, failed=goal.missed)
+    return Thresholds(goal, tuple(one.threshold() for one in inputs), runs, model, search.seed)
+
+
+def _range(model: Model, key: str, ends: tuple[float, float]) -> tuple[float, float]:
+    low, high = ends
+    if not low < high:
+        raise StudyError(f"uncertain {key}: {low:g}..{high:g} is no range, expected the lower value first")
+    for end in ends:
+        if (why := refused(model, {key: end})) is not None:
+            raise StudyError(f"uncertain {key}: {end:g} cannot be simulated: {why}")
+    return float(low), float(high)
+
+
+class _Input:
+    """An input, the probes around its threshold, and what the fleet does at each of them day by day."""
+
+    def __init__(self, key: str, low: float, high: float, goal: Target) -> None:
+        self.key, self.low, self.high, self.goal = key, low, high, goal
+        self.below, self.above, self.middle = low, high, (low + high) / 2
+        self.days: dict[float, NDArray[np.float64]] = {}
+
+    def is_enough(self, at: float) -> bool:
+        """Whether the mean at a probe meets the target."""
+        return self.goal.met_by(float(self.days[at].mean()))
+
+    @property
+    def turns(self) -> bool:
+        """Whether the fleet is enough at one end of the range only."""
+        return self.is_enough(self.low) != self.is_enough(self.high)
+
+    def is_told(self, at: float) -> bool:
+        """Whether runs tell on which side of the target a probe lies."""
+        days = self.days[at]
+        error = t_quantile(len(days) - 1, _LEVEL) * float(days.std(ddof=1)) / math.sqrt(len(days))
+        return abs(float(days.mean()) - self.goal.value) > error
+
+    def narrow(self) -> None:
+        """Put the middle in the place of the end that lies on its side, and take another one."""
+        if self.is_enough(self.middle) == self.is_enough(self.below):
+            self.below = self.middle
+        else:
+            self.above = self.middle
+        self.middle = (self.below + self.above) / 2
+
+    def threshold(self) -> Threshold:
+        """What the runs say."""
+        enough = self.is_enough(self.low), self.is_enough(self.high)
+        if not self.turns:
+            told = self.is_told(self.low) and self.is_told(self.high)
+            return Threshold(self.key, self.low, self.high, enough, None, None, told)
+        probes = [self.below, self.middle, self.above]
+        turn = crossing(probes, np.array([self.days[one] for one in probes]).T, self.goal.value, _LEVEL)
+        assert turn is not None  # the ends lie on either side
+        within = max(turn.low, self.low), min(turn.high, self.high)
+        confirmed = math.isfinite(turn.low) and math.isfinite(turn.high)
+        return Threshold(self.key, self.low, self.high, enough, turn.at, within, confirmed)
+
+
+def threshold_steps(inputs: Sequence[_Input], number: Callable[[str, float], int], days: int) -> Procedure[int]:
+    """Ask for the runs of all inputs at once; `number` has that of the design of a probe. Returns how many runs."""
+    yield from _measured([(one, end) for one in inputs for end in (one.low, one.high)], number, days)
+    halved = [one for one in inputs if one.turns]
+    for left in reversed(range(HALVINGS)):
+        yield from _measured([(one, one.middle) for one in halved], number, days)
+        halved = [one for one in halved if left and one.is_told(one.middle)]
+        for one in halved:
+            one.narrow()
+    return days * sum(len(one.days) for one in inputs)
+
+
+def _measured(
+    probes: Sequence[tuple[_Input, float]], number: Callable[[str, float], int], days: int
+) -> Procedure[None]:
+    """Do the runs of some probes, on the same days."""
+    values = yield from request([(number(one.key, at), day) for one, at in probes for day in range(days)])
+    for (one, at), measured in zip(probes, np.reshape(np.asarray(values, float), (len(probes), days)), strict=True):
+        one.days[at] = measured
