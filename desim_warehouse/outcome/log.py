@@ -266,6 +266,10 @@ class Log:
         self.rows.sort(key=itemgetter(0))
         del self.rows[bisect_right(self.rows, end, key=itemgetter(0)) :]
 
+    def edge_of_rows(self) -> list[tuple[str, str] | None]:
+        """The edge of each row, or None, in the order of `frame`."""
+        return [row.edge for row in map(LogRow._make, self.rows)]
+
     def frame(self) -> pd.DataFrame:
         """The rows as a table with the columns of `LogRow`, edges as `A>B`, and -1 for no robot, task or other."""
         import pandas as pd

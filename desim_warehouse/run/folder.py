@@ -71,14 +71,12 @@ def save_run(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> 
 
 
 def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Path:
-    from desim_warehouse.outcome.log import LogRow
-
     log = run.log
     table = log.frame()
     edges = _edges(run.layout)
     if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
         number = {edge: i for i, edge in enumerate(edges)}
-        table[NUMBER] = [-1 if row.edge is None else number[row.edge] for row in map(LogRow._make, log.rows)]
+        table[NUMBER] = [-1 if edge is None else number[edge] for edge in log.edge_of_rows()]
     table.to_parquet(folder / "log.parquet", index=False)
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
     write_whole(folder / KPIS, json.dumps(kpis, indent=2) + "\n")
