@@ -175,7 +175,7 @@ def test_the_replay_page_draws_roles_and_knows_no_other_name_of_a_state():
     others = "|".join(sorted(NAMES - set(get_args(Role))))
     found = {
         (file.name, name)
-        for file in (ROOT / "report").rglob("*.js")
+        for file in (ROOT / "replay").rglob("*.js")
         for name in re.findall(rf"[\"'`]({others})[\"'`]", file.read_text())
     }
     assert found == {("18-legend.js", "closed")}, "the word in the legend, of an edge"

@@ -80,7 +80,7 @@ def joined(
     Each `{{name}}` in page.html, and the `{{title}}` of all pages, stands for one of the parts, safe as it is.
     """
     common, home = files("desim_warehouse.look"), files(package)
-    scripts = [common.joinpath(name) for name in ("web.js", *shared)]
+    scripts = [common.joinpath("web.js"), *(files("desim_warehouse").joinpath(name) for name in shared)]
     own = (item for item in home.joinpath("js").iterdir() if item.name not in without)
     scripts += sorted(own, key=lambda item: item.name)
     whole = {

@@ -13,7 +13,7 @@ from desim_warehouse.errors import spoken
 from desim_warehouse.model import Source
 from desim_warehouse.questions import judged
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.thresholds import Threshold, Thresholds, thresholds
+from desim_warehouse.study.thresholds import InputThreshold, Thresholds, thresholds
 
 
 @dataclass(frozen=True)
@@ -84,7 +84,7 @@ def _facts(searched: Thresholds) -> dict[str, Any]:
     }
 
 
-def _input(searched: Thresholds, one: Threshold) -> str:
+def _input(searched: Thresholds, one: InputThreshold) -> str:
     """A line such as `Load time, 5 to 20 s: 5 robots are enough up to 10.6 s (7.92 to 13.9)`."""
     unit = words.factor_unit(one.key, searched.model.units)
     span = f"{_value(one.low)} to {_value(one.high, unit)}"
@@ -92,7 +92,7 @@ def _input(searched: Thresholds, one: Threshold) -> str:
     return f"{capital(words.in_words(one.key))}, {span}: {perhaps}{_enough(searched, one, unit)}."
 
 
-def _enough(searched: Thresholds, one: Threshold, unit: str) -> str:
+def _enough(searched: Thresholds, one: InputThreshold, unit: str) -> str:
     size = searched.model.fleet.size
     robots = f"{words.fleet(size, 0)} {_is(size)}"
     if one.at is None or one.within is None:

@@ -135,7 +135,7 @@ def smallest(
     Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes: a plan with one count.
     """
     if not isinstance(study, StudyEngine):
-        raise StudyError(f"size: {shown(study):.60}, expected a StudyEngine of one factor")
+        raise StudyError(f"size: {shown(study):.60}, expected a Study of one factor")
     if not isinstance(search, Search):
         raise StudyError(f"size, search: {shown(search):.60}, expected a Search; scan=True looks at all values")
     _refuse_other(study, search)

@@ -38,7 +38,7 @@ _LEVEL = 0.995
 
 
 @dataclass(frozen=True)
-class Threshold:
+class InputThreshold:
     """Where an input makes a fleet too small within its range, all else as the model has it.
 
     `enough`: whether the fleet is enough at the lowest and at the highest value. `at`: where that turns, with the ends
@@ -60,7 +60,7 @@ class Thresholds:
     """The thresholds of inputs, in the order in which they were named, for the fleet of the model."""
 
     target: Target
-    inputs: tuple[Threshold, ...]
+    inputs: tuple[InputThreshold, ...]
     runs: int
     model: Model = field(repr=False, compare=False)
     seed: int
@@ -146,18 +146,18 @@ class _Input:
             self.above = self.middle
         self.middle = (self.below + self.above) / 2
 
-    def threshold(self) -> Threshold:
+    def threshold(self) -> InputThreshold:
         """What the runs say."""
         enough = self.is_enough(self.low), self.is_enough(self.high)
         if not self.turns:
             told = self.is_told(self.low) and self.is_told(self.high)
-            return Threshold(self.key, self.low, self.high, enough, None, None, told)
+            return InputThreshold(self.key, self.low, self.high, enough, None, None, told)
         probes = [self.below, self.middle, self.above]
         turn = crossing(probes, np.array([self.days[one] for one in probes]).T, self.goal.value, _LEVEL)
         assert turn is not None  # the ends lie on either side
         within = max(turn.low, self.low), min(turn.high, self.high)
         confirmed = math.isfinite(turn.low) and math.isfinite(turn.high)
-        return Threshold(self.key, self.low, self.high, enough, turn.at, within, confirmed)
+        return InputThreshold(self.key, self.low, self.high, enough, turn.at, within, confirmed)
 
 
 def threshold_steps(inputs: Sequence[_Input], number: Callable[[str, float], int], days: int) -> Procedure[int]:
