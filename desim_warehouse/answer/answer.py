@@ -20,7 +20,12 @@ T = TypeVar("T")
 
 
 class Answer(AnswerData):
-    """The answer to a question; see `AnswerData` for what it holds. `print` gives its text, Jupyter shows its page."""
+    """The answer to a question.
+
+    `answer`: sentences, the first of which is the answer. `about`: the design that they are about, None where they name
+    none; only then there are `tiles`. `measures`: by what numbers of options are `of`, what people call it. `promise`:
+    what holds with which `confidence` (None: nothing is judged). `command`: as it was typed.
+    """
 
     def save(self, folder: str | Path) -> None:
         """Write answer.json, from which `desim report` makes the page."""

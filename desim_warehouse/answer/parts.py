@@ -123,12 +123,7 @@ class Subject(_Plain):
 
 
 class AnswerData(_Plain):
-    """The answer to a question as plain data; `answer.Answer` also shows and saves itself.
-
-    `answer`: sentences, the first of which is the answer. `about`: the design that they are about, None where they name
-    none; only then there are `tiles`. `measures`: by what numbers of options are `of`, what people call it. `promise`:
-    what holds with which `confidence` (None: nothing is judged). `command`: as it was typed.
-    """
+    """The content of an answer, which `text` and `page` show; `answer.Answer` says what its fields hold."""
 
     model_config = ConfigDict(frozen=True, extra="allow")
 
