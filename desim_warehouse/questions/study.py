@@ -44,7 +44,7 @@ class Study(StudyEngine):
     `Study.open` has the runs of a folder again, in another program or after an interruption.
     """
 
-    results_type = Results
+    _results_type = Results
 
     @property
     def results(self) -> Results:

@@ -45,7 +45,7 @@ class StudyEngine:
     `Study.open` has the runs of a folder again, in another program or after an interruption.
     """
 
-    results_type: ClassVar[type[ResultsData]] = ResultsData
+    _results_type: ClassVar[type[ResultsData]] = ResultsData
     """What `results` gives."""
 
     def __init__(  # every key of a study file is an argument, with its meaning
@@ -131,7 +131,7 @@ class StudyEngine:
         Raises:
             StudyError: where there is no study.
         """
-        results = cls.results_type.load(folder)
+        results = cls._results_type.load(folder)
         study = cls.of(results.plan)
         study.notes += results.notes
         study._results = results  # noqa: SLF001 - our own
@@ -310,7 +310,7 @@ class StudyEngine:
         """Store the results as they are now."""
         from desim_warehouse.study.execution.cache import versions
 
-        self._results = self.results_type(
+        self._results = self._results_type(
             self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes)
         )
         if self.folder is not None:
