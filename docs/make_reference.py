@@ -249,12 +249,9 @@ def public() -> str:
 
 def _members(cls: type) -> dict[str, Any]:
     """The members of a class and of the data that it shows, by name: those of the class that defines them first."""
-    ours = [
-        each
-        for each in reversed(cls.__mro__)
-        if re.match(r"desim_warehouse\.(model|run|study|questions)\b", each.__module__)
-    ]
-    members = {member: value for each in ours for member, value in vars(each).items()}
+    ours = re.compile(r"desim_warehouse\.(model|run|study|questions)\b")
+    classes = [each for each in reversed(cls.__mro__) if ours.match(each.__module__)]
+    members = {member: value for each in classes for member, value in vars(each).items()}
     return {
         member: value.__func__ if isinstance(value, classmethod | staticmethod) else value
         for member, value in members.items()
