@@ -1,19 +1,23 @@
 """What does each test cost? Processor time, with the programs and browsers that it starts; none may outgrow its mark.
 
-A test without the mark `long` takes at most `LIMIT` seconds of processor. A session in which one takes more than
-`LENIENCY` times as much fails, and names it: it is a proof, to be marked so, with a small twin for every day. The clock
-has no say, so a busy machine changes little. A fixture that tests share counts for none of them, as they run in random
-order; it has the same limit. `python -m pytest --costs build/costs.csv tests/world` writes the costs down.
+A test without the mark `long` takes at most 3 s of processor, one of the inner loop, without `slow`, 1 s. A session in
+which one takes more than `LENIENCY` times as much fails, and names it. Over 3 s it is a proof, to be marked so, with a
+small twin for every day. The clock has no say, so a busy machine changes little. A fixture that tests share counts for
+none of them, as they run in random order; it may take ten times as much. `python -m pytest --costs build/costs.csv
+tests/world` writes the costs down.
 """
 
 import csv
+import math
 import os
 from pathlib import Path
 
 import pytest
 
-LIMIT = 3.0
-"""Seconds of processor that a test of every day may take."""
+LIMITS = {"not slow": 1.0, "not long": 3.0}
+"""Seconds of processor that a test may take where tests with a mark are left out; the first that holds."""
+SHARED = 10
+"""How many times as much a fixture may take that tests share: a site, a study."""
 LENIENCY = 2.0
 """By what factor a crowded processor, whose caches others use, may be slower than a quiet one."""
 _PROCESSES = Path("/proc")
@@ -44,12 +48,13 @@ def _of_running(pid):
 class Costs:
     """Measures where tests run, and judges in the process that reports them."""
 
-    def __init__(self, config, limit=LIMIT):
-        self.config, self.limit = config, limit
+    def __init__(self, config, limits=LIMITS):
+        self.config = config
+        chosen = config.getoption("markexpr")
+        self.limit = next((seconds for left_out, seconds in limits.items() if left_out in chosen), math.inf)
         self.begin = self.shared = 0.0
         self.item = None
         self.of_tests, self.of_fixtures = {}, {}
-        self.judges = "not long" in config.getoption("markexpr")
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_setup(self, item):
@@ -77,8 +82,9 @@ class Costs:
             self.of_fixtures |= [value for name, value in report.user_properties if name == "fixture"]
 
     def outgrown(self):
-        """Name and seconds of processor of what took much more than it may, in a session that leaves proofs out."""
-        return [(name, cost) for name, cost in self.dearest() if self.judges and cost > LENIENCY * self.limit]
+        """Name and seconds of processor of what took much more than it may, the dearest first."""
+        most = LENIENCY * self.limit
+        return [each for each in self.dearest() if each[1] > most * (SHARED if each[0] in self.of_fixtures else 1)]
 
     def dearest(self):
         """Seconds of processor of each test and each shared fixture, the dearest first, with their names."""
@@ -97,6 +103,6 @@ class Costs:
         terminalreporter.write_line(f"tests took {total:.0f} s of processor")
         for name, cost in self.outgrown():
             terminalreporter.write_line(
-                f"OUTGROWN {name} took {cost:.1f} s of processor (at most {self.limit:g} on a quiet machine): "
-                "mark it `long`, and leave a small twin of it"
+                f"OUTGROWN {name} took {cost:.1f} s of processor. A test has at most {self.limit:g}, "
+                f"what tests share {SHARED * self.limit:g}: make it smaller, or mark it (CONTRIBUTING.md)"
             )

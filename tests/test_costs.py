@@ -4,10 +4,11 @@ import subprocess
 import sys
 import time
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 
-from tests.costs import spent
+from tests.costs import Costs, spent
 
 ROOT = Path(__file__).parent.parent
 CONFTEST = """
@@ -17,7 +18,7 @@ def pytest_addoption(parser):
     parser.addoption("--costs")
 
 def pytest_configure(config):
-    config.pluginmanager.register(Costs(config, limit=0.1))
+    config.pluginmanager.register(Costs(config, limits={"not long": 0.1}))
 """
 TESTS = """
 import subprocess, sys, time
@@ -60,6 +61,17 @@ def test_a_program_counts_while_it_runs_and_after_it_has_ended():
     assert spent() > before + 0.09
 
 
+@pytest.mark.parametrize(
+    ("chosen", "outgrown"),
+    [("not long and not slow", ["dear", "site", "test_slow"]), ("not long", ["dear"]), ("", [])],
+)
+def test_a_fixture_may_take_ten_times_as_much_and_the_inner_loop_has_less(chosen, outgrown):
+    costs = Costs(SimpleNamespace(getoption=lambda _: chosen))
+    costs.of_tests = {"test_cheap": 1.0, "test_slow": 5.0}
+    costs.of_fixtures = {"site": 25.0, "dear": 61.0}
+    assert [name for name, _ in costs.outgrown()] == outgrown
+
+
 def test_what_outgrows_its_mark_fails_the_session(tmp_path):
     (tmp_path / "conftest.py").write_text(CONFTEST)
     (tmp_path / "test_some.py").write_text(TESTS)
@@ -70,8 +82,11 @@ def test_what_outgrows_its_mark_fails_the_session(tmp_path):
     assert daily.returncode == pytest.ExitCode.TESTS_FAILED
     assert "4 passed" in daily.stdout
     named = {line.split()[1] for line in daily.stdout.splitlines() if line.startswith("OUTGROWN")}
-    assert named == {"test_some.py::test_dear", "test_some.py::test_program", "test_some.py::shared"}
+    assert named == {"test_some.py::test_dear", "test_some.py::test_program"}
     rows = [line.split(",") for line in (tmp_path / "costs.csv").read_text().splitlines()[1:]]
-    assert {name for _, name in rows} == {*named, "test_some.py::test_cheap", "test_some.py::test_shares"}
+    assert {name for _, name in rows} == {
+        *named,
+        *(f"test_some.py::{name}" for name in ("shared", "test_cheap", "test_shares")),
+    }
     costs = [float(cost) for cost, _ in rows]
     assert costs == sorted(costs, reverse=True)

@@ -100,6 +100,7 @@ def test_a_rate_of_orders_brings_as_many_lines_as_the_hand_figures_say(hours, ne
     assert len(run.history.tasks) / hours == pytest.approx(75, rel=near)
 
 
+@pytest.mark.slow
 def test_check_says_orders_lines_and_trips():
     facts = dw.check(model([1, 4], {"poisson": 40}, run__length=7200)).facts
     said = "flow flow: 40 orders an hour of 2.5 lines on average: 100 lines, each a task, in "
