@@ -97,26 +97,29 @@ def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, wo
     assert finished(made.table).equals(finished(study(200).run().table))
 
 
-def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path):
+@pytest.mark.parametrize(
+    ("replications", "workers", "targets"), [(30, 2, [10]), pytest.param(100, 3, [30, 120], marks=pytest.mark.long)]
+)
+def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path, replications, workers, targets):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen(command(tmp_path, 100, 3), **options)
-    for target in (30, 120):
+    process = subprocess.Popen(command(tmp_path, replications, workers), **options)
+    for target in targets:
         wait_for(lambda least=target: lines(tmp_path) > least)
         wait_for(lambda: len(children(process.pid)) >= 2)
         os.kill(children(process.pid)[0], signal.SIGKILL)
     _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert "a worker process died; its runs are retried" in said
-    assert lines(tmp_path) == 300
+    assert lines(tmp_path) == 3 * replications
     table = pd.read_parquet(tmp_path / "results.parquet")
-    assert finished(table).equals(finished(study(100).run().table))
+    assert finished(table).equals(finished(study(replications).run().table))
 
 
 def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     process = subprocess.Popen(
-        command(tmp_path, 20_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command(tmp_path, 5_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
+    wait_for(lambda: lines(tmp_path) > 20 and children(process.pid))
     workers = children(process.pid)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
     _, said = process.communicate(timeout=PATIENCE)
@@ -125,7 +128,7 @@ def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     assert "Traceback" not in said
     wait_for(lambda: not any(alive(pid) for pid in workers))
     with Store(tmp_path, pytest.fail) as store:
-        assert len(store.runs) == lines(tmp_path) > 100
+        assert len(store.runs) == lines(tmp_path) > 20
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == lines(tmp_path)
 
 
@@ -396,11 +399,11 @@ def test_a_script_needs_no_main_guard(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
         f"import desim_warehouse as dw\n"
-        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..6'}}, replications=30, changes={CHANGES!r})\n"
+        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..6'}}, replications=4, changes={CHANGES!r})\n"
         f"print(len(study.run(workers=2).table), study.notes)\n"
     )
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=PATIENCE)
-    assert done.stdout == "180 []\n"
+    assert done.stdout == "24 []\n"
     assert not done.stderr
 
 
@@ -416,14 +419,15 @@ def test_a_study_in_a_working_directory_that_was_deleted_says_what_to_do(tmp_pat
     assert len(study(1).run().table) == 3
 
 
-def test_studies_in_threads_of_one_process_are_apart(tmp_path):
+@pytest.mark.parametrize(("names", "runs"), [("ab", 5), pytest.param("abc", 30, marks=pytest.mark.long)])
+def test_studies_in_threads_of_one_process_are_apart(tmp_path, names, runs):
     main = sys.modules["__main__"]
-    with ThreadPoolExecutor(3) as threads:
-        made = list(threads.map(lambda name: study(30).run(workers=2, out=tmp_path / name), "abc"))
+    with ThreadPoolExecutor(len(names)) as threads:
+        made = list(threads.map(lambda name: study(runs).run(workers=2, out=tmp_path / name), names))
     assert sys.modules["__main__"] is main
-    alone = finished(study(30).run().table)
+    alone = finished(study(runs).run().table)
     assert all(finished(each.table).equals(alone) for each in made)
-    assert [lines(tmp_path / name) for name in "abc"] == [90, 90, 90]
+    assert [lines(tmp_path / name) for name in names] == [3 * runs] * len(names)
 
 
 @pytest.mark.long

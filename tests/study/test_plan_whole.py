@@ -98,8 +98,16 @@ def busy_from_nine():
     return base.replace({"tasks": tasks, "run": {"start": "08:00", "length": 10_800}})
 
 
-def test_the_worst_hour_of_a_day_is_said_and_is_the_peak():
-    found = plan_fleet(busy_from_nine(), "on_time >= 70 %", strategies={}, robots="2..5", chargers="1")
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"robots": "3..4", "search": dw.Search(first=3, cap=6)},
+        pytest.param({"robots": "2..5"}, marks=pytest.mark.long),
+    ],
+    ids=["few runs", "many"],
+)
+def test_the_worst_hour_of_a_day_is_said_and_is_the_peak(how):
+    found = plan_fleet(busy_from_nine(), "on_time >= 70 %", strategies={}, chargers="1", **how)
     hours = found.today.hours
     assert [one.named for one in hours] == ["08:00 to 09:00", "09:00 to 09:30", "09:30 to 11:00"]
     assert [one.orders for one in hours] == pytest.approx([60, 90, 90], rel=0.2)
