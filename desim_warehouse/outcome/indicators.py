@@ -100,6 +100,11 @@ class Indicator:
         """Whether it is a share, at most 1 and shown in per cent."""
         return self.unit.startswith("share")
 
+    @property
+    def within(self) -> tuple[float, float]:
+        """Its range: at least 0 unless it is signed, a share at most 1, others unbounded."""
+        return -math.inf if self.signed else 0.0, 1.0 if self.is_share else math.inf
+
 
 def _share_of(state: State) -> Indicator:
     """The share of the fleet's time in a state. Waiting in traffic is counted apart, and they add up to 1."""
@@ -651,11 +656,9 @@ def split(name: str) -> tuple[str, str, str]:
 
 
 def within(name: str) -> tuple[float, float]:
-    """The range of an indicator of ours: at least 0 unless it is signed, a share at most 1, others unbounded."""
+    """The range of an indicator by its name (`Indicator.within`); unbounded where it is none of ours."""
     indicator = look_up(name)
-    if indicator is None:
-        return -math.inf, math.inf
-    return -math.inf if indicator.signed else 0.0, 1.0 if indicator.is_share else math.inf
+    return (-math.inf, math.inf) if indicator is None else indicator.within
 
 
 def is_of_due(name: str) -> bool:
