@@ -17,6 +17,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.errors import spoken
 from desim_warehouse.outcome.indicators import INDICATORS
 from desim_warehouse.outcome.log import COLUMNS, KINDS
 
@@ -308,10 +309,11 @@ def indicators() -> str:
     rows = ((f"`{one.name}`", _UNITS.get(one.unit, one.unit), one.meaning) for one in INDICATORS.values())
     of_flows = ", ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_flow is not None)
     said = f"\nEach flow (`tasks.flows`) has some of them of its own, as in `on_time:outbound`: {of_flows}.\n"
-    of_parts = " and ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_time)
+    of_parts = spoken([f"`{one.name}`" for one in INDICATORS.values() if one.by_time])
     said += (
-        f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day in which "
-        "they come, as in `on_time@11:30-13:00`: the stretches of one rate, those of more than two hours by the hour.\n"
+        f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day, as in "
+        "`on_time@11:30-13:00` or `robots_busy@11:30-13:00`: of the tasks that come in it, and utilisation of what "
+        "happens in it. Parts are the stretches of one rate, those of more than two hours by the hour.\n"
     )
     return table(("indicator", "unit", "what it is"), rows) + said
 

@@ -75,7 +75,8 @@ class Indicator:
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
     `by_flow`: where tasks flow, each flow that it `applies` to has it too, under `NAME:FLOW`, from its own tasks.
-    `by_time`: where orders come at rates by the clock, each part of the day has that too, under `NAME@11:30-13:00`.
+    `by_time`: where orders come at rates by the clock, each part of the day has that too, under `NAME@11:30-13:00`:
+    where it is computed as `by_flow`, of the tasks that come in it, else of what happens in it.
     `signed`: whether it can be less than 0.
     """
 
@@ -87,18 +88,23 @@ class Indicator:
     compute: Callable[[History], float]
     applies: Callable[[Any], bool] = lambda _: True
     by_flow: Callable[[PartHistory], float] | None = None
-    by_time: bool = False
+    by_time: Callable[[PartHistory], float] | None = None
     signed: bool = False
 
     def of(self, mark: str, part: str) -> Indicator:
         """The indicator of one flow (`:`), or of one part of the day (`@`)."""
         title = f"{self.title}, {said_part(part) if mark == AT else part}"
-        return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=False)
+        return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=None)
 
     @property
     def is_share(self) -> bool:
         """Whether it is a share, at most 1 and shown in per cent."""
         return self.unit.startswith("share")
+
+    @property
+    def within(self) -> tuple[float, float]:
+        """Its range: at least 0 unless it is signed, a share at most 1, others unbounded."""
+        return -math.inf if self.signed else 0.0, 1.0 if self.is_share else math.inf
 
 
 def _share_of(state: State) -> Indicator:
@@ -315,7 +321,7 @@ INDICATORS = {
             measures.on_time,
             measures.has_due_times,
             by_flow=measures.on_time,
-            by_time=True,
+            by_time=measures.on_time,
         ),
         Indicator(
             "tasks_due",
@@ -326,7 +332,7 @@ INDICATORS = {
             measures.tasks_due,
             measures.has_due_times,
             by_flow=measures.tasks_due,
-            by_time=True,
+            by_time=measures.tasks_due,
         ),
         Indicator(
             "worked",
@@ -369,6 +375,28 @@ INDICATORS = {
             measures.worker_utilisation,
             measures.has_work,
             by_flow=measures.worker_utilisation,
+            by_time=measures.worker_utilisation_then,
+        ),
+        Indicator(
+            "server_utilisation",
+            "Server utilisation",
+            "share of capacity",
+            "share of the time of all servers of stations, in the hours of their stations, in which a robot loads or "
+            "unloads there; only with stations",
+            None,
+            measures.server_utilisation,
+            measures.has_stations,
+            by_time=measures.server_utilisation,
+        ),
+        Indicator(
+            "robots_busy",
+            "Robots busy",
+            "share of fleet time",
+            "share of the time of all robots, in their hours, in which they do not stand idle: waits, queues, charging "
+            "and repairs count, too, as each keeps a robot from a task",
+            None,
+            measures.robots_busy,
+            by_time=measures.robots_busy,
         ),
         Indicator(
             "worker_wait",
@@ -519,6 +547,7 @@ INDICATORS = {
             None,
             measures.charger_utilisation,
             measures.has_chargers,
+            by_time=measures.charger_utilisation,
         ),
         Indicator(
             "charger_wait",
@@ -596,13 +625,16 @@ def kpis(history: History) -> RunIndicators:
     """All indicators that a run has, in the units of its model file."""
     has = ((name, indicator) for name, indicator in INDICATORS.items() if indicator.applies(history))
     found = RunIndicators({name: indicator.compute(history) for name, indicator in has})
-    parts = [(":", flow, of_flow(history, flow)) for flow in history.model.tasks.flows]
-    parts += [(AT, part, tasks) for part, tasks in by_day_part(history).items()]
-    for mark, part, tasks in parts:
+    for flow in history.model.tasks.flows:
+        tasks = of_flow(history, flow)
         for name, indicator in INDICATORS.items():
-            asked_for = indicator.by_time or mark != AT
-            if indicator.by_flow is not None and asked_for and indicator.applies(tasks):
-                found[f"{name}{mark}{part}"] = indicator.by_flow(tasks)
+            if indicator.by_flow is not None and indicator.applies(tasks):
+                found[f"{name}:{flow}"] = indicator.by_flow(tasks)
+    for name_of_part, part in by_day_part(history).items():
+        for name, indicator in INDICATORS.items():
+            of_tasks = indicator.by_time is indicator.by_flow
+            if indicator.by_time is not None and indicator.applies(part if of_tasks else history):
+                found[f"{name}{AT}{name_of_part}"] = indicator.by_time(part)
     return found
 
 
@@ -651,11 +683,9 @@ def split(name: str) -> tuple[str, str, str]:
 
 
 def within(name: str) -> tuple[float, float]:
-    """The range of an indicator of ours: at least 0 unless it is signed, a share at most 1, others unbounded."""
+    """The range of an indicator by its name (`Indicator.within`); unbounded where it is none of ours."""
     indicator = look_up(name)
-    if indicator is None:
-        return -math.inf, math.inf
-    return -math.inf if indicator.signed else 0.0, 1.0 if indicator.is_share else math.inf
+    return (-math.inf, math.inf) if indicator is None else indicator.within
 
 
 def is_of_due(name: str) -> bool:

@@ -14,7 +14,7 @@ from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Su
 from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
-from desim_warehouse.outcome.indicators import AT
+from desim_warehouse.outcome.indicators import AT, find
 from desim_warehouse.questions import judged, size
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
@@ -414,7 +414,7 @@ class _Planned:
         rows = [(one.named, numbers.number(one.orders), self._on_time(one)) for one in sized.hours]
         note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold at once."
         if self.goal.indicator == ON_TIME:
-            worst = replace(self.goal, indicator=self._worst_of(sized).indicator)
+            worst = replace(self.goal, measure=find(self._worst_of(sized).indicator))
             note += f' A fleet for the worst part: --target "{worst.text}".'
         return [
             Folded(title="On time by the hour", note=note, head=("time", "orders", "done on time"), rows=tuple(rows))

@@ -8,7 +8,7 @@ from typing import Any
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import find, within
+from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study.design import Point
@@ -82,11 +82,11 @@ def race(
 
     Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
     """
-    find(indicator)
+    measure = find(indicator)
     if delta is not None and not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
     if delta is not None:
-        check_zone(indicator, delta)
+        check_zone(measure, delta)
     more = more_is_better(indicator) if maximise is None else maximise
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
@@ -231,7 +231,7 @@ def judge_of(
         first=search.first or first_look(goal, cap),
         cap=cap,
         deterministic=exact,
-        within=within(goal.indicator),
+        within=goal.measure.within,
         veto=lambda number: cannot_last(study, runner, number),
         hopeless=lambda number: cannot_last(study, runner, number, glance=True),
         tell=lambda judge: runner.progress.tell(f"{before}{judge.known(named)}"),

@@ -385,7 +385,7 @@ class ResultsData:
         for design, given in known.items():
             if given:
                 exact = _deterministic(self.runs(design))
-                one = judge.judged(design, given, goal, level, exact, within(goal.indicator))
+                one = judge.judged(design, given, goal, level, exact, goal.measure.within)
                 lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
@@ -395,9 +395,7 @@ class ResultsData:
         """Of designs that are too close to the target, how many runs in all would probably tell; None: too many."""
         goal = self.target
         return {
-            design: judge.runs_to_tell(
-                _known(self.runs(design), goal.indicator), goal, one.level, within(goal.indicator)
-            )
+            design: judge.runs_to_tell(_known(self.runs(design), goal.indicator), goal, one.level, goal.measure.within)
             for design, one in self.judged.items()
             if goal is not None and one.verdict == "undecided" and one.n > 1 and design not in self.same
         }

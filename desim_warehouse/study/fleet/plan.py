@@ -17,7 +17,6 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
-from desim_warehouse.outcome.indicators import within
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
@@ -343,7 +342,7 @@ class _Planner:
         to_tell = None
         if not verdict.closed:
             values = [row.measured(self.target.indicator) for row in rows]
-            to_tell = runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
+            to_tell = runs_to_tell(values, self.target, verdict.level, self.target.measure.within)
         why = _first_flat(rows).partition(": ")[2]
         return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
 
