@@ -147,14 +147,15 @@ def smallest(
     values = [point.labels[key] for point in study.points]
     zone = indifference(goal, zone, units)
     designs, each = line(len(values)), Budget(len(values))
-    doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, search.under("scout"))
-    with study.session(search) as runner:
+    with search.together() as together:
+        doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, together.under("scout"))
+        with study.session(together) as runner:
 
-        def steps(exact: bool) -> Procedure[Sizing[Any]]:
-            judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
-            return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
+            def steps(exact: bool) -> Procedure[Sizing[Any]]:
+                judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
+                return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
 
-        sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
+            sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
     return Smallest(**vars(sizing), study=study)
 
 

@@ -168,7 +168,7 @@ class StudyRunner:
         try:
             for name, of in missing.items():
                 wanted = Wanted(of[0][0], self.points[of[0][0]].overrides, name[1])
-                names[self.executor.submit(wanted)] = name
+                names[self.executor.submit(self.plan.base, wanted)] = name
             with closing(self.executor.ended(list(names))) as ended:
                 for handle in ended:
                     assert handle.outcome is not None  # we cancel none of them before all have ended

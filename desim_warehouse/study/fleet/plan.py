@@ -473,5 +473,6 @@ def size_fleet(
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
     zone = indifference(goal, zone, model.units.names)
-    planner = _Planner(model, goal, zone, Designs(model, *sides), search, Budget(search.runs or PLAN_RUNS))
-    return planner.plan(times, strategies, yearly=years is not None)
+    with search.together() as together:
+        planner = _Planner(model, goal, zone, Designs(model, *sides), together, Budget(search.runs or PLAN_RUNS))
+        return planner.plan(times, strategies, yearly=years is not None)
