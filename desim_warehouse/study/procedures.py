@@ -179,9 +179,11 @@ def scouted(
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 
+    Batteries need not settle before such a day (`StudyPlan.scouts`).
+
     None: the runs allowed ended before. `told`: what was known before, for those who watch the progress.
     """
-    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout")
+    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
 
     with scout.session(search) as runner:

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 from collections.abc import Callable, Sequence
 from contextlib import suppress
+from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
@@ -29,12 +30,17 @@ class KeptFleets(SettledFleets):
 
     def __init__(self, folder: Path | None = None) -> None:
         super().__init__()
-        self.cache = None if folder is None else Cache(_in_silence, folder)
+        self._folder = folder
 
     @property
     def folder(self) -> Path | None:
         """Where they are kept, None where they cannot be."""
         return None if self.cache is None else self.cache.folder
+
+    @cached_property
+    def cache(self) -> Cache | None:
+        """The cache that has them."""
+        return None if self._folder is None else Cache(_in_silence, self._folder)
 
     def once(
         self, model: Model, settle: Callable[[], Sequence[Fleet]], waiting: Callable[[], object]
@@ -60,15 +66,21 @@ class FleetsOfACommand(KeptFleets):
 
     def __init__(self, *, cache: bool) -> None:
         super().__init__()
+        self._cached = cache
         self._own: TemporaryDirectory[str] | None = None
-        if cache:
-            self.cache = Cache(_in_silence)
-            return
-        with suppress(OSError):  # no room: each process has its own fleets
+
+    @cached_property
+    def cache(self) -> Cache | None:
+        """The cache that has them, made when the first is wanted."""
+        if self._cached:
+            return Cache(_in_silence)
+        try:
             self._own = TemporaryDirectory(prefix="desim-", ignore_cleanup_errors=True)
             folder = Path(self._own.name, "runs")
             folder.mkdir()
-            self.cache = Cache(_in_silence, folder)
+        except OSError:  # no room: each process has its own fleets
+            return None
+        return Cache(_in_silence, folder)
 
     def close(self) -> None:
         """Remove the folder of the command."""

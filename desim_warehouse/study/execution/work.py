@@ -16,6 +16,7 @@ from desim_warehouse.run import RunData
 from desim_warehouse.run.stop import StoppedError, StopSignal
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
+from desim_warehouse.world.robots.settled import UNSETTLED
 
 if TYPE_CHECKING:
     from queue import SimpleQueue
@@ -33,7 +34,8 @@ class Wanted(NamedTuple):
     """A run to simulate: the changes that its design makes to the base model, and its seed.
 
     `spans`: into how many equal parts its length is divided to tell how deliveries settle, 0 if that is not wanted.
-    `floor`: whether the floor is to be watched for a while.
+    `floor`: whether the floor is to be watched for a while. `scout`: whether it only points the way, so that batteries
+    need not settle before it.
     """
 
     design: int
@@ -41,6 +43,7 @@ class Wanted(NamedTuple):
     seed: int
     spans: int = 0
     floor: bool = False
+    scout: bool = False
 
 
 class Outcome(NamedTuple):
@@ -149,8 +152,9 @@ class Simulator:
             if wanted.floor:
                 model = model.replace({"log": "all"})
             begin = perf_counter()
+            fleets = UNSETTLED if wanted.scout else self.fleets
             with nullcontext() if timeout is None else TimeLimit(timeout):
-                run = RunData.simulated(model, wanted.seed, stop, fleets=self.fleets)
+                run = RunData.simulated(model, wanted.seed, stop, fleets=fleets)
         except StoppedError:
             return Outcome({}, _since(begin), "cancelled", final=False)
         except TimeOutError:

@@ -143,6 +143,19 @@ class SettledFleets:
         return settle()
 
 
+class Unsettled(SettledFleets):
+    """No settled fleets: each run draws levels between where charging begins and ends, as where work ends."""
+
+    def of(
+        self, model: Model, settle: Callable[[SettlingRun], Sequence[Fleet]], waiting: Callable[[], object]
+    ) -> Sequence[Fleet]:
+        """None, of any model."""
+        del model, settle, waiting
+        return ()
+
+
+UNSETTLED = Unsettled()
+"""Of runs that only point the way: with robots fuller by ten points on_time moves by 0.001, and settling costs runs."""
 OF_THIS_PROCESS = SettledFleets()
 """Shared with no other process."""
 
