@@ -147,14 +147,15 @@ def smallest(
     values = [point.labels[key] for point in study.points]
     zone = indifference(goal, zone, units)
     designs, each = line(len(values)), Budget(len(values))
-    doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, search.under("scout"))
-    with study.session(search) as runner:
+    with search.together() as together:
+        doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, together.under("scout"))
+        with study.session(together) as runner:
 
-        def steps(exact: bool) -> Procedure[Sizing[Any]]:
-            judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
-            return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
+            def steps(exact: bool) -> Procedure[Sizing[Any]]:
+                judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
+                return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
 
-        sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
+            sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
     return Smallest(**vars(sizing), study=study)
 
 
@@ -178,9 +179,11 @@ def scouted(
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 
+    Batteries need not settle before such a day (`StudyPlan.scouts`).
+
     None: the runs allowed ended before. `told`: what was known before, for those who watch the progress.
     """
-    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout")
+    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
 
     with scout.session(search) as runner:

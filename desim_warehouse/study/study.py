@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
@@ -244,26 +244,21 @@ class StudyEngine:
 
         However the block ends, finished runs are in the folder, or in the user's cache, and in `results`.
         """
-        from desim_warehouse.study.execution import make_executor
         from desim_warehouse.study.execution.cache import Cache
-        from desim_warehouse.study.execution.signals import Interrupts
         from desim_warehouse.study.record import write_record
 
         self.folder = None if search.out is None else Path(search.out)
         with (
-            Interrupts() as interrupts,
+            search.simulating() as crew,
+            crew.interrupts,
             Progress(self.plan.name, shown=search.progress) as shown,
             Store(
                 self.folder,
                 self._say(shown),
                 cache=Cache(self._say(shown)) if search.cache and self.folder is None else None,
             ) as store,
-            closing(
-                make_executor(
-                    self.plan.base, search.workers, search.cluster, self.plan.timeout, self._say(shown), interrupts
-                )
-            ) as executor,
         ):
+            executor = crew.executor(self.plan.timeout, self._say(shown))
             if self.plan.warm_up == "auto":
                 self._settle(executor, shown)
             runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write)

@@ -21,8 +21,6 @@ import errno
 import json
 import os
 import platform
-import sys
-import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -36,7 +34,8 @@ from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.folders import make_folder
 from desim_warehouse.run.folder import RUN
-from desim_warehouse.study.execution.cache import Cache
+from desim_warehouse.study.execution.cache import Cache, intact, sealed
+from desim_warehouse.study.execution.locks import lock
 from desim_warehouse.study.execution.work import Outcome
 
 
@@ -52,7 +51,7 @@ class FolderLock:
         self.path = folder / ".lock"
         self.file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
-            _lock(self.file)
+            lock(self.file)
         except OSError:
             holder = self._holder()
             os.close(self.file)
@@ -73,19 +72,6 @@ class FolderLock:
     def release(self) -> None:
         """Release the lock."""
         os.close(self.file)
-
-
-if sys.platform == "win32":
-    import msvcrt
-
-    def _lock(file: int) -> None:
-        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
-
-else:
-    import fcntl
-
-    def _lock(file: int) -> None:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
 JOURNAL = "runs.jsonl"
@@ -238,9 +224,7 @@ class Store:
     def _take(self, line: bytes) -> bool:
         """Take a line of the journal, and return False if it is damaged."""
         try:
-            if int(line[:8], 16) != zlib.crc32(line[9:]):
-                return False
-            data = json.loads(line[9:])
+            data = json.loads(intact(line))
             if b"\\u" in line:
                 json.dumps(data, ensure_ascii=False).encode()  # fails at a lone surrogate, which no table holds
             entry = Entry.model_validate(data)
@@ -291,8 +275,7 @@ def _line(model: str, seed: int, outcome: Outcome) -> bytes:
         entry["deterministic"] = True
     if outcome.error is not None:
         entry |= {"error": outcome.error, "final": outcome.final}
-    text = json.dumps(entry, separators=(",", ":")).encode()
-    return b"%08x %s\n" % (zlib.crc32(text), text)
+    return sealed(entry)
 
 
 def _runs(count: int) -> str:

@@ -22,6 +22,7 @@ from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
+from desim_warehouse.study.fleet.first_answer import first_answer
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour
 from desim_warehouse.study.fleet.most import Most, most_steps
@@ -87,6 +88,8 @@ class _Planner:
     """What is known of other demands, with which runs are shared; see `_known`."""
     known: str = ""
     """What is known of the demands before, as people who wait see it."""
+    believed: str = ""
+    """What the scouts of this one say, until more is known."""
 
     def judge(self, study: StudyEngine, runner: StudyRunner, exact: bool) -> Judge:
         """Who judges the designs of a study."""
@@ -108,7 +111,9 @@ class _Planner:
     def follow(self, study: StudyEngine, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
         with study.session(self.search.under(study.plan.name)) as runner:
-            runner.progress.tell(self.known)
+            if self.believed:
+                runner.progress.print(f"{study.plan.name}: {self.believed}")
+            runner.progress.tell(f"{self.known}{self.believed}")
             return study.carry_out(
                 runner,
                 lambda exact: make(self.judge(study, runner, exact), runner),
@@ -296,12 +301,14 @@ class _Planner:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: verdict_steps([], judge))
             return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
+        self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
         found: Cheapest = self.follow(
             study,
             lambda judge, _: self._with_its_days(
                 cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known), judge
             ),
         )
+        self.believed = ""
         found = self._as_cheap(study, found, counts, known)
         if found.design is not None:
             self.known += f"{study.plan.name}: {_named(study.points[found.design])}; "
@@ -472,5 +479,6 @@ def size_fleet(
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
     zone = indifference(goal, zone, model.units.names)
-    planner = _Planner(model, goal, zone, Designs(model, *sides), search, Budget(search.runs or PLAN_RUNS))
-    return planner.plan(times, strategies, yearly=years is not None)
+    with search.together() as together:
+        planner = _Planner(model, goal, zone, Designs(model, *sides), together, Budget(search.runs or PLAN_RUNS))
+        return planner.plan(times, strategies, yearly=years is not None)
