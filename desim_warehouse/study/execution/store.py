@@ -34,8 +34,7 @@ from pydantic import BaseModel, Field
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.folders import make_folder
-from desim_warehouse.run.folder import RUN
+from desim_warehouse.folders import JOURNAL, LOCK, RUN, make_folder
 from desim_warehouse.study.execution.cache import Cache
 from desim_warehouse.study.execution.work import Outcome
 
@@ -49,7 +48,7 @@ class FolderLock:
         Raises:
             StudyError: where another study holds it: which process, on which machine.
         """
-        self.path = folder / ".lock"
+        self.path = folder / LOCK
         self.file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
             _lock(self.file)
@@ -88,7 +87,6 @@ else:
         fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
 
 
-JOURNAL = "runs.jsonl"
 _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
 
