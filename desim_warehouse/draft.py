@@ -101,7 +101,7 @@ def read_orders(text: str, option: str = "--orders") -> float:
     """Orders an hour, such as `200`, `200/h` or `4/min`.
 
     Raises:
-        ModelError: no such rate.
+        ModelError: no such rate, or more than a model may have.
     """
     from desim_warehouse.values.units import UnitNames, quantity
 
@@ -111,6 +111,8 @@ def read_orders(text: str, option: str = "--orders") -> float:
         number = math.nan
     if not 0 < number < math.inf:
         raise ModelError([f"{option} {text}: not a rate, expected {option[2:]} an hour such as 200/h"])
+    if number > (most := LIMITS["hourly"][0]):
+        raise ModelError([f"{option} {text}: too many, expected at most {most}/h"])
     return number
 
 
@@ -179,7 +181,9 @@ def _worked_out(words: Draft) -> Draft:
         )
         if value is not None and not 0 < value <= most
     ]
-    if 0 < stations <= floor.aisles and packers % stations:
+    if packers > (most := max(stations, 1) * LIMITS["robots"][0]):
+        problems.append(f"--packers {packers}: out of range, expected 1 to {most}")
+    elif 0 < stations <= floor.aisles and packers % stations:
         text = f"not as many at each of {stations} packing stations"
         problems.append(f"--packers {packers}: {text}, expected a multiple of {stations}")
     if not 0 < words.due < math.inf:
@@ -267,9 +271,9 @@ def _full_in_the_morning(words: Draft, given: int | None) -> Draft:
 def _model(words: Draft) -> Model:
     """The model of a complete draft."""
     from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.schema import OUTLINE, valid
 
-    return Model.model_validate(read_yaml(_text(words), "draft").data)
+    return valid(read_yaml(_text(words), "desim new"), Model, OUTLINE)
 
 
 def _estimated(words: Draft) -> QuickEstimate:

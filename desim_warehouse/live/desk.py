@@ -22,6 +22,7 @@ from typing import Any
 
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError
+from desim_warehouse.folders import STUDY
 from desim_warehouse.live.answers import FEWEST, ByHand, Named, RunsSoFar, by_hand, results_of
 from desim_warehouse.live.frozen import FrozenPage
 from desim_warehouse.live.messages import About, Calculated, Tried, Watched
@@ -30,7 +31,6 @@ from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions.compare_words import difference
 from desim_warehouse.questions.study import Results
-from desim_warehouse.run.folder import STUDY
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.execution.kept_fleets import FleetsOfACommand
 from desim_warehouse.study.execution.pool import Pool

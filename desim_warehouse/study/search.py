@@ -8,7 +8,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.folders import ANSWER, JOURNAL, LOCK, RESULTS, STUDY, refuse_theirs
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.values.streams import whole_seed
@@ -40,7 +41,7 @@ class Search:
         crew: what simulates for several studies; see `together`. None: each study starts processes of its own.
 
     Raises:
-        StudyError: a cap below the first look, no confidence, or too many workers.
+        StudyError: a cap below the first look, no confidence, too many workers, or a folder of somebody else.
         ModelError: no seed.
     """
 
@@ -65,6 +66,15 @@ class Search:
         check_confidence(self.confidence)
         whole_seed(self.seed)
         worker_count(self.workers)
+        if self.out is not None:
+            self._check_folder(Path(self.out))
+
+    def _check_folder(self, folder: Path) -> None:
+        """Refuse a folder with files of somebody else that the study or its answer would overwrite."""
+        try:
+            refuse_theirs(folder, (JOURNAL, RESULTS, STUDY, ANSWER, LOCK))
+        except OSError as error:
+            raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
 
     def looks(self, first: int, cap: int) -> tuple[int, int]:
         """Replications at the first look at a design, and the most of them: by default as given."""

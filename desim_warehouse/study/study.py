@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.folders import ANSWER
+from desim_warehouse.folders import ANSWER, JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
-from desim_warehouse.study.execution.store import JOURNAL, Store
+from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.factors import Level
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
@@ -23,7 +23,7 @@ from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.comparison import Comparison
 from desim_warehouse.study.statistics.procedure import Procedure
 from desim_warehouse.study.statistics.screening import MainEffects
-from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
+from desim_warehouse.study.table import Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:

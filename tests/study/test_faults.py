@@ -19,11 +19,12 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
+from desim_warehouse.folders import JOURNAL
 from desim_warehouse.study.execution.kept_fleets import KeptFleets
 from desim_warehouse.study.execution.pool import Worker
 from desim_warehouse.study.execution.shared import BATCH_TIME, Batches, Handle
 from desim_warehouse.study.execution.signals import Interrupts
-from desim_warehouse.study.execution.store import JOURNAL, Store
+from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Simulator, Wanted
 
 from .conftest import MULTIBOTS, PATIENCE, ample, wait_for

@@ -32,8 +32,7 @@ from pydantic import BaseModel, Field
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.folders import make_folder
-from desim_warehouse.run.folder import RUN
+from desim_warehouse.folders import JOURNAL, LOCK, RUN, make_folder
 from desim_warehouse.study.execution.cache import Cache, intact, sealed
 from desim_warehouse.study.execution.locks import lock
 from desim_warehouse.study.execution.work import Outcome
@@ -48,7 +47,7 @@ class FolderLock:
         Raises:
             StudyError: where another study holds it: which process, on which machine.
         """
-        self.path = folder / ".lock"
+        self.path = folder / LOCK
         self.file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
             lock(self.file)
@@ -74,7 +73,6 @@ class FolderLock:
         os.close(self.file)
 
 
-JOURNAL = "runs.jsonl"
 _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
 
