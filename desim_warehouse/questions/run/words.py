@@ -25,7 +25,14 @@ _USED = {
 def sentences(run: RunData) -> list[str]:
     """The run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
-    return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
+    return [
+        _delivered(run),
+        *(wrong or [*_keeps_up(run), *_departures(run)]),
+        _busiest(run),
+        *_pods(run),
+        *_breakdowns(run),
+        *_cost(run),
+    ]
 
 
 def numbers_of(run: RunData) -> list[tuple[str, str, str]]:
@@ -92,6 +99,16 @@ def _keeps_up(run: RunData) -> list[str]:
     if "backlog_growth_per_hour" not in run.kpis:
         return []
     return [f"It keeps up: {number_of(run.kpis['backlog'], 'task')} open at the end."]
+
+
+def _departures(run: RunData) -> list[str]:
+    """How long before its departure the latest order came that was in time, where lorries or the like leave."""
+    lead = run.kpis.get("departure_lead", math.nan)
+    if not math.isfinite(lead):
+        return []
+    if not lead:
+        return ["No task missed its departure."]
+    return [f"Tasks that came more than {numbers.duration(lead, run.model.units.time)} before a departure made it."]
 
 
 def _busiest(run: RunData) -> str:

@@ -24,7 +24,7 @@ from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_m
 from desim_warehouse.study.fleet.designs import Designs, more_demand
 from desim_warehouse.study.fleet.first_answer import first_answer
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
-from desim_warehouse.study.fleet.hours import DAYS, by_hour
+from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
@@ -212,6 +212,7 @@ class _Planner:
             year,
             frozenset(counts[number] for number in known.failing),
             most,
+            None if best is None else lead_of(study.results.by_point[best.verdict.value]),
         )
 
     def _used(

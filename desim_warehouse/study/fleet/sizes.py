@@ -10,7 +10,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.study.fleet.capped import Capped
-from desim_warehouse.study.fleet.hours import Hour
+from desim_warehouse.study.fleet.hours import Hour, Lead
 from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
@@ -75,6 +75,7 @@ class Sized:
     `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
     `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
+    `lead`: how long before a departure orders have to come at `best`; None where nothing departs.
     """
 
     name: str
@@ -95,6 +96,7 @@ class Sized:
     year: int | None = None
     failed_before: frozenset[Counts] = frozenset()
     most: Most | None = None
+    lead: Lead | None = None
 
 
 @dataclass(frozen=True)
