@@ -16,13 +16,14 @@ from tests.done import done, for_workers, workplaces
 
 APART = ("waiting_closed", "waiting_person")
 WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "awaiting", "returning")
-STATES = ("idle", *WORK, "charging", "broken", "on_break")
+STATES = ("idle", *WORK, "charging", "broken", "on_break", "too_low")
 DRAWS = {
     "idle": "standing",
     "queueing": "standing",
     "closed": "standing",
     "awaiting": "standing",
     "on_break": "standing",
+    "too_low": "standing",
     "broken": "standing",
     "empty": "empty",
     "returning": "empty",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.chains import CROSSING, LANE, RING, TWO_WAY, Root
-from desim_warehouse.states import APART, OPENING, PACKING, SERVER, SHOWN, Phase, staff
+from desim_warehouse.states import APART, OPENING, PACKING, SERVER, SHOWN, TOO_LOW, Phase, staff
 
 _PLACES = {
     CROSSING: "at the crossing {}",
@@ -24,6 +24,8 @@ def root(of: Root, model: Model) -> str:
     if of.cause in APART:
         what, at = APART[of.cause].doing.removeprefix("waiting "), _with_names(of.at, model)
         return what.replace("a lane", at) if "a lane" in what else f"{what} on {at}"
+    if of.cause in TOO_LOW:
+        return f"for a free charger, {SHOWN[of.cause].doing.partition(',')[0]}"
     floor = model.floor
     kinds = (floor.stations,) if SHOWN[of.cause].phase in _HANDLING else (floor.bays, floor.stations)
     zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}

@@ -11,6 +11,7 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import busy_share, servers_in_use, standing
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
+from desim_warehouse.questions.run.lasting import Lasting, lasting
 from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
 from desim_warehouse.values.units import SECONDS
@@ -95,10 +96,30 @@ def _left_open(run: RunData) -> list[str]:
 
 
 def _keeps_up(run: RunData) -> list[str]:
-    """That work does not pile up, where it comes by itself."""
-    if "backlog_growth_per_hour" not in run.kpis:
+    """Whether work piles up, where it comes by itself: proved, or that the run does not show it, and why."""
+    judged = lasting(run)
+    if judged is None:
         return []
-    return [f"It keeps up: {number_of(run.kpis['backlog'], 'task')} open at the end."]
+    left = f"{number_of(run.kpis['backlog'], 'task')} open at the end"
+    if judged.keeps_up and not judged.piles_up_at_peak:
+        return [f"It keeps up: {left}."]
+    if judged.keeps_up:
+        return [f"It keeps up by the end, not in the busiest hour: {left}."]
+    time = numbers.duration(run.history.counted, run.model.units.time)
+    do = "does" if time.startswith("1 ") else "do"
+    return [f"{time} {do} not show whether it keeps up: {left}{_against(judged)}."]
+
+
+def _against(judged: Lasting) -> str:
+    """What speaks against a run that keeps up, to be added to what is open at its end."""
+    if judged.unknown:
+        return f", and its model cannot be checked: {judged.unknown}"
+    if judged.overload:
+        asked = f" ({numbers.PERCENT.value(judged.asked)} of what {judged.scarce} can give)" if judged.scarce else ""
+        return f", and by the check more is asked for than can be done{asked}"
+    if judged.scarce:
+        return f", and {numbers.PERCENT.value(judged.asked)} of what {judged.scarce} can give is asked for"
+    return f", {judged.grown:,} more without a robot than as counting began"
 
 
 def _departures(run: RunData) -> list[str]:
