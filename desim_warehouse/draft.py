@@ -199,10 +199,10 @@ def _worked_out(words: Draft) -> Draft:
         if words.robots is None:
             words = replace(words, robots=max(math.ceil((found.robots_busy or 1.0) / BUSY), 1))
         if words.chargers is None:
-            most = replace(words, chargers=words.robots)
-            found = _estimated(most)
-            needed = found.power.needed if found.power is not None else None
-            words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(most))))
+            one_each = replace(words, chargers=words.robots)
+            power = _estimated(one_each).power
+            needed = None if power is None else power.needed
+            words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(one_each))))
     _fits(words, given_robots)
     return _lasts_a_night(words, given)
 
@@ -270,8 +270,8 @@ def _full_in_the_morning(words: Draft, given: int | None) -> Draft:
 
 def _model(words: Draft) -> Model:
     """The model of a complete draft."""
-    from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.model.schema import OUTLINE, valid
+    from desim_warehouse.model.parse import read_yaml, valid
+    from desim_warehouse.model.schema import OUTLINE
 
     return valid(read_yaml(_text(words), "desim new"), Model, OUTLINE)
 

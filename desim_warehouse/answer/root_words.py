@@ -26,6 +26,11 @@ def root(of: Root, model: Model) -> str:
         return what.replace("a lane", at) if "a lane" in what else f"{what} on {at}"
     if of.cause in TOO_LOW:
         return f"for a free charger, {SHOWN[of.cause].doing.partition(',')[0]}"
+    return _in_state(of, model)
+
+
+def _in_state(of: Root, model: Model) -> str:
+    """Say what robots waited for, where others are in a state there, or queue."""
     floor = model.floor
     kinds = (floor.stations,) if SHOWN[of.cause].phase in _HANDLING else (floor.bays, floor.stations)
     zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}
