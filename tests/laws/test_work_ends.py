@@ -63,7 +63,7 @@ def cases():
             yield ONE_WAY, features, WENT_WRONG[features], False
     for features in TWO_WAY:
         for ground in KINDS:
-            yield from chunks(ground, features, 1, 250)
+            yield from chunks(ground, features, 1, 254)
 
 
 def chunks(ground, features, daily, count):
