@@ -190,7 +190,7 @@ START_UP = [
     ("1", "study.StudyRunner.__init__"),
     ("1", "record.write_record"),
     ("1", "execution.work.Simulator.__init__"),
-    ("1", "execution.work.simulate"),
+    ("1", "execution.work.RunData.simulated"),
     ("2", "execution.pool.Pool.__init__"),
     ("2", "execution.pool.Worker.__init__"),
     ("2", "execution.pool.Pool._receive"),
