@@ -17,7 +17,7 @@ from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
 from desim_warehouse.outcome import account, measures
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.parts import PartHistory, by_day_part, of_flow
-from desim_warehouse.states import APART, TIMES, State
+from desim_warehouse.states import APART, AT_START, OPERATING, TIMES, WAITING, State
 
 Unit = Literal[
     "time",
@@ -43,10 +43,13 @@ Unit = Literal[
     "share of operating time",
 ]
 Better = Literal["less", "more"]
+Way = Literal["rises", "falls"]
 AT = "@"
 """Between an indicator and the part of the day that it is of."""
 _STRETCH = re.compile(r"\d\d:\d\d-\d\d:\d\d")
 
+_MORE_OF = {AT_START, "queueing", WAITING.name, *APART}
+"""States in which a larger fleet usually spends more of its time: idle, in queues and in traffic."""
 _JUDGED = {
     False: (
         *("T", "S", "C", "throughput_per_hour", "cycle_time_mean", "on_time", "cycle_time_p95", "share_waiting"),
@@ -77,7 +80,8 @@ class Indicator:
     `by_flow`: where tasks flow, each flow that it `applies` to has it too, under `NAME:FLOW`, from its own tasks.
     `by_time`: where orders come at rates by the clock, each part of the day has that too, under `NAME@11:30-13:00`:
     where it is computed as `by_flow`, of the tasks that come in it, else of what happens in it.
-    `signed`: whether it can be less than 0.
+    `signed`: whether it can be less than 0. `with_robots`: which way it usually moves with more robots that do the work
+    of a day, None: neither by itself. That is a first guess, from which searches begin and which they look into.
     """
 
     name: str
@@ -90,6 +94,7 @@ class Indicator:
     by_flow: Callable[[PartHistory], float] | None = None
     by_time: Callable[[PartHistory], float] | None = None
     signed: bool = False
+    with_robots: Way | None = None
 
     def of(self, mark: str, part: str) -> Indicator:
         """The indicator of one flow (`:`), or of one part of the day (`@`)."""
@@ -117,6 +122,7 @@ def _share_of(state: State) -> Indicator:
         state.better,
         measures.share(state.name),
         lambda history: state.applies(history.model),
+        with_robots="falls" if state.name in OPERATING else "rises" if state.name in _MORE_OF else None,
     )
 
 
@@ -130,6 +136,7 @@ def _waited_apart(state: State) -> Indicator:
         state.better,
         measures.total(state.name),
         lambda history: state.applies(history.model),
+        with_robots="rises",
     )
 
 
@@ -143,6 +150,7 @@ INDICATORS = {
             "when the last robot is back with all goods delivered; lifelong demand: the run's length",
             "less",
             lambda history: history.end,
+            with_robots="falls",
         ),
         Indicator(
             "S",
@@ -151,6 +159,7 @@ INDICATORS = {
             "episodes in which a robot waits for another, `rear_ends + crossings`; the collisions of the paper",
             "less",
             measures.collisions,
+            with_robots="rises",
         ),
         Indicator(
             "C",
@@ -159,6 +168,7 @@ INDICATORS = {
             "charge cycles after which a robot went out again",
             "less",
             measures.count("recharged"),
+            with_robots="rises",
         ),
         Indicator(
             "tasks",
@@ -168,8 +178,11 @@ INDICATORS = {
             "more",
             measures.count("delivered"),
             by_flow=measures.tasks_of_flow,
+            with_robots="rises",
         ),
-        Indicator("moves", "Edges driven", "count", "edges driven", "less", measures.count("moves")),
+        Indicator(
+            "moves", "Edges driven", "count", "edges driven", "less", measures.count("moves"), with_robots="rises"
+        ),
         Indicator(
             "distance",
             "Distance driven",
@@ -177,8 +190,17 @@ INDICATORS = {
             "driven by all robots",
             "less",
             measures.total("distance"),
+            with_robots="rises",
         ),
-        Indicator("energy", "Energy drawn", "energy", "used by all robots", "less", measures.total("energy")),
+        Indicator(
+            "energy",
+            "Energy drawn",
+            "energy",
+            "used by all robots",
+            "less",
+            measures.total("energy"),
+            with_robots="rises",
+        ),
         Indicator(
             "waiting",
             "Time waited in traffic",
@@ -186,6 +208,7 @@ INDICATORS = {
             "waited in traffic, all robots together",
             "less",
             measures.total("waiting"),
+            with_robots="rises",
         ),
         *(_waited_apart(state) for state in APART.values()),
         Indicator(
@@ -197,6 +220,7 @@ INDICATORS = {
             "less",
             measures.encounters,
             measures.has_tally("encounters"),
+            with_robots="rises",
         ),
         Indicator(
             "shared_time",
@@ -206,6 +230,7 @@ INDICATORS = {
             "less",
             measures.shared_time,
             measures.has_tally("encounters"),
+            with_robots="rises",
         ),
         Indicator(
             "cost",
@@ -222,6 +247,7 @@ INDICATORS = {
             "of these, those behind a robot on the same edge",
             "less",
             measures.count("rear_ends"),
+            with_robots="rises",
         ),
         Indicator(
             "crossings",
@@ -230,8 +256,17 @@ INDICATORS = {
             "of these, those before an intersection",
             "less",
             measures.count("crossings"),
+            with_robots="rises",
         ),
-        Indicator("rotations", "Gridlock rotations", "count", "full rings that turned", "less", measures.rotations),
+        Indicator(
+            "rotations",
+            "Gridlock rotations",
+            "count",
+            "full rings that turned",
+            "less",
+            measures.rotations,
+            with_robots="rises",
+        ),
         Indicator(
             "throughput_per_hour",
             "Throughput",
@@ -240,6 +275,7 @@ INDICATORS = {
             "more",
             measures.throughput,
             by_flow=measures.throughput_of_flow,
+            with_robots="rises",
         ),
         Indicator(
             "cycle_time_mean",
@@ -249,6 +285,7 @@ INDICATORS = {
             "less",
             measures.cycle_time,
             by_flow=measures.cycle_time,
+            with_robots="falls",
         ),
         Indicator(
             "cycle_time_median",
@@ -258,6 +295,7 @@ INDICATORS = {
             "less",
             measures.cycle_time_median,
             by_flow=measures.cycle_time_median,
+            with_robots="falls",
         ),
         Indicator(
             "cycle_time_p95",
@@ -267,6 +305,7 @@ INDICATORS = {
             "less",
             measures.cycle_time_p95,
             by_flow=measures.cycle_time_p95,
+            with_robots="falls",
         ),
         Indicator(
             "cycle_time_cv",
@@ -285,6 +324,7 @@ INDICATORS = {
             "less",
             measures.backlog,
             by_flow=measures.backlog,
+            with_robots="falls",
         ),
         Indicator(
             "backlog_growth_per_hour",
@@ -295,6 +335,7 @@ INDICATORS = {
             measures.backlog_growth,
             measures.has_arrivals,
             signed=True,
+            with_robots="falls",
         ),
         Indicator(
             "tardiness_mean",
@@ -306,6 +347,7 @@ INDICATORS = {
             measures.tardiness,
             measures.has_due_times,
             by_flow=measures.tardiness,
+            with_robots="falls",
         ),
         Indicator(
             "on_time",
@@ -322,6 +364,7 @@ INDICATORS = {
             measures.has_due_times,
             by_flow=measures.on_time,
             by_time=measures.on_time,
+            with_robots="rises",
         ),
         Indicator(
             "tasks_due",
@@ -354,6 +397,7 @@ INDICATORS = {
             measures.worked,
             measures.has_work,
             by_flow=measures.worked,
+            with_robots="rises",
         ),
         Indicator(
             "worked_on_time",
@@ -365,6 +409,7 @@ INDICATORS = {
             measures.worked_on_time,
             measures.has_due_work,
             by_flow=measures.worked_on_time,
+            with_robots="rises",
         ),
         Indicator(
             "loads_due",
@@ -408,6 +453,7 @@ INDICATORS = {
             None,
             measures.robots_busy,
             by_time=measures.robots_busy,
+            with_robots="falls",
         ),
         Indicator(
             "worker_wait",
@@ -437,6 +483,7 @@ INDICATORS = {
             None,
             measures.pod_visits,
             measures.has_pods,
+            with_robots="rises",
         ),
         Indicator(
             "pile_on",
@@ -446,6 +493,7 @@ INDICATORS = {
             "more",
             measures.pile_on,
             measures.has_pods,
+            with_robots="falls",
         ),
         Indicator(
             "station_idle",
@@ -455,6 +503,7 @@ INDICATORS = {
             "less",
             measures.station_idle,
             measures.has_pods,
+            with_robots="falls",
         ),
         Indicator(
             "distance_per_task",
@@ -491,6 +540,7 @@ INDICATORS = {
             "more",
             lambda history: len(history.counted_orders),
             measures.has_orders,
+            with_robots="rises",
         ),
         Indicator(
             "order_cycle_time_mean",
@@ -500,6 +550,7 @@ INDICATORS = {
             "less",
             lambda history: measures.mean([order.cycle_time for order in history.counted_orders]),
             measures.has_orders,
+            with_robots="falls",
         ),
         Indicator(
             "order_cycle_time_p95",
@@ -509,6 +560,7 @@ INDICATORS = {
             "less",
             lambda history: measures.quantile(sorted(order.cycle_time for order in history.counted_orders), 0.95),
             measures.has_orders,
+            with_robots="falls",
         ),
         Indicator(
             "orders_on_time",
@@ -519,6 +571,7 @@ INDICATORS = {
             "more",
             lambda history: measures.met(history.order_deadlines),
             measures.has_due_orders,
+            with_robots="rises",
         ),
         Indicator(
             "orders_due",
@@ -538,6 +591,7 @@ INDICATORS = {
             measures.energy_lowest,
             measures.has_batteries,
             signed=True,  # with `battery.reserve`
+            with_robots="rises",
         ),
         Indicator(
             "energy_drift_per_hour",
@@ -568,6 +622,7 @@ INDICATORS = {
             "less",
             lambda history: history.charger_wait,
             measures.has_chargers,
+            with_robots="rises",
         ),
         Indicator(
             "station_wait",
@@ -577,6 +632,7 @@ INDICATORS = {
             "less",
             measures.station_wait,
             measures.has_stations,
+            with_robots="rises",
         ),
         Indicator(
             "breakdowns",
@@ -586,6 +642,7 @@ INDICATORS = {
             "less",
             measures.count("breakdowns"),
             measures.breaks_down,
+            with_robots="rises",
         ),
         Indicator(
             "availability",
@@ -606,6 +663,7 @@ INDICATORS = {
             "less",
             account.annual_cost,
             measures.has_prices,
+            with_robots="rises",
         ),
         Indicator(
             "cost_per_task",
@@ -615,6 +673,7 @@ INDICATORS = {
             "less",
             account.cost_per_task,
             measures.has_prices,
+            with_robots="rises",
         ),
         *(_share_of(state) for state in TIMES.values()),
     )

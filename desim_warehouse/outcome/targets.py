@@ -39,6 +39,11 @@ class Target:
         """+1 where more is better, -1 where less is."""
         return 1.0 if self.sense in (">=", ">") else -1.0
 
+    @property
+    def more_helps(self) -> bool:
+        """Whether more robots are guessed to do no worse: all but where its indicator usually moves the other way."""
+        return self.measure.with_robots != ("falls" if self.sign > 0 else "rises")
+
     def met_by(self, mean: float) -> bool:
         """Whether a mean that is known exactly meets the target."""
         gap = self.sign * (mean - self.value)

@@ -172,6 +172,8 @@ def _table(folder: Path, content: dict[str, Any]) -> pd.DataFrame:
 
 def _rows(table: pd.DataFrame, layout: Layout) -> list[Any]:
     """The rows of a log, with the edges of the layout; raises ValueError where they name another."""
+    import pandas as pd
+
     from desim_warehouse.outcome.log import LogRow
 
     edges = _edges(layout)
@@ -181,9 +183,10 @@ def _rows(table: pd.DataFrame, layout: Layout) -> list[Any]:
     if numbers is None:
         by_name: dict[str | None, tuple[str, str] | None] = {">".join(edge): edge for edge in edges}
         by_name[None] = None
-        table["edge"] = [by_name[name] for name in table["edge"]]
+        of_rows = [by_name[name] for name in table["edge"]]
     else:
-        table["edge"] = [None if number < 0 else edges[number] for number in numbers]
+        of_rows = [None if number < 0 else edges[number] for number in numbers]
+    table["edge"] = pd.Series(of_rows, index=table.index, dtype=object)
     return [tuple(row) for row in table.to_numpy().tolist()]
 
 

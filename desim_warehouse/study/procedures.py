@@ -29,6 +29,8 @@ from desim_warehouse.study.statistics.selection import Selection, kn_steps
 from desim_warehouse.study.study import StudyEngine
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
 
+FLEET = "fleet.size"
+"""The key of which indicators say which way they usually move with it."""
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
 ZONE = 0.01
 """The indifference zone, as a share of the largest of the first means."""
@@ -147,13 +149,16 @@ def smallest(
     values = [point.labels[key] for point in study.points]
     zone = indifference(goal, zone, units)
     designs, each = line(len(values)), Budget(len(values))
+    fewer = key == FLEET and not goal.more_helps
+    halved = not scan and not fewer
     with search.together() as together:
-        doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, together.under("scout"))
+        scout = together.under("scout")
+        doubted = scouted(study, goal, designs, lambda one: one, each, scout) if halved else None
         with study.session(together) as runner:
 
             def steps(exact: bool) -> Procedure[Sizing[Any]]:
                 judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
-                return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
+                return smallest_meeting_steps(values, judge, doubted or (), scan=scan, fewer=fewer)
 
             sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
     return Smallest(**vars(sizing), study=study)

@@ -148,7 +148,7 @@ def _could_save(plan: FleetSizes) -> float:
 def _misses(counts: tuple[int, ...], sized: Sized, plan: FleetSizes) -> bool:
     """Whether a design, or where more never does worse one that is larger, was shown to miss the target."""
     return any(
-        (within_counts(counts, one.counts) if not sized.worse else counts == one.counts)
+        (within_counts(counts, one.counts) if sized.ordered else counts == one.counts)
         for one in sized.below
         if one.vetoed or _shown_to_miss(one, plan)
     )

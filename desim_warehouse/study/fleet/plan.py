@@ -91,6 +91,11 @@ class _Planner:
     believed: str = ""
     """What the scouts of this one say, until more is known."""
 
+    @property
+    def more_helps(self) -> bool:
+        """Whether more robots are guessed to do no worse."""
+        return self.target.more_helps
+
     def judge(self, study: StudyEngine, runner: StudyRunner, exact: bool) -> Judge:
         """Who judges the designs of a study."""
         return judge_of(
@@ -165,11 +170,11 @@ class _Planner:
         """The cheapest design for a demand; for a year's, with what is known of other years."""
         changes = {**changes, **more_demand(self.model, growth)}
         ranges = self.designs.counts(growth)
-        most = self._most(ranges, changes, name) if self.model.pods is not None else None
+        most = self._most(ranges, changes, name) if self.model.pods is not None and self.more_helps else None
         ranges[0] = [size for size in ranges[0] if most is None or size <= most.up_to]
         counts = list(itertools.product(*ranges))
         study = self.study(name, self.designs.factors(ranges), changes)
-        known = NOTHING if year is None else self._known(growth, counts)
+        known = NOTHING if year is None or not self.more_helps else self._known(growth, counts)
         found, doubts = self._cheapest(study, counts, known)
         if year is not None:
             self._share(growth, found, doubts, counts)
@@ -213,6 +218,8 @@ class _Planner:
             frozenset(counts[number] for number in known.failing),
             most,
             None if best is None else lead_of(study.results.by_point[best.verdict.value]),
+            not self.more_helps,
+            found.against,
         )
 
     def _used(
@@ -297,7 +304,9 @@ class _Planner:
     def _cheapest(self, study: StudyEngine, counts: list[Counts], known: Earlier) -> tuple[Cheapest, set[int]]:
         """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
         where = self.search.under(f"{study.plan.name} scout")
-        doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
+        doubts: set[int] | None = set()
+        if self.more_helps:
+            doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: verdict_steps([], judge))
@@ -306,7 +315,8 @@ class _Planner:
         found: Cheapest = self.follow(
             study,
             lambda judge, _: self._with_its_days(
-                cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known), judge
+                cheapest_meeting_steps(counts, self.designs.key, judge, doubts, fewer=not self.more_helps, known=known),
+                judge,
             ),
         )
         self.believed = ""
