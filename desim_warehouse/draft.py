@@ -34,6 +34,7 @@ ON_BREAK = 30 / 480
 BUSY = 0.75
 """Share of their time that stations and robots may be busy by the quick estimate, where their number is not given."""
 MOST_ROBOTS = 1000
+_A_DAY = re.compile(r"/\s*d\s*$")
 NARROWEST = 1.0
 """Metres that an aisle must have: a robot is 0.8 m wide."""
 
@@ -97,8 +98,8 @@ def read_size(text: str) -> tuple[float, float]:
     return float(match[1]), float(match[2])
 
 
-def read_orders(text: str, option: str = "--orders") -> float:
-    """Orders an hour, such as `200`, `200/h` or `4/min`.
+def read_orders(text: str, option: str = "--orders", day: WorkingDay = AROUND_THE_CLOCK) -> float:
+    """Orders in a usual hour, such as `200`, `200/h` or `4/min`; of `1600/d` those of a whole `day`, spread over it.
 
     Raises:
         ModelError: no such rate, or more than a model may have.
@@ -111,6 +112,7 @@ def read_orders(text: str, option: str = "--orders") -> float:
         number = math.nan
     if not 0 < number < math.inf:
         raise ModelError([f"{option} {text}: not a rate, expected {option[2:]} an hour such as 200/h"])
+    number = number * 24 / day.hours if _A_DAY.search(text) else number
     if number > (most := LIMITS["hourly"][0]):
         raise ModelError([f"{option} {text}: too many, expected at most {most}/h"])
     return number
@@ -366,8 +368,14 @@ def said_in_full(words: Draft) -> str:
     parts = {"packing station": words.stations, **packers, "robot": words.robots, "charger": words.chargers}
     counted = ", ".join(number_of(number or 0, name) for name, number in parts.items())
     size = f"{words.size[0]:g} x {words.size[1]:g} m, {words.aisles} aisles"
-    said = f"{size}, {counted}, {words.orders:g} orders an hour{words.day.words()}, due in {_minutes(words.due)}"
-    return f"{said}, {words.inbound:g} loads an hour put away." if words.inbound else f"{said}."
+    a_day = f" = {words.orders * words.day.hours:,.0f} orders a day"
+    said = (
+        f"{size}, {counted}, {words.orders:.4g} orders an hour{words.day.words()}{a_day}, due in {_minutes(words.due)}"
+    )
+    if not words.inbound:
+        return f"{said}."
+    loads = words.inbound * WorkingDay(words.day.shifts).hours
+    return f"{said}, {words.inbound:.4g} loads an hour = {loads:,.0f} a day put away."
 
 
 def _minutes(due: float) -> str:
