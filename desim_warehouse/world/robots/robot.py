@@ -16,7 +16,18 @@ from simpy.events import Event, Timeout
 from desim_warehouse.model.facts.charging import rates
 from desim_warehouse.model.sections.fleet import RobotSpec, Start
 from desim_warehouse.policies import RobotView, Task
-from desim_warehouse.states import AT_START, BROKEN, CHARGED, CHARGER, OPERATING, RESTING, SERVED, STATES, WAITING, Phase
+from desim_warehouse.states import (
+    AT_START,
+    BROKEN,
+    CHARGED,
+    CHARGER,
+    OPERATING,
+    RESTING,
+    SERVED,
+    STATES,
+    WAITING,
+    Phase,
+)
 from desim_warehouse.world.places.bays import Bay
 from desim_warehouse.world.places.station import Station
 from desim_warehouse.world.places.stops import Stop
