@@ -21,16 +21,11 @@ def root(of: Root, model: Model) -> str:
     """What robots waited for: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
     if of.cause in _PLACES:
         return _PLACES[of.cause].format(_with_names(of.at, model))
+    if of.cause in TOO_LOW:
+        return "for a free charger, too low to work"
     if of.cause in APART:
         what, at = APART[of.cause].doing.removeprefix("waiting "), _with_names(of.at, model)
         return what.replace("a lane", at) if "a lane" in what else f"{what} on {at}"
-    if of.cause in TOO_LOW:
-        return f"for a free charger, {SHOWN[of.cause].doing.partition(',')[0]}"
-    return _in_state(of, model)
-
-
-def _in_state(of: Root, model: Model) -> str:
-    """Say what robots waited for, where others are in a state there, or queue."""
     floor = model.floor
     kinds = (floor.stations,) if SHOWN[of.cause].phase in _HANDLING else (floor.bays, floor.stations)
     zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}
@@ -39,9 +34,8 @@ def _in_state(of: Root, model: Model) -> str:
         return f"for robots {state.doing} {'on' if '>' in of.at else 'at'} {place}"
     if state.queue == OPENING:
         return f"for {place} to open"
-    if state.queue == SERVER and zones.get(of.at) == PACKING:
-        return f"for a {staff(PACKING)} at {of.at}"
-    return f"for {state.queue.what} at {place}"
+    is_packing = state.queue == SERVER and zones.get(of.at) == PACKING
+    return f"for a {staff(PACKING)} at {of.at}" if is_packing else f"for {state.queue.what} at {place}"
 
 
 def _with_names(at: str, model: Model) -> str:
