@@ -122,7 +122,7 @@ def test_the_worst_hour_of_a_day_is_said_and_is_the_peak(how):
 @pytest.mark.parametrize(
     ("share", "some"),
     [
-        (80, {"robots": "3..4", "search": dw.Search(first=5, cap=20)}),
+        (75, {"robots": "3..4", "search": dw.Search(first=5, cap=20)}),
         pytest.param(85, {"robots": "1..6"}, marks=pytest.mark.long),
     ],
     ids=["few runs", "many"],
