@@ -32,9 +32,9 @@ def simulated(monkeypatch):
     done = []
     run = Simulator.run
 
-    def counted(self, wanted, *limits):
+    def counted(self, base, wanted, *limits):
         done.append((dict(wanted.overrides), wanted.seed))
-        return run(self, wanted, *limits)
+        return run(self, base, wanted, *limits)
 
     monkeypatch.setattr(Simulator, "run", counted)
     return done

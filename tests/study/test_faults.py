@@ -19,10 +19,12 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
+from desim_warehouse.folders import JOURNAL
+from desim_warehouse.study.execution.kept_fleets import KeptFleets
 from desim_warehouse.study.execution.pool import Worker
 from desim_warehouse.study.execution.shared import BATCH_TIME, Batches, Handle
 from desim_warehouse.study.execution.signals import Interrupts
-from desim_warehouse.study.execution.store import JOURNAL, Store
+from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Simulator, Wanted
 
 from .conftest import MULTIBOTS, PATIENCE, ample, wait_for
@@ -188,7 +190,7 @@ START_UP = [
     ("1", "study.StudyRunner.__init__"),
     ("1", "record.write_record"),
     ("1", "execution.work.Simulator.__init__"),
-    ("1", "execution.work.simulate"),
+    ("1", "execution.work.RunData.simulated"),
     ("2", "execution.pool.Pool.__init__"),
     ("2", "execution.pool.Worker.__init__"),
     ("2", "execution.pool.Pool._receive"),
@@ -358,7 +360,7 @@ def test_a_stuck_run_in_a_batch_is_found_a_second_later_than_one_that_is_alone(r
     now = 100.0
     worker = Worker()
     try:
-        worker.begun, worker.handles = True, [Handle(Wanted(0, {}, seed), id) for seed in range(runs)]
+        worker.begun, worker.handles = True, [Handle(None, Wanted(0, {}, seed), id) for seed in range(runs)]
         for now in (100.0, 102.9, 103.1, 103.9, 104.1, 1000.0):
             assert worker.late(1.0) == (seconds is not None and now > 100 + seconds)
             assert not worker.late(None)
@@ -372,13 +374,13 @@ def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monk
     base = study(1).plan.base
     batches, told = Batches(), SimpleQueue()
     for seed in range(5):
-        handle = Handle(Wanted(0, {}, seed), id)
+        handle = Handle(base, Wanted(0, {}, seed), id)
         handle.tell(told)
         batches.add(handle)
-    simulator = Simulator(base)
+    simulator = Simulator(KeptFleets())
     batches.run_time = 0.0001
     while handles := batches.take(1):
-        outcomes = simulator.batch([handle.wanted for handle in handles])
+        outcomes = simulator.batch(base, [handle.wanted for handle in handles])
         assert len(outcomes) == 1
         batches.finish(handles, outcomes)
     assert [told.get().wanted.seed for _ in range(5)] == [0, 1, 2, 3, 4]
