@@ -311,7 +311,8 @@ class _Planner:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: verdict_steps([], judge))
             return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
-        self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
+        if self.more_helps:
+            self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
         found: Cheapest = self.follow(
             study,
             lambda judge, _: self._with_its_days(
