@@ -200,10 +200,8 @@ class _Maker:
             charging = {"charging": "four-thresholds"}
             fleet["start_energy"] = "settled"
             self.plant.assume("fleet.start_energy", "batteries as in the long run: the shift before is not simulated")
-        routing = "fastest" if any(lane.speed_back not in (None, lane.speed) for lane in self.lanes) else "shortest"
-        why = " (lanes are faster in one direction)" if routing == "fastest" else ""
         charge = ", charging between tasks" if charging else ""
-        self.plant.assume("policies", f"nearest robot, {routing} route{why}, nearest free parking{charge}")
+        self.plant.assume("policies", f"nearest robot, fastest route, nearest free parking{charge}")
         if not self.stops.tasks:
             self.plant.assume("run.length", "a shift of 8 h")
         return {
@@ -213,7 +211,7 @@ class _Maker:
             "fleet": fleet,
             "tasks": self.tasks(layout["stations"]),
             **({"battery": battery} if battery else {}),
-            "policies": {"allocation": "nearest", "routing": routing, **charging, "parking": "nearest"},
+            "policies": {"allocation": "nearest", "routing": "fastest", **charging, "parking": "nearest"},
             **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
         }
 
