@@ -102,7 +102,7 @@ def read_orders(text: str, option: str = "--orders", day: WorkingDay = AROUND_TH
     """Orders in a usual hour, such as `200`, `200/h` or `4/min`; of `1600/d` those of a whole `day`, spread over it.
 
     Raises:
-        ModelError: no such rate.
+        ModelError: no such rate, or more than a model may have.
     """
     from desim_warehouse.values.units import UnitNames, quantity
 
@@ -112,7 +112,10 @@ def read_orders(text: str, option: str = "--orders", day: WorkingDay = AROUND_TH
         number = math.nan
     if not 0 < number < math.inf:
         raise ModelError([f"{option} {text}: not a rate, expected {option[2:]} an hour such as 200/h"])
-    return number * 24 / day.hours if _A_DAY.search(text) else number
+    number = number * 24 / day.hours if _A_DAY.search(text) else number
+    if number > (most := LIMITS["hourly"][0]):
+        raise ModelError([f"{option} {text}: too many, expected at most {most}/h"])
+    return number
 
 
 def read_packers(text: str) -> int | None:
@@ -180,7 +183,9 @@ def _worked_out(words: Draft) -> Draft:
         )
         if value is not None and not 0 < value <= most
     ]
-    if 0 < stations <= floor.aisles and packers % stations:
+    if packers > (most := max(stations, 1) * LIMITS["robots"][0]):
+        problems.append(f"--packers {packers}: out of range, expected 1 to {most}")
+    elif 0 < stations <= floor.aisles and packers % stations:
         text = f"not as many at each of {stations} packing stations"
         problems.append(f"--packers {packers}: {text}, expected a multiple of {stations}")
     if not 0 < words.due < math.inf:
@@ -196,10 +201,10 @@ def _worked_out(words: Draft) -> Draft:
         if words.robots is None:
             words = replace(words, robots=max(math.ceil((found.robots_busy or 1.0) / BUSY), 1))
         if words.chargers is None:
-            most = replace(words, chargers=words.robots)
-            found = _estimated(most)
-            needed = found.power.needed if found.power is not None else None
-            words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(most))))
+            one_each = replace(words, chargers=words.robots)
+            power = _estimated(one_each).power
+            needed = None if power is None else power.needed
+            words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(one_each))))
     _fits(words, given_robots)
     return _lasts_a_night(words, given)
 
@@ -267,10 +272,10 @@ def _full_in_the_morning(words: Draft, given: int | None) -> Draft:
 
 def _model(words: Draft) -> Model:
     """The model of a complete draft."""
-    from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.parse import read_yaml, valid
+    from desim_warehouse.model.schema import OUTLINE
 
-    return Model.model_validate(read_yaml(_text(words), "draft").data)
+    return valid(read_yaml(_text(words), "desim new"), Model, OUTLINE)
 
 
 def _estimated(words: Draft) -> QuickEstimate:

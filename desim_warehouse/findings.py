@@ -92,6 +92,9 @@ CODES: dict[str, Code] = {
     ),
     "BATTERY_OF_KIND": Code("warning", "the battery of a kind of robots does not last for tasks that others must do"),
     "CHARGE_TOGETHER": Code("warning", "all batteries start full and run low at about the same time"),
+    "CHARGE_AT_ONCE": Code(
+        "warning", "a fleet that is always at work comes to its chargers all at once, and stands still"
+    ),
     "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold cannot finish a task and reach a charger"),
     "SLOW_WAY": Code("warning", "the shortest route takes far longer than another, as lanes have speed limits"),
     "ONE_AT_WORK": Code("warning", "the only slot of a station lets one robot of the fleet work at a time"),

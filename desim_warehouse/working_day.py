@@ -40,7 +40,7 @@ class WorkingDay:
 
     @property
     def hours(self) -> float:
-        """The hours of a day in which orders come, each counted as often as its rate is times the usual."""
+        """The hours of a day in which orders come at the usual rate; an hour of the peak counts as many times."""
         every, times = self.rates(1.0)
         return math.fsum(times) * every / 60
 

@@ -16,13 +16,14 @@ from tests.done import done, for_workers, workplaces
 
 APART = ("waiting_closed", "waiting_person")
 WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "awaiting", "returning")
-STATES = ("idle", *WORK, "charging", "broken", "on_break")
+STATES = ("idle", *WORK, "charging", "broken", "on_break", "too_low")
 DRAWS = {
     "idle": "standing",
     "queueing": "standing",
     "closed": "standing",
     "awaiting": "standing",
     "on_break": "standing",
+    "too_low": "standing",
     "broken": "standing",
     "empty": "empty",
     "returning": "empty",
@@ -248,6 +249,33 @@ class Recount:
             found["charger_wait"] = self.queued["charger"]
         return found
 
+    def utilisation(self):
+        """Robots that do not stand idle in their hours, and servers in use: stretch by stretch of each robot."""
+        on_duty = (self.end - self.begin) * self.size - sum(robot["on_break"] for robot in self.robots)
+        idle = sum(robot["idle"] for robot in self.robots)
+        found = {"robots_busy": 1 - idle / on_duty if on_duty > 1e-9 else math.nan}
+        if not self.layout.stations:
+            return found
+        hours = {
+            node: self.model.hours(self.model.layout.stations[item.zone].hours)
+            for node, item in self.layout.stations.items()
+        }
+        time = sum(
+            item.servers * sum(end - begin for begin, end in hours[node].between(self.begin, self.end))
+            for node, item in self.layout.stations.items()
+        )
+        used, since, docked = 0.0, {}, {}
+        for at, kind, robot, _, node, *_ in [*self.rows, *((self.end, "idle", n, 0, None) for n in range(self.size))]:
+            if kind in {"docked", "enter"}:
+                docked[robot] = node if kind == "docked" else None
+            elif kind in STATES:
+                start, place = since.pop(robot, (at, None))
+                if place is not None:
+                    used += sum(b - a for a, b in hours[place].between(max(start, self.begin), min(at, self.end)))
+                if kind in {"loading", "unloading"}:
+                    since[robot] = at, docked.get(robot)
+        return found | {"server_utilisation": used / time if time else math.nan}
+
     def rate(self, robot, state, where):
         """Energy drawn in a time unit; nothing while a robot charges, or rests in a slot with a charger of its kind."""
         battery = self.batteries[robot]
@@ -468,6 +496,7 @@ class Recount:
             **self.tasks(),
             **self.work(),
             **self.energy(),
+            **self.utilisation(),
             **self.trips(),
             **(self.orders() if self.run.record.orders else {}),
             **(self.pods(total) if self.model.pods else {}),

@@ -35,17 +35,19 @@ from desim_warehouse.outcome.records import (
     Wait,
     Whereabouts,
 )
-from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, names
+from desim_warehouse.states import APART, AT_START, CHARGER, SERVED, WAITING, Phase, names
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
     from desim_warehouse.outcome.records import Deadline, Edge
+    from desim_warehouse.values.calendars import Stretch
 
     Curve = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
+_LEAVING = names(lambda state: state.phase in (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY))
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
@@ -104,6 +106,11 @@ class History:
     def counted(self) -> float:
         """The length of time in which indicators count."""
         return self.end - self.begin
+
+    @property
+    def stretches(self) -> list[Stretch]:
+        """The counted time; that of a part of the day has one on each day."""
+        return [(self.begin, self.end)]
 
     def counts(self, time: float) -> bool:
         """Whether what happens at a time is counted: from the very end of the warm-up on."""
@@ -327,6 +334,24 @@ class History:
     def states(self) -> list[list[StateSpan]]:
         """For each robot its states in order of time. They fill the run, and none has zero length."""
         return [[span for span in robot if span.end > span.start] for robot in self.changes]
+
+    @cached_property
+    def served(self) -> list[tuple[str, float, float]]:
+        """When robots loaded or unloaded in stations: the node of the station, from when, and until when."""
+        inside: dict[int, str] = {}
+        since: dict[int, float] = {}
+        found = []
+        for row in self.rows("docked", *STATES):
+            if row.kind == "docked":
+                inside[row.robot] = row.node or ""
+                continue
+            if row.robot in since:
+                found.append((inside[row.robot], since.pop(row.robot), row.time))
+            if row.kind in _LEAVING:
+                inside.pop(row.robot, None)
+            elif row.kind in SERVED and row.robot in inside:
+                since[row.robot] = row.time
+        return found + [(inside[robot], start, self.end) for robot, start in since.items()]
 
     @cached_property
     def recharges(self) -> list[float]:

@@ -6,7 +6,7 @@ import math
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.day_parts import clock_at
+from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.study.fleet.hours import SURE, Lead
 
 _FEW = math.ceil(1 / (1 - SURE))
@@ -28,4 +28,4 @@ def _example(model: Model, lead: float) -> str:
     last = next((table.last(model.run.end) for table in tables if math.isfinite(table.period)), None)
     if last is None:
         return ""
-    return f": until {clock_at(model, last - lead - model.units.hour / 120)} for {clock_at(model, last)}"
+    return f": until {time_of_day(model, last - lead - model.units.hour / 120)} for {time_of_day(model, last)}"

@@ -42,7 +42,7 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
     found = check(model)
     assert not found.findings
     assert found.calculation.power.chargers == 4
-    kpis = dw.simulate(model.replace({"run": {"length": 7200}})).kpis
+    kpis = dw.simulate(model.replace({"run": {"length": 3600}})).kpis
     assert kpis["on_time"] > 0.95
     assert model.tasks.goods.due_within == 900
 
@@ -85,6 +85,23 @@ def test_what_is_not_given_suffices_by_hand(orders):
         ("--size 20x5", "--size 20x5: too small, expected at least 7.2 m each way"),
         ("--robots 0", "--robots 0: out of range, expected 1 to 1000"),
         ("--stations 9 --aisles 8", "--stations 9: out of range, expected 1 to 8"),
+        ("--packers 1000000000 --stations 2", "--packers 1000000000: out of range, expected 1 to 20000"),
+        ("--orders 200000/h", "--orders 200000/h: too many, expected at most 100000/h"),
+        ("--inbound 4000/min", "--inbound 4000/min: too many, expected at most 100000/h"),
+        (
+            "--size 3000x3000",
+            (
+                "desim new:14:18: layout.blocks.block_depth: too large (got 2224440), expected at most 1,000,000 "
+                "(storage places)"
+            ),
+        ),
+        (
+            "--orders 20000/h --peak 10-11x20 --shifts 06-22",
+            (
+                "desim new:36:20: tasks.goods.poisson: too large (got 400000), expected at most 100,000 (tasks "
+                "arriving per hour (poisson))"
+            ),
+        ),
     ],
 )
 def test_what_cannot_be_is_said_at_its_option(tmp_path, words, said):

@@ -12,7 +12,7 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.hours import nobody_at_work
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.zones import edges_of
-from desim_warehouse.model.facts.day_parts import clock_at
+from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.facts.demand import arrival_rate, demand, order_files
 from desim_warehouse.model.facts.disturbances import at_times, never_in_run
 from desim_warehouse.model.facts.places import destinations
@@ -239,7 +239,7 @@ def _departures(model: Model, place: str, flow: FlowSpec) -> Iterator[Finding]:
         text = f"tasks come until {amount(run.end)} {unit}, and those after {amount(last)} are never due"
         yield Finding("NEVER_LATE", place, text, f"times in {unit} from the start of the run, on to its end")
     if clock_of(run.start) and not by_clock and model.units.has_seconds:
-        clocks = [clock_at(model, time) for time in timetable.times]
+        clocks = [time_of_day(model, time) for time in timetable.times]
         text = (
             f"{amount(timetable.times[0])} {unit} counts from the start of the run at {run.start}: that is {clocks[0]} "
             "by the clock"
@@ -265,7 +265,7 @@ def after_last_departure(model: Model) -> Iterator[Finding]:
         late = whole - asked(last - timetable.cut_off)
         if round(late):
             when = (
-                f"{clock_at(model, last)} by the clock"
+                f"{time_of_day(model, last)} by the clock"
                 if math.isfinite(timetable.period)
                 else f"{amount(last)} {model.units.time}"
             )

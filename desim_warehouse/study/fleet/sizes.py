@@ -74,6 +74,8 @@ class Sized:
     `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
     `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
     `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
+    `fewer`: fewer robots were guessed to do no worse, from the target's indicator. `against`: the smallest and the
+    largest design contradict the guess, so that designs were judged one by one.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
     `lead`: how long before a departure orders have to come at `best`; None where nothing departs.
     """
@@ -97,6 +99,13 @@ class Sized:
     failed_before: frozenset[Counts] = frozenset()
     most: Most | None = None
     lead: Lead | None = None
+    fewer: bool = False
+    against: bool = False
+
+    @property
+    def ordered(self) -> bool:
+        """Whether a larger design is taken to do no worse than a smaller one."""
+        return not (self.worse or self.against or self.fewer)
 
 
 @dataclass(frozen=True)

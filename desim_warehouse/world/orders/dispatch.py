@@ -339,7 +339,7 @@ class Dispatcher:
             else:
                 self._queue(number, task_number)
         self._pass()
-        if self.open and self.free and self.reach.batteries:
+        if self.free and self.reach.batteries:
             self._charge_the_short()
         self._look_again()
         self._declined = self._declined + 1 if len(self.open) == before and self._is_at_rest() else 0
@@ -362,16 +362,19 @@ class Dispatcher:
         )
 
     def _charge_the_short(self) -> None:
-        """Robots at rest whose energy does not let them take the first open task charge, whatever their level."""
+        """Robots at rest whose energy does not let them take the first open task charge, or wait until they can."""
         for number in sorted(self.free):
             robot, event = self.free[number]
             if robot.charging.is_charging or robot.charging.must_charge or robot.battery.is_full(self.env.now):
                 continue
-            if not (robot.at_charger or self.bays.charger_for(robot)) or not self.reach.must_charge(self._view(number)):
-                continue
-            del self.free[number]
-            robot.charging.require()
-            event.succeed()
+            if not self.reach.must_charge(self._view(number)):
+                robot.have_charge()
+            elif robot.at_charger or self.bays.charger_for(robot):
+                del self.free[number]
+                robot.charging.require()
+                event.succeed()
+            else:
+                robot.lack_charge()
 
     def _pass(self) -> None:
         """Robots that have unloaded go on, with a task or without."""
