@@ -151,6 +151,8 @@ def _bays(layout: Layout, use: Use) -> Iterator[Finding]:
         )
     if all(bay.places is not None for bay in layout.bays.values()):
         places = sum(bay.slots(homes[node]) for node, bay in layout.bays.items())
+        if places == 1 < use.robots:
+            return  # ONE_AT_WORK, with what it costs
         if places < use.robots:
             yield Finding(
                 "TOO_FEW_PLACES",

@@ -46,14 +46,14 @@ class ShareAsk(Message):
 
 
 class Knob(Message):
-    """A key that the page offers: its values, how they are written, and which of them (from 0) the model has."""
+    """A key that the page offers: its values, how they are written, and which (from 0) the model has, if any."""
 
     key: str
     label: str
     kind: Literal["number", "choice"]
     values: list[int | float | str]
     texts: list[str]
-    today: int
+    today: int | None
 
 
 class Aim(Message):
