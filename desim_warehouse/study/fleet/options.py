@@ -20,6 +20,7 @@ from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.study import StudyEngine
+from desim_warehouse.study.target import read_target
 
 DAYS = 10
 """Days on which options are compared."""
@@ -84,6 +85,7 @@ def compare_options(models: Mapping[str, Model], target: str, *, search: Search 
     """
     if len(models) < 2:  # noqa: PLR2004
         raise StudyError(f"options {list(models)}: expected at least two to compare")
+    read_target(target)  # one for all: several are refused
     each = replace(search, confidence=1 - (1 - search.confidence) / (len(models) + 1))
     plans: dict[str, FleetSizes] = {}
     left = search.runs or PLAN_RUNS
