@@ -239,17 +239,24 @@ def public() -> str:
     names = [name for name in dw.__all__ if not name.startswith("_")]
     lines = ["## desim_warehouse\n", table(("name", "what it is"), (_entry(name, getattr(dw, name)) for name in names))]
     for name in ("Model", "Run", "Study", "Results"):
-        members = ((member, _static(getattr(dw, name), member)) for member in list(vars(getattr(dw, name))))
-        shown = [_entry(member, value) for member, value in members if _is_shown(member, value)]
+        shown = [
+            _entry(member, value) for member, value in _members(getattr(dw, name)).items() if _is_shown(member, value)
+        ]
         lines += [f"## {name}\n", table(("member", "what it is"), shown)]
     figures = [_entry(name, getattr(dw.plot, name)) for name in dw.plot.__all__ if callable(getattr(dw.plot, name))]
     lines += ["## plot\n", table(("function", "what it draws"), figures)]
     return "\n".join(lines)
 
 
-def _static(cls: type, member: str) -> Any:
-    value = vars(cls)[member]
-    return value.__func__ if isinstance(value, classmethod | staticmethod) else value
+def _members(cls: type) -> dict[str, Any]:
+    """The members of a class and of the data that it shows, by name: those of the class that defines them first."""
+    ours = re.compile(r"desim_warehouse\.(model|run|study|questions)\b")
+    classes = [each for each in reversed(cls.__mro__) if ours.match(each.__module__)]
+    members = {member: value for each in classes for member, value in vars(each).items()}
+    return {
+        member: value.__func__ if isinstance(value, classmethod | staticmethod) else value
+        for member, value in members.items()
+    }
 
 
 def _is_shown(member: str, value: Any) -> bool:

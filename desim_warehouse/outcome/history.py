@@ -48,7 +48,7 @@ _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
 _LEAVING = names(lambda state: state.phase in (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY))
-_end_of = attrgetter("end")
+_end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
 
@@ -95,7 +95,9 @@ class History:
         return self
 
     def since(self, begin: float) -> History:
-        """The history of the same run, counted from another moment on."""
+        """The history of the run, counted from another moment on: itself if it counts from there already."""
+        if begin == self.begin:
+            return self
         other = History(self.log, self.model, self.layout, self.seed)
         other.begin = begin
         return other
@@ -213,28 +215,34 @@ class History:
         """The cycle times of the tasks done in the counted time, shortest first."""
         return sorted(task.cycle_time for task in self.counted_done)
 
-    def settled(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
-        """Those of what was done or came due in the counted time, whichever was first, in that order.
+    @cached_property
+    def ended_with_its_work(self) -> bool:
+        """Whether the run ended as all its work was done, before its length was over."""
+        return not self.model.tasks.never_end and self.end < self.model.run.end and len(self.done) == len(self.tasks)
 
-        What comes due at the very end and is not done may still be done then: it is not late yet.
+    def falling_due(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
+        """Those due in the counted time, both ends included, in order of their due times: met, missed or still open.
+
+        Of a run that ended with its work also those due later and met.
         """
-        found = (one for one in deadlines if one is not None and self.counts(one.settled))
-        return sorted((one for one in found if one.due < self.end or not one.missed), key=attrgetter("settled"))
+        later = self.ended_with_its_work
+        counted = (one for one in deadlines if one is not None and self.counts(one.due))
+        return sorted((one for one in counted if one.due <= self.end or (later and not one.missed)), key=_due_of)
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of tasks that were done or came due in the counted time, in that order."""
-        return self.settled(task.deadline for task in self.tasks.values())
+        """The due times of tasks that fall in the counted time, in order of time."""
+        return self.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
         """The same of the load units for stations with workers, and of the work on them."""
-        return self.settled(task.work_deadline for task in self.for_workers)
+        return self.falling_due(task.work_deadline for task in self.for_workers)
 
     @cached_property
     def order_deadlines(self) -> list[Deadline]:
         """The same of orders."""
-        return self.settled(order.deadline for order in self.orders)
+        return self.falling_due(order.deadline for order in self.orders)
 
     @cached_property
     def orders(self) -> list[OrderHistory]:

@@ -353,10 +353,10 @@ INDICATORS = {
             "on_time",
             "Done on time",
             "share of tasks",
-            "of the tasks done (`tasks.done_when`) or come due in the counted time the share done by their due time; "
-            "only where tasks have due times. A task is late from the instant at which it is due and not done, and "
-            "counts once: when it is done or comes due, whichever is first. One that came due in the warm-up is left "
-            "out, and so is one that comes due at the very end of the run or later and is not done. Over several runs "
+            "of the tasks that come due in the counted time, its end included, the share done (`tasks.done_when`) by "
+            "then; only where tasks have due times. One that came due in the warm-up is left out, done or not, and so "
+            "is one that comes due after the end; where a run ends as all its work is done those count. Over several "
+            "runs "
             "the mean of their shares, in which each run counts alike: where busy days are late more often, the share "
             "of all tasks of all runs is smaller",
             "more",
@@ -368,7 +368,7 @@ INDICATORS = {
         ),
         Indicator(
             "tasks_due",
-            "Tasks done or come due",
+            "Tasks come due",
             "count",
             "the tasks that `on_time` is a share of; only where tasks have due times",
             None,
@@ -376,6 +376,17 @@ INDICATORS = {
             measures.has_due_times,
             by_flow=measures.tasks_due,
             by_time=measures.tasks_due,
+        ),
+        Indicator(
+            "departure_lead",
+            "Lead before departures",
+            "time",
+            "the longest time before its departure (`due_at`) at which a task came that missed it, 0 if none did: what "
+            "came earlier was in time. Only where tasks of flows with `due_at` come due in the counted time",
+            "less",
+            measures.departure_lead,
+            measures.has_departures,
+            by_flow=measures.departure_lead,
         ),
         Indicator(
             "worked",
@@ -402,7 +413,7 @@ INDICATORS = {
         ),
         Indicator(
             "loads_due",
-            "Loads worked on or come due",
+            "Loads come due",
             "count",
             "the load units that `worked_on_time` is a share of; only where they have due times",
             None,
@@ -555,8 +566,8 @@ INDICATORS = {
             "orders_on_time",
             "Orders on time",
             "share of orders",
-            "the same of orders: the share of which every task was done by its due time, of those that were done or of "
-            "which a task came due and was not done; only with orders that have due times",
+            "the same of orders: the share of which every task was done by its due time; an order comes due with the "
+            "first of its tasks that is late, else with the last; only with orders that have due times",
             "more",
             lambda history: measures.met(history.order_deadlines),
             measures.has_due_orders,
@@ -564,7 +575,7 @@ INDICATORS = {
         ),
         Indicator(
             "orders_due",
-            "Orders done or come due",
+            "Orders come due",
             "count",
             "the orders that `orders_on_time` is a share of; only with orders that have due times",
             None,

@@ -160,6 +160,29 @@ def tardiness(tasks: History | PartHistory) -> float:
     return mean([one.overrun(tasks.history.end) for one in tasks.deadlines])
 
 
+def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
+    """The tasks of flows with departures (`due_at`) that come due in the counted time."""
+    whole = tasks.history
+    flows = {name for name, flow in whole.model.tasks.flows.items() if flow.due_at}
+    return [
+        task
+        for task in tasks.tasks.values()
+        if task.flow in flows and task.due is not None and whole.begin <= task.due <= whole.end
+    ]
+
+
+def departure_lead(tasks: History | PartHistory) -> float:
+    """The longest time before its departure at which a task came that missed it; 0 if none did."""
+    missed = (
+        task.due - task.released for task in for_departures(tasks) if task.due is not None and task.done > task.due
+    )
+    return max(missed, default=0.0)
+
+
+def has_departures(tasks: History | PartHistory) -> bool:
+    return bool(for_departures(tasks))
+
+
 def on_time(tasks: History | PartHistory) -> float:
     return met(tasks.deadlines)
 

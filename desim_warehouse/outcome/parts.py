@@ -52,8 +52,8 @@ class PartHistory:
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of those that were done or came due in the counted time, in that order."""
-        return self.history.settled(task.deadline for task in self.tasks.values())
+        """Their due times that fall in the counted time, in order of time."""
+        return self.history.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
     def put_down(self) -> list[TaskHistory]:
@@ -63,7 +63,7 @@ class PartHistory:
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
         """The due times of the work on them, as `deadlines`."""
-        return self.history.settled(task.work_deadline for task in self.history.for_workers if self._belongs(task))
+        return self.history.falling_due(task.work_deadline for task in self.history.for_workers if self._belongs(task))
 
 
 def of_flow(history: History, flow: str) -> PartHistory:

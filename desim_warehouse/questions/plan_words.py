@@ -16,7 +16,7 @@ from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.outcome.indicators import AT, find
 from desim_warehouse.outcome.targets import Target
-from desim_warehouse.questions import judged, size
+from desim_warehouse.questions import departures, judged, size
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
@@ -443,10 +443,11 @@ class _Planned:
 
     def _worst(self, sized: Sized) -> str:
         """The worst part of the day with the fleet of an answer, unless one is the target: `11:30 to 13:00: 97 %.`."""
+        lead = "" if sized.lead is None else departures.in_time(self.model, sized.lead)
         if not sized.hours or AT in self.goal.indicator:
-            return ""
+            return lead
         worst = self._worst_of(sized)
-        return f" {worst.named}: {words.reached(ON_TIME, self._on_time(worst))}."
+        return f" {worst.named}: {words.reached(ON_TIME, self._on_time(worst))}.{lead}"
 
     def _worst_of(self, sized: Sized) -> Hour:
         return min(sized.hours, key=lambda one: one.share.mean)

@@ -78,12 +78,13 @@ def most(
 
     Source: see `procedures.race`.
     """
-    raced = procedures.race(study, indicator, share=share, search=search)
     [key] = (factor.key for factor in study.plan.factors)
+    with search.together() as together:
+        raced = procedures.race(study, indicator, share=share, search=together)
+        falls = key == FLEET and raced.selection.eliminated_at[-1] is not None
+        capped = cap_sentence(study, indicator, together) if falls else ""
     least = f"{words.factor_name(key)} {words.level(raced.first.labels[key])}"
     alike = f"{least} is the smallest that does as much, within {100 * share:g} % of the most."
-    falls = key == FLEET and raced.selection.eliminated_at[-1] is not None
-    capped = cap_sentence(study, indicator, search) if falls else ""
     return Best(
         **vars(raced),
         answer=race.answer(raced, "size", tuple(filter(None, (alike, capped)))).keep(search.out, search.command),

@@ -152,14 +152,16 @@ def smallest(
     designs, each = line(len(values)), Budget(len(values))
     fewer = key == FLEET and not goal.more_helps
     halved = not scan and not fewer
-    doubted = scouted(study, goal, designs, lambda one: one, each, search.under("scout")) if halved else None
-    with study.session(search) as runner:
+    with search.together() as together:
+        scout = together.under("scout")
+        doubted = scouted(study, goal, designs, lambda one: one, each, scout) if halved else None
+        with study.session(together) as runner:
 
-        def steps(exact: bool) -> Procedure[Sizing[Any]]:
-            judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
-            return smallest_meeting_steps(values, judge, doubted or (), scan=scan, fewer=fewer)
+            def steps(exact: bool) -> Procedure[Sizing[Any]]:
+                judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
+                return smallest_meeting_steps(values, judge, doubted or (), scan=scan, fewer=fewer)
 
-        sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
+            sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
     return Smallest(**vars(sizing), study=study)
 
 
@@ -184,10 +186,12 @@ def scouted(
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 
+    Batteries need not settle before such a day (`StudyPlan.scouts`).
+
     None: the runs allowed ended before. `told`: what was known before, for those who watch the progress. `beside`:
     further targets.
     """
-    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout")
+    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
 
     with scout.session(search) as runner:

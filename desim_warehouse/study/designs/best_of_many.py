@@ -140,7 +140,8 @@ def search_designs(
     if delta is not None:
         check_zone(measure, delta)
     goal = None if target is None else read_target(target, model.units.names)
-    return _DesignSearch(space, indicator, more, goal, search).outcome(delta)
+    with search.together() as together:
+        return _DesignSearch(space, indicator, more, goal, together).outcome(delta)
 
 
 def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, *, directions: bool) -> DesignSpace:

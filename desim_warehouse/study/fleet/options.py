@@ -86,6 +86,12 @@ def compare_options(models: Mapping[str, Model], target: str, *, search: Search 
     if len(models) < 2:  # noqa: PLR2004
         raise StudyError(f"options {list(models)}: expected at least two to compare")
     read_target(target)  # one for all: several are refused
+    with search.together() as together:
+        return _compared(models, target, together, **how)
+
+
+def _compared(models: Mapping[str, Model], target: str, search: Search, **how: Any) -> ComparedOptions:
+    """Plans of several models, and the days on which their fleets are compared."""
     each = replace(search, confidence=1 - (1 - search.confidence) / (len(models) + 1))
     plans: dict[str, FleetSizes] = {}
     left = search.runs or PLAN_RUNS

@@ -23,8 +23,9 @@ from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
+from desim_warehouse.study.fleet.first_answer import first_answer
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
-from desim_warehouse.study.fleet.hours import DAYS, by_hour
+from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
@@ -98,6 +99,8 @@ class _Planner:
     """Further targets that a fleet has to meet, with their indifference zones."""
     known: str = ""
     """What is known of the demands before, as people who wait see it."""
+    believed: str = ""
+    """What the scouts of this one say, until more is known."""
 
     @property
     def more_helps(self) -> bool:
@@ -130,7 +133,9 @@ class _Planner:
     def follow(self, study: StudyEngine, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
         with study.session(self.search.under(study.plan.name)) as runner:
-            runner.progress.tell(self.known)
+            if self.believed:
+                runner.progress.print(f"{study.plan.name}: {self.believed}")
+            runner.progress.tell(f"{self.known}{self.believed}")
             return study.carry_out(
                 runner,
                 lambda exact: make(self.judge(study, runner, exact), runner),
@@ -239,6 +244,7 @@ class _Planner:
             year,
             frozenset(counts[number] for number in known.failing),
             most,
+            None if best is None else lead_of(study.results.by_point[best.verdict.value]),
             not self.more_helps,
             found.against,
         )
@@ -334,6 +340,8 @@ class _Planner:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: verdict_steps([], judge))
             return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
+        if self.more_helps:  # else there was no scout
+            self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
         found: Cheapest = self.follow(
             study,
             lambda judge, _: self._with_its_days(
@@ -341,6 +349,7 @@ class _Planner:
                 judge,
             ),
         )
+        self.believed = ""
         found = self._as_cheap(study, found, counts, known)
         if found.design is not None:
             self.known += f"{study.plan.name}: {_named(study.points[found.design])}; "
@@ -530,5 +539,7 @@ def size_fleet(
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
     designs, budget = Designs(model, *sides), Budget(search.runs or PLAN_RUNS)
     beside = tuple((one, indifference(one, None, units)) for one in others)
-    planner = _Planner(model, goal, indifference(goal, zone, units), designs, search, budget, beside=beside)
-    return planner.plan(times, strategies, yearly=years is not None)
+    zone = indifference(goal, zone, units)
+    with search.together() as together:
+        planner = _Planner(model, goal, zone, designs, together, budget, beside=beside)
+        return planner.plan(times, strategies, yearly=years is not None)

@@ -10,7 +10,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.study.fleet.capped import Capped
-from desim_warehouse.study.fleet.hours import Hour
+from desim_warehouse.study.fleet.hours import Hour, Lead
 from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
@@ -77,6 +77,7 @@ class Sized:
     `fewer`: fewer robots were guessed to do no worse, from the target's indicator. `against`: the smallest and the
     largest design contradict the guess, so that designs were judged one by one.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
+    `lead`: how long before a departure orders have to come at `best`; None where nothing departs.
     """
 
     name: str
@@ -97,6 +98,7 @@ class Sized:
     year: int | None = None
     failed_before: frozenset[Counts] = frozenset()
     most: Most | None = None
+    lead: Lead | None = None
     fewer: bool = False
     against: bool = False
 
