@@ -41,7 +41,14 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 
 @click.command("plan")
 @click.argument("model", type=AtPath())
-@click.option("--target", required=True, help="What is to be met, such as 'on_time >= 95 %'.")
+@click.option(
+    "--target",
+    "targets",
+    required=True,
+    multiple=True,
+    metavar="TARGET",
+    help="What is to be met, such as 'on_time >= 95 %'; may be repeated: a fleet has to meet all.",
+)
 @click.option(
     "--growth",
     metavar="AMOUNT",
@@ -89,7 +96,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 @with_search("confidence", "seed", first=BY_TARGET, cap=CAP)
 def command(  # as long as its options are many
     model: str,
-    target: str,
+    targets: tuple[str, ...],
     options: tuple[str, ...],
     growth: str | None,
     years: int | None,
@@ -118,8 +125,11 @@ def command(  # as long as its options are many
 
     loaded = _priced(load_model(model, assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, assignments, as_json=as_json)
-    warn_of_target(target, loaded)
+    for target in targets:
+        warn_of_target(target, loaded)
     ranges = _ranges(uncertain, loaded)
+    if len(targets) > 1 and (options or ranges):
+        raise click.UsageError("--option and --uncertain: with one --target alone")
     if options and (growth or ranges):
         raise click.UsageError("--option: without --growth and --uncertain")
     how: dict[str, Any] = {
@@ -132,13 +142,13 @@ def command(  # as long as its options are many
     plan: FleetPlan | OptionsPlan
     with interruptible(None, search):
         if options:
-            plan = plan_options(_options(options, loaded), target, search=search, **how)
+            plan = plan_options(_options(options, loaded), targets[0], search=search, **how)
             best = None
         else:
-            plan = plan_fleet(loaded, target, search=search, growth=growth, years=years, **how)
+            plan = plan_fleet(loaded, targets, search=search, growth=growth, years=years, **how)
             best = _best(plan, loaded)
     if ranges and best is not None:
-        _give_with_thresholds(plan.answer, (best, target, ranges), search, warnings, as_json=as_json)
+        _give_with_thresholds(plan.answer, (best, targets[0], ranges), search, warnings, as_json=as_json)
     else:
         give(plan.answer, search.out, warnings, as_json=as_json)
     if not plan.feasible:

@@ -10,11 +10,12 @@ from typing import Any
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import capital, sentence
-from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Subject
-from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, SaidNumber, Subject
+from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.outcome.indicators import AT, find
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import departures, judged, size
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
@@ -60,14 +61,15 @@ class _Planned:
         )
         later = f"in {len(plan.demands) - 1} years" if self.yearly else more_orders(self.demands[-1].growth)
         grown = "" if plan.grown is None else f", today and {later}"
-        said = [self._sized(sized) for sized in self.demands] + self._lasts() + self._strategies() + self._busiest()
+        sized = [line for sized in self.demands for line in (self._sized(sized), *self._each(sized))]
+        said = sized + self._lasts() + self._strategies() + self._busiest()
         return Answer(
             kind="plan",
             name=self.model.name,
             description=self.model.description,
-            question=f"How many {fleet} does it take for {words.target(self.goal)}{grown}?",
+            question=f"How many {fleet} does it take for {self._targets()}{grown}?",
             answer=tuple(said),
-            measures={self.goal.indicator: words.in_sentence(self.goal.indicator)},
+            measures={goal.indicator: words.in_sentence(goal.indicator) for goal in plan.targets},
             tiles=tuple(self._tiles()),
             options=tuple(option for sized in self.demands for option in self._options(sized)),
             figure=self._grid(),
@@ -79,7 +81,8 @@ class _Planned:
             confidence=plan.confidence,
             made={"seed": str(plan.seed), "model": self.model.digest()},
             feasible=plan.feasible,
-            target={"indicator": self.goal.indicator, "sense": self.goal.sense, "value": self.goal.value},
+            target=_bound(self.goal),
+            **({"targets": [_bound(goal) for goal in plan.targets]} if plan.beside else {}),
             zone=plan.zone,
             strategy=plan.strategy.label if plan.strategy else plan.own,
             today=self._facts(plan.today),
@@ -104,7 +107,8 @@ class _Planned:
         reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
         name = capital(self._fleet(sized.best.counts))
         line = f"{name} {_are(sized.best)} the {'cheapest' if cost else 'smallest'} fleet shown to be enough"
-        line = f"{line} {self._when(sized)}: {reached}{cost}.{self._worst(sized)}"
+        number = "" if self.plan.beside else f": {reached}"
+        line = f"{line} {self._when(sized)}{number}{cost}.{self._worst(sized)}"
         if close := self._left(sized, "open"):
             line += f" {close} may also be enough; {self._would_tell(sized)}."
         if edge := self._left(sized, "edge"):
@@ -153,6 +157,9 @@ class _Planned:
         text = self._text(sized, largest)
         if largest.flat:
             return f"{line}{text}. {capital(largest.flat)}."
+        if self.plan.beside and not self._lasting(largest) and not largest.vetoed:
+            none = f"{capital(self._when(sized))}: no fleet is shown to be enough for all targets"
+            return f"{none}. This is what {self._fleet(largest.counts)} would do:"
         line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
         if sized.fewer:
             return line
@@ -163,10 +170,27 @@ class _Planned:
         (part, most), *_ = sized.utilisation.items()
         return f"{line} Busiest there are the {_BUSY[part]}: {_share(most)} {_time(sized)}."
 
+    def _each(self, sized: Sized) -> list[str]:
+        """Of several targets a line for each, of the fleet that is named."""
+        if not self.plan.beside or sized.open or not (sized.best or sized.below):
+            return []
+        named = sized.best or self._nearest(sized)
+        if self._lasting(named) or named.vetoed:
+            return []
+        fleet = capital(self._fleet(named.counts))
+        return [
+            f"{fleet}, {words.target(goal)}: {judged.number(one, goal, self.model).text}, {WORDS[standing(one)]}."
+            for goal, one in zip(self.plan.targets, named.verdict.each, strict=True)
+        ]
+
+    def _targets(self) -> str:
+        """All that a fleet has to meet: `at least 95 % on time, express and mean cycle time at most 10 min`."""
+        return spoken([words.target(goal) for goal in self.plan.targets])
+
     def _nearest(self, sized: Sized) -> Shown:
         """The largest fleet that was judged; where fewer robots do better the one that comes nearest to the target."""
         lasting = [one for one in sized.below if not one.vetoed]
-        if not sized.fewer or not lasting:
+        if not sized.fewer or not lasting or self.plan.beside:
             return sized.below[-1]
         return max(lasting, key=lambda one: self.goal.sign * one.verdict.mean)
 
@@ -192,11 +216,12 @@ class _Planned:
         said = [self._does_worse(*one) for one in sized.worse]
         return f" More is not always better here: {spoken(said)}."
 
-    def _does_worse(self, more: Counts, less: Counts, by: Estimate | None) -> str:
+    def _does_worse(self, more: Counts, less: Counts, by: Estimate | None, goal: Target) -> str:
         if by is None:
             return f"with {self._fleet(more)} robots run flat, with {self._fleet(less)} they do not"
-        scale = words.scale(self.goal.indicator, self.model, (by.mean,))
-        return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}"
+        scale = words.scale(goal.indicator, self.model, (by.mean,))
+        of = f" in {words.in_sentence(goal.indicator)}" if self.plan.beside else ""
+        return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}{of}"
 
     def _most(self, sized: Sized) -> str:
         """With pods, which fleet does most, where more robots do worse."""
@@ -247,12 +272,13 @@ class _Planned:
         if self.yearly:
             alike += " What fails with less demand is taken to fail with more."
         return (
-            f"With {sure}, each fleet reaches {words.target(self.goal)}, and no smaller one is better than that by "
+            f"With {sure}, each fleet reaches {self._targets()}, and no smaller one is better than that by "
             f"{self._zone()} or more.{alike}"
         )
 
     def _zone(self) -> str:
-        return words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
+        zones = ((self.goal, self.plan.zone), *self.plan.beside)
+        return spoken([words.amount(goal.indicator, zone, goal.unit) for goal, zone in zones])
 
     def _rare(self) -> list[str]:
         """Disasters of which the runs of the fleets named know little."""
@@ -293,6 +319,7 @@ class _Planned:
             packers = best.packers * self.packers.nodes
             found.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
         found.append(judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator)))
+        found += [judged.tile(one.text, words.in_sentence(one.of)) for one in self._also(best)]
         return found + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
 
     def _options(self, sized: Sized) -> list[Option]:
@@ -323,6 +350,7 @@ class _Planned:
             name=name,
             standing=lasting or ("fails" if fails else standing(one.verdict)),
             number=judged.number(one.verdict, self.goal, self.model) if known else None,
+            also=tuple(self._also(one)) if known else (),
             said="" if known else self._text(sized, one),
             runs=one.verdict.n,
             cost=one.cost,
@@ -330,6 +358,11 @@ class _Planned:
             set={**changes, **one.overrides},
             same=tuple(same),
         )
+
+    def _also(self, one: Shown) -> list[SaidNumber]:
+        """The numbers of a fleet for further targets."""
+        each = zip(self.plan.targets[1:], one.verdict.each[1:], strict=False)
+        return [judged.number(verdict, goal, self.model) for goal, verdict in each]
 
     def _capped(self, sized: Sized) -> Option:
         """What a cap on the robots under way gives the largest fleet."""
@@ -371,7 +404,7 @@ class _Planned:
             )
         down = tuple(str(number) if number else "" for number in reversed(chargers))
         how = "robots across, chargers down" if any(chargers) else "by number of robots"
-        title = f"Which fleets give {words.target(self.goal)}: {how}"
+        title = f"Which fleets give {self._targets()}: {how}"
         return PairGrid(title=title, across=tuple(map(str, robots)), down=down, panels=panels)
 
     def _about(self) -> Subject | None:
@@ -486,6 +519,11 @@ def _stands(
     if one in left or "open" in over:
         return "open"
     return "edge" if "edge" in over else "untried"
+
+
+def _bound(goal: Target) -> dict[str, Any]:
+    """A target as JSON has it."""
+    return {"indicator": goal.indicator, "sense": goal.sense, "value": goal.value}
 
 
 def _are(shown: Shown) -> str:

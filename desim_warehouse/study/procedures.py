@@ -27,6 +27,7 @@ from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, RACED
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.selection import Selection, kn_steps
 from desim_warehouse.study.study import StudyEngine
+from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
 
 FLEET = "fleet.size"
@@ -181,12 +182,14 @@ def scouted(
     search: Search,
     told: str = "",
     known: Earlier = NOTHING,
+    beside: Sequence[Target] = (),
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 
     Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    None: the runs allowed ended before. `told`: what was known before, for those who watch the progress.
+    None: the runs allowed ended before. `told`: what was known before, for those who watch the progress. `beside`:
+    further targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
@@ -194,7 +197,8 @@ def scouted(
     with scout.session(search) as runner:
 
         def hopeless(number: int) -> bool:
-            return cannot_last(scout, runner, number) is not None
+            missed = (not goal.met_by(measured(runner.row(number, 0), goal)) for goal in beside)
+            return cannot_last(scout, runner, number) is not None or any(missed)
 
         def steps(_: bool) -> Procedure[set[int] | None]:
             try:
@@ -245,6 +249,11 @@ def judge_of(
         tell=lambda judge: runner.progress.tell(f"{before}{judge.known(named)}"),
         **how,
     )
+
+
+def measured(row: Row, goal: Target) -> float:
+    """The indicator of a target in a run, which misses it clearly where a robot ran flat."""
+    return goal.missed if ran_flat(row) else row.measured(goal.indicator)
 
 
 _DRIFTS = ("backlog_growth_per_hour", "work_backlog", "energy_drift_per_hour")

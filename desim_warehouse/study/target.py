@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
@@ -28,6 +29,28 @@ def read_target(text: str, units: UnitNames | None = None) -> Target:
     _refuse_share(text, goal)
     _right_way_round(text, goal)
     return goal
+
+
+def read_targets(texts: str | Sequence[str], units: UnitNames | None = None) -> tuple[Target, ...]:
+    """One target or several, all of which are to be met.
+
+    Args:
+        texts: a target, or a sequence of them.
+        units: see `read_target`.
+
+    Raises:
+        StudyError: as `read_target`; none, or two bounds of one kind on an indicator.
+    """
+    listed = [texts] if isinstance(texts, str) else list(texts)
+    if not listed:
+        raise StudyError("target: none, expected words such as 'on_time >= 95 %'")
+    goals = tuple(read_target(text, units) for text in listed)
+    for place, goal in enumerate(goals):
+        if (goal.indicator, goal.sign) in {(one.indicator, one.sign) for one in goals[:place]}:
+            raise StudyError(
+                f"target {listed[place]!r}: a second bound on {goal.indicator}, expected the stricter one alone"
+            )
+    return goals
 
 
 def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> None:

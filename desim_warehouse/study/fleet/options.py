@@ -20,6 +20,7 @@ from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.study import StudyEngine
+from desim_warehouse.study.target import read_target
 
 DAYS = 10
 """Days on which options are compared."""
@@ -84,6 +85,7 @@ def compare_options(models: Mapping[str, Model], target: str, *, search: Search 
     """
     if len(models) < 2:  # noqa: PLR2004
         raise StudyError(f"options {list(models)}: expected at least two to compare")
+    read_target(target)  # one for all: several are refused
     with search.together() as together:
         return _compared(models, target, together, **how)
 

@@ -68,8 +68,8 @@ class Sized:
     hours (`in_hours`) only the time within them counts. It follows from the indicators `shown_by`, and is empty where
     no design was judged.
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
-    `worse`: designs that do worse than one with fewer robots or chargers, with that one, and by how much; None: their
-    robots ran flat.
+    `worse`: designs that do worse than one with fewer robots or chargers, with that one, by how much, and for which
+    target; None: their robots ran flat.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
     `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
     `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
@@ -90,7 +90,7 @@ class Sized:
     shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
     open: tuple[Counts, ...] = ()
-    worse: tuple[tuple[Counts, Counts, Estimate | None], ...] = ()
+    worse: tuple[tuple[Counts, Counts, Estimate | None, Target], ...] = ()
     capped: Capped | None = None
     trip: Estimate | None = None
     counts: tuple[Counts, ...] = ()
@@ -131,7 +131,8 @@ class Strategy:
 class FleetSizes:
     """The sizes for each demand; `strategy` is the better one that they are for, None: the model's own.
 
-    `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice.
+    `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice. `beside`: further
+    targets that a fleet has to meet, with their indifference zones.
     """
 
     model: Model
@@ -146,6 +147,12 @@ class FleetSizes:
     runs: int
     untried: tuple[str, ...] = ()
     seed: int = 0
+    beside: tuple[tuple[Target, float], ...] = ()
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """All that a fleet has to meet."""
+        return self.target, *(goal for goal, _ in self.beside)
 
     @property
     def today(self) -> Sized:

@@ -80,7 +80,8 @@ class DesignVerdict(Generic[V]):
     `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
     are `deterministic` and the mean is exact. `outlier`: the replication without which an undecided design would be
     clear; None: there is no such one. `within_zone`: it is known to be about at the target, so that more runs would
-    tell nothing that matters.
+    tell nothing that matters. `each`: with several targets the verdict on each; the design meets if all are met, and
+    fails if one is missed, and its numbers are those of the first.
     """
 
     value: V
@@ -93,6 +94,7 @@ class DesignVerdict(Generic[V]):
     deterministic: bool
     within_zone: bool = False
     outlier: int | None = None
+    each: tuple[DesignVerdict[V], ...] = ()
 
     @property
     def closed(self) -> bool:
@@ -128,6 +130,19 @@ def judged(
         if _verdict(others, float(np.mean(others)), target, level, within, zone)[0] != "undecided":
             outlier = farthest
     return DesignVerdict(value, verdict, len(data), mean, low, high, level, False, within_zone, outlier)
+
+
+def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
+    """The verdict on several targets from that on each, at the same look; levels such that all hold at once."""
+    left = [one for one in each if one.verdict == "undecided"]
+    fails = any(one.verdict == "fails" for one in each)
+    return replace(
+        each[0],
+        verdict="fails" if fails else "undecided" if left else "meets",
+        within_zone=bool(left) and all(one.within_zone for one in left),
+        outlier=left[0].outlier if len(left) == 1 and not fails else None,
+        each=tuple(each),
+    )
 
 
 def _verdict(
@@ -233,6 +248,18 @@ class _Case:
     level: float = math.nan
 
 
+@dataclass(frozen=True)
+class Beside:
+    """A further target that designs have to meet, and its indifference zone.
+
+    `values`: of its indicator in the first runs of a design, by the design's number and how many.
+    """
+
+    target: Target
+    zone: float
+    values: Callable[[int, int], list[float]]
+
+
 @dataclass
 class Judge:
     """Judges designs, one look after the other, at levels such that all verdicts hold at once.
@@ -252,9 +279,10 @@ class Judge:
         veto: why a design fails besides the target, asked after its runs; None: nothing.
         hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
         tell: called after each look, when `known` may have changed.
+        beside: further targets; a design meets them all, or fails.
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design that is looked at is judged at
-    1 - α / (j (j + 1) · looks), which adds up to α (Bonferroni), however many are.
+    1 - α / (j (j + 1) · looks · targets), which adds up to α (Bonferroni), however many are.
     Assumes: as `bounds`.
     """
 
@@ -269,6 +297,7 @@ class Judge:
     veto: Callable[[int], str | None] = lambda _: None
     hopeless: Callable[[int], str | None] = lambda _: None
     tell: Callable[[Judge], None] = lambda _: None
+    beside: Sequence[Beside] = ()
     verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
     vetoed: dict[int, str] = field(default_factory=dict, init=False)
     _cases: dict[int, _Case] = field(default_factory=dict, init=False)
@@ -285,6 +314,22 @@ class Judge:
         while not self.closed(number):
             yield from self.look(number)
         return self.verdicts[number].verdict
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """All that a design has to meet."""
+        return self.target, *(one.target for one in self.beside)
+
+    def leans(self, number: int) -> bool:
+        """Whether the means of a design so far meet all targets."""
+        one = self.verdicts[number]
+        return all(goal.met_by(of.mean) for goal, of in zip(self.targets, one.each or (one,), strict=True))
+
+    def missed(self, number: int) -> list[Target]:
+        """The targets that a design was shown to miss."""
+        one = self.verdicts[number]
+        each = zip(self.targets, one.each or (one,), strict=True)
+        return [goal for goal, of in each if of.verdict == "fails"]
 
     def runs(self, number: int) -> int:
         """How many runs a design has."""
@@ -314,8 +359,8 @@ class Judge:
         yield from self._run(number, runs)
         if case.error is None:
             case.error = self._next_error()
-        case.level = 1.0 - case.error * part
-        self.verdicts[number] = self._judged(number)
+        case.level = 1.0 - case.error * part / len(self.targets)
+        self.verdicts[number] = self._on_all(number)
         self._veto(number, self.veto(number))
         if self.verdicts[number].closed:
             case.looks.clear()
@@ -345,6 +390,22 @@ class Judge:
     def _judged(self, number: int) -> DesignVerdict[int]:
         case = self._cases[number]
         return judged(number, case.data, self.target, case.level, self.deterministic, self.within, self.zone)
+
+    def _on_all(self, number: int) -> DesignVerdict[int]:
+        first = self._judged(number)
+        others = [
+            judged(
+                number,
+                one.values(number, first.n),
+                one.target,
+                first.level,
+                self.deterministic,
+                one.target.measure.within,
+                one.zone,
+            )
+            for one in self.beside
+        ]
+        return on_all((first, *others)) if others else first
 
     def _veto(self, number: int, why: str | None) -> None:
         """A design fails whatever the target says, if there is a reason."""
