@@ -339,7 +339,7 @@ class _Studied:
             lines.append(f"Counted from {'; '.join(found[:_LISTED])}.")
         lines += [f"{name_of(study, design)}: {UNSETTLED}." for design in study.unsettled]
         made = simulated_with(study.version)
-        return [*lines, *study.rare[:_RARE], *([f"{capital(made)}."] if made else [])]
+        return [*lines, *map(sentence, study.rare[:_RARE]), *([f"{capital(made)}."] if made else [])]
 
 
 def _replications(plan: StudyPlan) -> str:

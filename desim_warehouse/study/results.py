@@ -208,7 +208,7 @@ class ResultsData:
 
         Where a search asked for runs, it asked the same at each of its looks.
         """
-        part = 1 / len(judge.looks()) if isinstance(self.plan.replications, tuple) else 1.0
+        part = 1 / len(judge.looks_of_days()) if isinstance(self.plan.replications, tuple) else 1.0
         return {
             design: judge_design([row.indicators for row in self.runs(design)], model, part)
             for design, model in self.models.items()
@@ -216,12 +216,12 @@ class ResultsData:
 
     @cached_property
     def rare(self) -> tuple[str, ...]:
-        """Disasters of which intervals of the runs so far know little, each for the design that has fewest of them."""
+        """What the runs so far do not know: rare failures, each for the design that has fewest, and closures."""
         found: dict[str, None] = {}
         for design, model in self.models.items():
             times = [row.value("T") for row in self.runs(design) if math.isfinite(row.value("T"))]
             if times:
-                found.update(dict.fromkeys(rare.warnings(model, len(times), math.fsum(times) / len(times))))
+                found.update(dict.fromkeys(rare.unknown(model, len(times), math.fsum(times) / len(times))))
         return tuple(found)
 
     @cached_property
@@ -384,11 +384,17 @@ class ResultsData:
         found = {}
         for design, given in known.items():
             if given:
-                exact = _deterministic(self.runs(design))
+                exact = self._is_exact(design, given)
                 one = judge.judged(design, given, goal, level, exact, within(goal.indicator))
                 lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
+
+    def _is_exact(self, design: str, values: Sequence[float]) -> bool:
+        """Whether the mean of these values of the target's indicator is exact."""
+        name = self.target.indicator if self.target else ""
+        agree = rare.shows(self.models[design], name) and intervals.does_not_vary(values, within(name))
+        return agree or _deterministic(self.runs(design))
 
     @cached_property
     def runs_to_tell(self) -> Mapping[str, int | None]:

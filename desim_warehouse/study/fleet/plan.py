@@ -47,7 +47,7 @@ from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.table import Row
-from desim_warehouse.study.target import first_look, indifference, read_target
+from desim_warehouse.study.target import days_of, first_look, indifference, read_target
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
@@ -340,12 +340,15 @@ class _Planner:
         cost = self.designs.cost(counts)
         wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
         done = study.results.estimate(rows, "throughput_per_hour")
-        to_tell = None
+        name, days, to_tell = self.target.indicator, None, None
+        if mean is not None:
+            days = days_of([row.value(name) for row in rows if math.isfinite(row.value(name))], self.target)
         if not verdict.closed:
-            values = [row.measured(self.target.indicator) for row in rows]
-            to_tell = runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
+            values = [row.measured(name) for row in rows]
+            to_tell = runs_to_tell(values, self.target, verdict.level, within(name), verdict.least)
         why = _first_flat(rows).partition(": ")[2]
-        return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
+        overrides = self.designs.overrides(counts)
+        return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
         """What other strategies do with the designs that are too small with the model's own."""

@@ -196,6 +196,20 @@ def gaps(ours: NDArray[np.float64], base: NDArray[np.float64]) -> tuple[NDArray[
     return found, float(max(1.0, 2.0 * abs(found.mean()), np.ptp(ours), np.ptp(base)))
 
 
+AGREEING = 5
+"""Runs that agree in what is measured, without which it is not taken to be the same in all runs."""
+
+
+def does_not_vary(values: Sequence[float] | NDArray[np.float64], within: Interval) -> bool:
+    """Whether what is measured comes out the same in all runs: it agrees to 12 digits in five runs or more.
+
+    Counts, and shares and rates made of counts, may agree by chance: do not ask of them. Nor is it said of a value at
+    an end of the range `within`, as of waiting times that are all 0.
+    """
+    array = finite(values)
+    return array.size >= AGREEING and is_constant(array) and within[0] < float(array[0]) < within[1]
+
+
 def differing_share(n: int, level: float) -> float:
     """The share of all runs that may differ from n runs that agree; a larger one would have shown with `level`."""
     return float(1.0 - (1.0 - level) ** (1.0 / n))
