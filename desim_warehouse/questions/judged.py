@@ -7,12 +7,15 @@ from collections.abc import Iterable
 from typing import Any
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.numbers import Scale, capital
+from desim_warehouse.answer.numbers import PERCENT, Scale, capital
 from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumber, Subject
+from desim_warehouse.answer.standing import Standing, standing
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Model
+from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.rare import beyond
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.statistics.limits import one_in
 from desim_warehouse.study.target import Days
@@ -59,6 +62,37 @@ _ONE_IN = {1: "once", 2: "one in two", 5: "one in five", 10: "one in ten", 20: "
 def rarest(days: int) -> str:
     """How often days come, at least, that so many days know: `one in ten`."""
     return _ONE_IN.get(one_in(days), f"one in {one_in(days)}")
+
+
+def covers(least: int, models: Iterable[Model]) -> str:
+    """Say of which days as many as were needed know, and what of the models that were named comes more rarely."""
+    said = f"That covers days that come at least {rarest(least)}."
+    more: dict[str, int] = {}
+    for model in models:
+        more |= beyond(model, least)
+    for what, needed in more.items():
+        how = f"come more rarely, and are not covered (--first {needed})" if needed else "may come more rarely"
+        said += f" {capital(what)} {how}."
+    return said
+
+
+def is_perfect(one: DesignVerdict[Any], goal: Target) -> bool:
+    """Whether a design did on each day what no number of days can show: a share of all."""
+    return find(goal.indicator).is_share and goal.value == 1 and one.mean == 1 and not one.deterministic
+
+
+def standing_of(one: DesignVerdict[Any], goal: Target) -> Standing:
+    """What a design was shown to be; of one that is perfect on each day no run will tell whether it is in all."""
+    return "edge" if is_perfect(one, goal) else standing(one)
+
+
+def perfect(one: DesignVerdict[Any], goal: Target) -> str:
+    """Say what the days show of a design that is perfect on each of them."""
+    least = PERCENT.value(one.low or 0.0)
+    return (
+        f"{words.amount(goal.indicator, 1.0, goal.unit)} on every one of {one.n} days, which shows at least {least}. "
+        "No number of days shows 100 %: ask for 99 or 99.5 %."
+    )
 
 
 def days(shown: Days | None, goal: Target, model: Model) -> str:

@@ -14,7 +14,7 @@ from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Su
 from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
-from desim_warehouse.outcome.indicators import AT, find
+from desim_warehouse.outcome.indicators import AT
 from desim_warehouse.questions import judged, plan_cells, size
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
@@ -154,13 +154,9 @@ class _Planned:
         """What is open where the runs tell of no fleet that it is enough, nor of the largest that it is not."""
         largest = sized.below[-1]
         verdict, name = largest.verdict, capital(self._fleet(largest.counts))
-        if self._is_perfect(largest):
-            known = numbers.PERCENT.value(verdict.low or 0.0)
-            return (
-                f"{capital(self._when(sized))}: {self._fleet(largest.counts)} reach {words.target(self.goal)} on every "
-                f"one of {verdict.n} days, which shows at least {known}. No number of days shows 100 %: ask for 99 or "
-                "99.5 %."
-            )
+        if judged.is_perfect(verdict, self.goal):
+            fleet, known = self._fleet(largest.counts), judged.perfect(verdict, self.goal)
+            return f"{capital(self._when(sized))}: no fleet can be shown to be enough. {capital(fleet)}: {known}"
         reached = words.reached(self.goal.indicator, self._text(sized, largest)) + self._days(largest)
         line = f"{capital(self._when(sized))}: not decided after {number_of(verdict.n, 'day')}:"
         if left := plan_cells.left(self.plan, sized, "open"):
@@ -168,10 +164,6 @@ class _Planned:
         if edge := plan_cells.left(self.plan, sized, "edge"):
             line += f" {edge} may be enough, within {self._zone()} of the target, where no run will tell."
         return f"{line} {name}: {reached}."
-
-    def _is_perfect(self, shown: Shown) -> bool:
-        """Whether a fleet did on each day what no number of days can show: a share of all."""
-        return find(self.goal.indicator).is_share and self.goal.value == 1 and shown.verdict.mean == 1
 
     def _trip(self, trip: Estimate) -> str:
         """What a task takes against the time in which it is due, where nothing is scarce."""
@@ -243,24 +235,18 @@ class _Planned:
         if self.yearly:
             alike += " What fails with less demand is taken to fail with more."
         return (
-            f"With {sure}, each fleet reaches {words.target(self.goal)}, and no smaller one{plan_cells.but(self.plan)} is better "
-            f"than that by {self._zone()} or more.{alike}"
+            f"With {sure}, each fleet reaches {words.target(self.goal)}, and no smaller one{plan_cells.but(plan)} is "
+            f"better than that by {self._zone()} or more.{alike}"
         )
 
     def _covers(self) -> str:
         """Of which days the runs of the fleets named are enough to know."""
         named = [(sized, sized.best) for sized in self.demands if sized.best is not None]
         least = min(best.verdict.least for _, best in named)
-        if any(best.verdict.deterministic for _, best in named):
+        if not least or any(best.verdict.deterministic for _, best in named):
             return ""
-        said = f" That covers days that come at least {judged.rarest(least)}."
-        more: dict[str, int] = {}
-        for sized, best in named:
-            more |= rare.beyond(self.model.replace({**sized.overrides, **best.overrides}), least)
-        for what, days in more.items():
-            how = f"come more rarely, and are not covered (--first {days})" if days else "may come more rarely"
-            said += f" {capital(what)} {how}."
-        return said
+        models = [self.model.replace({**sized.overrides, **best.overrides}) for sized, best in named]
+        return f" {judged.covers(least, models)}"
 
     def _zone(self) -> str:
         return words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
@@ -327,7 +313,7 @@ class _Planned:
         known = lasting is None and not fails
         return Option(
             name=name,
-            standing=lasting or ("fails" if fails else standing(one.verdict)),
+            standing=lasting or ("fails" if fails else judged.standing_of(one.verdict, self.goal)),
             number=judged.number(one.verdict, self.goal, self.model) if known else None,
             days=judged.in_row(one.days, self.goal, self.model) if known else "",
             said="" if known else self._text(sized, one),

@@ -54,8 +54,9 @@ class Raced:
 
 @dataclass(frozen=True)
 class Smallest(Sizing[Any]):
-    """The smallest value that meets a target, and the study of all that were looked at."""
+    """The smallest value that meets a target, by an indifference zone, and the study of all that were looked at."""
 
+    zone: float = field(kw_only=True)
     study: StudyEngine = field(repr=False, compare=False, kw_only=True)
 
 
@@ -156,7 +157,7 @@ def smallest(
             return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
 
         sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
-    return Smallest(**vars(sizing), study=study)
+    return Smallest(**vars(sizing), zone=zone, study=study)
 
 
 def _refuse_other(study: StudyEngine, search: Search) -> None:

@@ -13,6 +13,7 @@ from desim_warehouse.outcome.resources import busy_share, servers_in_use, standi
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
+from desim_warehouse.study.rare import unknown
 from desim_warehouse.values.units import SECONDS
 
 _USED = {
@@ -130,12 +131,13 @@ def _pods(run: RunData) -> list[str]:
 
 
 def _breakdowns(run: RunData) -> list[str]:
-    """How often robots broke down, and what it cost."""
+    """How often robots broke down, what it cost, and what comes so rarely that one run does not know it."""
+    rare = [sentence(line) for line in unknown(run.model, 1, run.history.end)]
     if "breakdowns" not in run.kpis:
-        return []
+        return rare
     count, share = run.kpis["breakdowns"], run.kpis["availability"]
     left = f", which left them {numbers.PERCENT.value(share)} of their time in operation" if share < 1 else ""
-    return [f"Robots broke down {number_of(count, 'time')}{left}."]
+    return [f"Robots broke down {number_of(count, 'time')}{left}.", *rare]
 
 
 def _cost(run: RunData) -> list[str]:

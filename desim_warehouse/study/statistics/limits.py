@@ -41,6 +41,7 @@ RARE_DAYS = DaysNeeded(59, 120)
 CAP = COMMON_DAYS.cap
 """The most replications of a design, by default."""
 _UNSEEN = 0.05
+_ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
 def days_for(chance: float) -> int:
@@ -51,8 +52,7 @@ def days_for(chance: float) -> int:
 def one_in(days: int) -> int:
     """The n of one day in n, in round numbers, that so many days, at least 5, have among them with 95 % probability."""
     rarest = 1 / (1 - _UNSEEN ** (1 / days))
-    ten = 10 ** math.floor(math.log10(rarest))
-    return max(part * ten for part in (1, 2, 5) if part * ten <= rarest)
+    return max(n for n in _ROUND if n <= rarest)
 
 
 RACED = 10, 1000
