@@ -99,17 +99,19 @@ def days(shown: Days | None, goal: Target, model: Model) -> str:
     """What planners understand of a mean: `the worst of 40 days 35 %, 4 below 95 %`; empty for a single day."""
     if shown is None:
         return ""
-    scale, beyond = words.scale(goal.indicator, model, (shown.worst,)), "below" if goal.sign > 0 else "above"
-    aim = words.amount(goal.indicator, goal.value, goal.unit)
-    return f"the worst of {shown.days} days {scale.value(shown.worst)}, {shown.missed or 'none'} {beyond} {aim}"
+    aim, beyond = words.amount(goal.indicator, goal.value, goal.unit), "below" if goal.sign > 0 else "above"
+    return f"the worst of {shown.days} days {_worst(shown, goal, model)}, {shown.missed or 'none'} {beyond} {aim}"
 
 
 def in_row(shown: Days | None, goal: Target, model: Model) -> str:
     """The worst day and how many missed, in a row of a table: `35 %, 4`."""
     if shown is None:
         return ""
-    worst = words.scale(goal.indicator, model, (shown.worst,)).value(shown.worst)
-    return f"{worst}, {shown.missed or 'none'}"
+    return f"{_worst(shown, goal, model)}, {shown.missed or 'none'}"
+
+
+def _worst(shown: Days, goal: Target, model: Model) -> str:
+    return words.scale(goal.indicator, model, (shown.worst,)).value(shown.worst).replace(".0 %", " %")
 
 
 def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list[str]:

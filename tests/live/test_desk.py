@@ -86,7 +86,7 @@ def test_a_pinned_design_grows_beside_and_differences_are_paired_run_by_run(page
 def test_going_back_simulates_nothing(page):
     page.until(page.design(robots=2)["id"])
     found = page.design(robots=2)
-    assert found["runs"] == 30
+    assert found["runs"] == 35
     assert next(page.answers(found["id"]))["done"] == "all"
 
 
@@ -154,7 +154,7 @@ def test_a_worker_that_is_killed_changes_no_number(page):
             break
     answer = page.until(design)
     model = dw.load(TUTORIAL, changes)
-    assert answer["values"] == [dw.simulate(model, run_seed(0, r)).T / 60 for r in range(30)]
+    assert answer["values"] == [dw.simulate(model, run_seed(0, r)).T / 60 for r in range(35)]
 
 
 def test_twenty_clients_on_two_workers_get_right_answers_and_none_starves(page):
@@ -212,7 +212,7 @@ def test_the_shared_page_has_the_same_numbers(page):
     assert made.status_code == 200
     data = json.loads(made.text.split('id="frozen">')[1].split("</script>")[0])
     assert [answer["measured"][0]["text"] for _, answer in data["designs"]] == texts
-    assert [asked["runs"] for asked, _ in data["designs"]] == [30, 30]
+    assert [asked["runs"] for asked, _ in data["designs"]] == [35, 35]
     assert data["differences"][0][1].startswith("1.")
     [knob] = data["about"]["knobs"]
     assert knob["values"] == [2, 3]
@@ -225,7 +225,7 @@ def test_the_folder_can_be_reported_while_the_page_is_served(page, tmp_path):
         page.live.desk._write()
     results = Results.load(page.live.folder)
     assert "2 robots" in str(list(results.designs))
-    assert len(results.runs("Design=2 robots")) == 30
+    assert len(results.runs("Design=2 robots")) == 35
     page_of = report(page.live.folder, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "2 robots" in page_of
 

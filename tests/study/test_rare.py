@@ -23,7 +23,10 @@ def failing(every):
 
 
 def test_breakdowns_and_outages_are_counted_by_robots_and_chargers():
-    """Three robots for 1,200 of 36,000 s: 0.1; chargers fail every 5,000 s and are repaired in 1,000 s: 3 x 0.2."""
+    """Three robots for 1,200 of 36,000 s: 0.1; chargers fail every 5,000 s and are repaired in 1,000 s: 3 x 0.2.
+
+    The chance of any is 1 - exp(-0.1) and 1 - exp(-0.6).
+    """
     outages = {
         "layout.bays.charging": {
             "along": "south",
@@ -34,7 +37,6 @@ def test_breakdowns_and_outages_are_counted_by_robots_and_chargers():
     }
     model = dw.load("models/tutorial.yaml", FAILING | outages)
     assert expected(model, 1200) == {"breakdowns": pytest.approx(0.1), "outages of chargers": pytest.approx(0.6)}
-    # 1 - exp(-0.1) and 1 - exp(-0.6)
     known = {"breakdowns": pytest.approx(0.0952, abs=1e-4), "outages of chargers": pytest.approx(0.4512, abs=1e-4)}
     assert chances(model, 1200) == known
 

@@ -155,7 +155,8 @@ def bounds(
     wrong, is everything all right?, JAMA 249(13), 1743-1745; Law (2015), section 4.5 (t); Hall (1992), On the
     removal of skewness by transformation, J. Royal Statistical Society B 54(1), 221-228.
     Assumes: values independent and identically distributed. With ten values of an exponential or small count,
-    95 % intervals cover in 94 to 96 % of studies (t: 90 %); of a lognormal with sigma 1 in 91 % (t: 84 %).
+    95 % intervals cover in 94 to 96 % of studies (t: 90 %); of a lognormal with sigma 1 in 91 % (t: 84 %). Of mean
+    cycle times where one day in ten has a breakdown, ten values cover in 64 % of studies, 40 in 94 %.
     """
     n, mean = array.size, float(array.mean())
     if is_constant(array):

@@ -68,7 +68,7 @@ def test_a_search_followed_by_hand():
     assert (result.below.value, result.below.verdict) == (4, "fails")
     # 33 runs of the one that is named, five of the other, and five of 6 robots, which might do worse
     assert result.runs == 43
-    # the first design has half of the error, and there are seven looks (5 8 12 18 33 50 80): its bounds are at 1 - 0.05/14
+    # the first design has half of the error of seven looks (5 8 12 18 33 50 80): its bounds are at 1 - 0.05/14
     assert result.decisions[0].level == pytest.approx(1 - 0.05 / 14)
     # t(4 df, 0.995833) = 4.851; of -1, 1, -1, 1, -1 the mean is -0.2 and sd 1.0954: 49.8 - 4.851 * 1.0954 / sqrt(5)
     assert result.decisions[0].low == pytest.approx(49.8 - 4.851 * 0.48990, abs=2e-3)
