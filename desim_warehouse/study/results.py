@@ -385,16 +385,22 @@ class ResultsData:
         for design, given in known.items():
             if given:
                 exact = self._is_exact(design, given)
-                one = judge.judged(design, given, goal, level, exact, within(goal.indicator))
+                least = self._least(design, max(counts)) if asked else 0
+                one = judge.judged(design, given, goal, level, exact, within(goal.indicator), least=least)
                 lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
 
     def _is_exact(self, design: str, values: Sequence[float]) -> bool:
         """Whether the mean of these values of the target's indicator is exact."""
-        name = self.target.indicator if self.target else ""
-        agree = rare.shows(self.models[design], name) and intervals.does_not_vary(values, within(name))
+        name, model = self.target.indicator if self.target else "", self.models.get(design)
+        agree = model is not None and rare.shows(model, name) and intervals.does_not_vary(values, within(name))
         return agree or _deterministic(self.runs(design))
+
+    def _least(self, design: str, most: int) -> int:
+        """How many runs a search asks of a design before it meets the target, where it asks so many at most."""
+        model = self.models.get(design)
+        return 0 if model is None else rare.days_needed(model, cap=most).least
 
     @cached_property
     def runs_to_tell(self) -> Mapping[str, int | None]:

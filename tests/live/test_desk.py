@@ -46,7 +46,7 @@ def test_the_hand_calculation_comes_first_then_run_by_run_what_the_runs_say(page
     answers = list(iter_until_done(page, by_hand["id"]))
     counts = [one["n"] for one in answers]
     assert counts == sorted(counts)
-    assert counts[-1] == 30
+    assert counts[-1] == 35
     assert answers[-1]["done"] == "all"
     assert answers[-1]["verdict"] == "known"  # there is no target
 
@@ -61,7 +61,7 @@ def iter_until_done(page, design, **query):
 def test_numbers_are_those_that_what_if_prints_from_the_same_folder(tmp_path, page):
     answer = page.until(page.design(robots=4)["id"])
     (tmp_path / "runs.jsonl").write_bytes((page.live.folder / "runs.jsonl").read_bytes())
-    line = f"what-if {TUTORIAL} --vary fleet.size=4 --replications 30 --workers 1 --quiet --out {tmp_path}"
+    line = f"what-if {TUTORIAL} --vary fleet.size=4 --replications 35 --workers 1 --quiet --out {tmp_path}"
     shown = [word for one in answer["measured"] for word in ("--indicator", one["name"])]
     result = CliRunner().invoke(desim, [*line.split(), *shown], catch_exceptions=False, env={"COLUMNS": "300"})
     assert answer["measured"][0]["text"] in result.output
@@ -80,7 +80,7 @@ def test_a_pinned_design_grows_beside_and_differences_are_paired_run_by_run(page
     gaps = [a - b for a, b in zip(answer["values"], before["values"], strict=True)]
     mean = sum(gaps) / len(gaps)
     assert answer["more"][-1].startswith(f"Difference, run by run: {mean:.3f} min (")
-    assert answer["pinned_at"][0] == pytest.approx(sum(before["values"]) / 30)
+    assert answer["pinned_at"][0] == pytest.approx(sum(before["values"]) / 35)
 
 
 def test_going_back_simulates_nothing(page):
@@ -92,7 +92,7 @@ def test_going_back_simulates_nothing(page):
 
 def test_thirty_more_runs_on_request(page):
     design = page.design(robots=1)["id"]
-    assert page.until(design)["n"] == 30
+    assert page.until(design)["n"] == 35
     assert page.until(design, runs=45)["n"] == 45
 
 
@@ -101,7 +101,7 @@ def test_a_verdict_ends_the_runs_and_stands(tmp_path):
         answers = list(iter_until_done(page, page.design(robots=2)["id"]))
         assert answers[-1]["verdict"] == "met"
         assert answers[-1]["done"] == "verdict"
-        assert answers[-1]["n"] < 30
+        assert answers[-1]["n"] == 35
         # one interval: that of the look, in the sentence and beside it, and none before the first look
         first = answers[-1]["measured"][0]
         assert answers[-1]["sentence"] == f"Task time {first['text']} with 2 robots and 3 chargers."
@@ -176,7 +176,7 @@ def test_twenty_clients_on_two_workers_get_right_answers_and_none_starves(page):
         thread.start()
     for thread in threads:
         thread.join(60)
-    assert {found[number]["n"] for number in range(20)} == {30}
+    assert {found[number]["n"] for number in range(20)} == {35}
     for number in range(20):
         run = dw.simulate(dw.load(TUTORIAL, {"fleet.size": sizes[number], **fresh}), run_seed(0, 0))
         assert found[number]["values"][0] == pytest.approx(run.T / 60)
