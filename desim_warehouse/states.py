@@ -282,6 +282,20 @@ STATES = {
             stacked=14,
             applies=lambda model: model.policies.interval > 0,
         ),
+        State(
+            "too_low",
+            doing="too low to work, waiting for a charger",
+            begins="it rests in a slot without a charger, its battery too low for the work, and no charger is free",
+            time="resting in a slot without a charger, the battery too low for the work, until a charger is free",
+            better="less",
+            draws="standing",
+            phase=Phase.QUEUE,
+            queue=CHARGER,
+            role="wait",
+            colour="#B8860B",
+            stacked=15,
+            applies=lambda model: model.battery is not None and model.layout.has_slots_without_charger,
+        ),
     )
 }
 """By name, in the order of tables and indicators."""
@@ -368,6 +382,8 @@ CHARGED = names(lambda state: state.draws is None)
 """In which a robot is charged."""
 RESTING = names(lambda state: state.phase is Phase.REST)
 """In which nothing is drawn from the battery in a slot with a charger."""
+TOO_LOW = frozenset(name for name, state in STATES.items() if state.queue == CHARGER)
+"""In which it waits for a charger where there is none, too low to work."""
 
 
 def staff(zone: str) -> str:

@@ -61,6 +61,7 @@ WHERE = {
     "on_break": "parked",
     "broken": None,
     "awaiting": None,
+    "too_low": "parked, queues at chargers",
 }
 
 

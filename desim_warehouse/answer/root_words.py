@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.chains import CROSSING, LANE, RING, TWO_WAY, Root
-from desim_warehouse.states import APART, OPENING, PACKING, SERVER, SHOWN, Phase, staff
+from desim_warehouse.states import APART, OPENING, PACKING, SERVER, SHOWN, TOO_LOW, Phase, staff
 
 _PLACES = {
     CROSSING: "at the crossing {}",
@@ -21,6 +21,8 @@ def root(of: Root, model: Model) -> str:
     """What robots waited for: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
     if of.cause in _PLACES:
         return _PLACES[of.cause].format(_with_names(of.at, model))
+    if of.cause in TOO_LOW:
+        return "for a free charger, too low to work"
     if of.cause in APART:
         what, at = APART[of.cause].doing.removeprefix("waiting "), _with_names(of.at, model)
         return what.replace("a lane", at) if "a lane" in what else f"{what} on {at}"
@@ -32,9 +34,8 @@ def root(of: Root, model: Model) -> str:
         return f"for robots {state.doing} {'on' if '>' in of.at else 'at'} {place}"
     if state.queue == OPENING:
         return f"for {place} to open"
-    if state.queue == SERVER and zones.get(of.at) == PACKING:
-        return f"for a {staff(PACKING)} at {of.at}"
-    return f"for {state.queue.what} at {place}"
+    is_packing = state.queue == SERVER and zones.get(of.at) == PACKING
+    return f"for a {staff(PACKING)} at {of.at}" if is_packing else f"for {state.queue.what} at {place}"
 
 
 def _with_names(at: str, model: Model) -> str:

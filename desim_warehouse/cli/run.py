@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.completion import AtPath
-from desim_warehouse.cli.options import TimeIn, load_model, with_indicator, with_json, with_overrides, with_seed
+from desim_warehouse.cli.options import (
+    TimeIn,
+    load_model,
+    simulated,
+    with_indicator,
+    with_json,
+    with_overrides,
+    with_seed,
+)
 from desim_warehouse.cli.tables import sheet, show
 from desim_warehouse.cli.warned import warn
 from desim_warehouse.errors import number_of
@@ -24,7 +32,7 @@ if TYPE_CHECKING:
 @click.argument("model", type=AtPath())
 @with_overrides
 @with_seed
-@with_json("indicators, verdicts, warnings, seed, version")
+@with_json("answer, indicators, verdicts, warnings, seed, version")
 @click.option("--timeout", type=TimeIn("s"), metavar="TIME", help="Time that it may take, in seconds or such as 5min.")
 @with_indicator
 @click.option("--out", metavar="DIR", help="Write model, indicators, log and tables to a folder.")
@@ -40,7 +48,7 @@ def command(
     """Simulate MODEL once: what came out of it in a few sentences, and the indicators that it is judged by."""
     from desim_warehouse import __version__
     from desim_warehouse.errors import SimulationError
-    from desim_warehouse.questions.run import simulate
+    from desim_warehouse.questions.run import words as run_words
     from desim_warehouse.run.folder import prepare
     from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
@@ -50,25 +58,34 @@ def command(
     warnings = warn(loaded, model, assignments, as_json=as_json)
     try:
         with nullcontext() if timeout is None else TimeLimit(timeout):
-            run = simulate(loaded, seed)
+            run = simulated(loaded, seed)
     except TimeOutError:
         raise SimulationError(f"{loaded.name}: not finished after {timeout:g} s (--timeout)") from None
     if out is not None:
         run.save(out)
     if as_json:
         plain = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
-        said = [verdict.content() for verdict in run.verdicts]
-        click.echo(json.dumps({**plain, "verdicts": said, "warnings": warnings, "seed": seed, "version": __version__}))
+        click.echo(
+            json.dumps(
+                {
+                    **plain,
+                    "answer": run_words.sentences(run),
+                    "verdicts": [verdict.content() for verdict in run.verdicts],
+                    "warnings": warnings,
+                    "seed": seed,
+                    "version": __version__,
+                }
+            )
+        )
     else:
-        _show(run, indicators)
+        _show(run, run_words.sentences(run), indicators)
 
 
-def _show(run: Run, indicators: tuple[str, ...]) -> None:
+def _show(run: Run, sentences: list[str], indicators: tuple[str, ...]) -> None:
     from desim_warehouse.answer import words
     from desim_warehouse.outcome.indicators import chosen, judged_by
-    from desim_warehouse.questions.run import words as run_words
 
-    for line in run_words.sentences(run):
+    for line in sentences:
         click.echo(line)
     robots = number_of(run.model.fleet.size, "robot")
     table = sheet(f"{run.model.name}: {robots}, seed {run.seed}", "indicator", ">value", "name", pad_edge=False)

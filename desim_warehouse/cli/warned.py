@@ -15,27 +15,23 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
 
 
-MOST_TIME = 2.0
-"""Seconds that the check may take; it is left out where it takes longer."""
-
-
 def warn(
     model: Model, source: str | None = None, assignments: tuple[str, ...] = (), *, as_json: bool = False
-) -> list[dict[str, str]] | None:
+) -> list[dict[str, str]]:
     """Say on standard error which warnings `desim check` has for a model; with `as_json` only return them.
 
     `source` and `assignments` are what `desim check` takes to tell more; without a source the line does not name it.
 
     Returns:
-        The warnings as JSON has them, None where the check takes too long.
+        The warnings as JSON has them.
     """
     from desim_warehouse.model import options_of
 
     found = _warnings(model)
-    if not as_json and found != []:
+    if found and not as_json:
         more = "" if source is None else f" ({shlex.join(['desim', 'check', source, *options_of(assignments)])})"
         click.echo(f"{_line(found)}{more}", err=True)
-    return None if found is None else [{"code": item.code, "text": item.problem} for item in found]
+    return [{"code": item.code, "text": item.problem} for item in found]
 
 
 def warn_of_target(text: str | None, model: Model) -> None:
@@ -46,25 +42,17 @@ def warn_of_target(text: str | None, model: Model) -> None:
         click.echo(f"warning: {said}", err=True)
 
 
-def _line(found: list[Finding] | None) -> str:
-    if found is None:
-        return f"warnings of the check: left out, as it takes more than {MOST_TIME:g} s"
+def _line(found: list[Finding]) -> str:
     codes = Counter(item.code for item in found)
     named = ", ".join(code if count == 1 else f"{code} ({count})" for code, count in codes.items())
     return f"{number_of(len(found), 'warning')} of the check: {named}"
 
 
-def _warnings(model: Model) -> list[Finding] | None:
-    """The warnings on a model; none where it is refused, as its errors are then said. None: it takes too long."""
-    from desim_warehouse.feasibility import examine
-    from desim_warehouse.run.quick import estimate
-    from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
+def _warnings(model: Model) -> list[Finding]:
+    """The warnings on a model; none where it is refused, as its errors are then said."""
+    from desim_warehouse.run.examined import examined
 
-    try:
-        with TimeLimit(MOST_TIME):
-            found, _ = examine(model, model.floor, estimate)
-    except TimeOutError:
-        return None
+    found, _ = examined(model)
     if any(item.level == "error" and item.code not in model.accept for item in found):
         return []
     return [item for item in found if item.level == "warning"]

@@ -6,7 +6,7 @@ import math
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.feasibility import hours, of_kinds, starts
+from desim_warehouse.feasibility import at_once, hours, of_kinds, starts
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
 from desim_warehouse.findings import Finding, amount
@@ -56,6 +56,7 @@ def warnings(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Fin
     yield from _spread(model)
     if model.battery is not None:
         yield from of_kinds.warnings(model, layout, found.power)
+        yield from at_once.warnings(model, found)
     yield from unused.warnings(model, layout)
     yield from magnitudes.warnings(model, found)
     yield from clashes.warnings(model)

@@ -333,6 +333,13 @@ class BaySpec(PlacesSpec):
         description="robots of these kinds alone use its chargers (fleet.kinds); default: all",
     )
 
+    @property
+    def lacks_chargers(self) -> bool:
+        """Whether a robot may be in it without a charger for it."""
+        if self.kinds or self.total_chargers is not None:
+            return True
+        return self.chargers is not None and (self.grows or self.places is None or self.chargers < self.places)
+
     @model_validator(mode="after")
     def _one_in_the_lane(self) -> BaySpec:
         if self.in_lane and self.places not in {None, 1}:
@@ -465,6 +472,11 @@ class LayoutSpec(Part):
     def has_hours(self) -> bool:
         """Whether any station has a calendar."""
         return any(station.hours is not None for station in self.stations.values())
+
+    @property
+    def has_slots_without_charger(self) -> bool:
+        """Whether robots may rest in a bay where there is no charger for each of them."""
+        return any(bay.lacks_chargers for bay in self.bays.values())
 
     @field_validator("blocks", mode="before")
     @classmethod

@@ -21,7 +21,6 @@ from desim_warehouse.live.messages import Measured, Verdict, label
 from desim_warehouse.live.offers import ROBOTS
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import judged_by
-from desim_warehouse.outcome.indicators import within as bounds_of
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict as Wrong
 from desim_warehouse.outcome.verdicts import judge_design
@@ -210,7 +209,7 @@ class RunsSoFar:
             target,
             CONFIDENCE,
             deterministic=self.exact,
-            within=bounds_of(target.indicator),
+            within=target.measure.within,
             least=days_needed(self.model).least,
             agree=shows(self.model, target.indicator),
         )

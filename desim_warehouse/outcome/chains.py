@@ -19,7 +19,7 @@ from weakref import WeakKeyDictionary
 from desim_warehouse.outcome.account import Piece, pieces
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.records import Wait
-from desim_warehouse.states import APART, SHOWN, Phase
+from desim_warehouse.states import APART, SHOWN, TOO_LOW, Phase
 
 TRAFFIC = ("behind_robot", "before_intersection")
 """Parts of the account in which a robot waits for another."""
@@ -34,7 +34,7 @@ _known: WeakKeyDictionary[History, list[Lost]] = WeakKeyDictionary()
 class Root(NamedTuple):
     """What a chain of waits ends at: a state of a robot, a wait for a closure or person, or a root above; and where.
 
-    `at`: a node, or an edge (`A>B`).
+    `at`: a node, or an edge (`A>B`); "" for a charger, whichever is free first.
     """
 
     cause: str
@@ -74,13 +74,16 @@ def roots(history: History) -> list[Root]:
     return [root or _place(wait) for root, wait in zip(longest, history.waits, strict=True)]
 
 
-def lost_to(history: History) -> dict[Root, tuple[float, int]]:
-    """For each root the counted time that all robots together waited for it, and for how many of them, most first."""
+def lost_to(history: History, until: float = math.inf) -> dict[Root, tuple[float, int]]:
+    """For each root the counted time that all robots together waited for it, and for how many of them, most first.
+
+    Waits that begin after `until` are left out, and of others what comes after it.
+    """
     spent: defaultdict[Root, list[float]] = defaultdict(list)
     robots: defaultdict[Root, set[int]] = defaultdict(set)
     for one in lost(history):
-        if history.counts(one.start):
-            spent[one.root].append(one.end - one.start)
+        if history.counts(one.start) and one.start < until:
+            spent[one.root].append(min(one.end, until) - one.start)
             robots[one.root].add(one.robot)
     found = {root: (math.fsum(times), len(robots[root])) for root, times in spent.items()}
     return dict(sorted(found.items(), key=lambda item: -item[1][0]))
@@ -125,7 +128,8 @@ class _Chains:
             wait = None if link.part in QUEUES else self.wait(link.robot, start)
             chain = (*before, link.robot)
             if wait is None:
-                yield Lost(piece.robot, start, end, Root(link.part, link.node or ""))
+                at = "" if link.part in TOO_LOW else link.node or ""
+                yield Lost(piece.robot, start, end, Root(link.part, at))
             elif wait.other < 0:
                 yield Lost(piece.robot, start, end, self._nobody(wait))
             elif wait.other in chain:

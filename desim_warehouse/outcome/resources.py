@@ -74,21 +74,28 @@ def in_use(busy: float, number: int, hours: Hours, begin: float, end: float) -> 
 
 
 def servers_in_use(history: History) -> dict[str, float]:
-    """For each group of stations the share of their servers' time that is in use, at every level of the log.
+    """For each group of stations the share of their servers' time that is in use, at every level of the log."""
+    found, stations = defaultdict(list), history.layout.stations
+    for node, share in use_of_stations(history).items():
+        found[stations[node].zone].append(share)
+    return {zone: math.fsum(parts) / len(parts) for zone, parts in found.items()}
+
+
+def use_of_stations(history: History) -> dict[str, float]:
+    """For the node of each station the share of its servers' time that is in use, at every level of the log.
 
     The world counts it. Versions before 0.4.0 did not, so there it takes `log: all`, and is none without.
     """
-    begin, end, model, found = history.begin, history.end, history.model, defaultdict(list)
-    if history.log.stations is not None:
-        for row in history.log.stations:
-            item = history.layout.stations[row["station"]]
-            hours = model.hours(model.layout.stations[item.zone].hours)
-            found[item.zone].append(in_use(row["busy"], item.servers, hours, begin, end))
-    elif history.log.level == "all":
-        for one in resources(history):
-            if one.kind == "station":
-                found[one.zone].append(one.utilisation(begin, end))
-    return {zone: math.fsum(parts) / len(parts) for zone, parts in found.items()}
+    begin, end, model = history.begin, history.end, history.model
+    if history.log.stations is None:
+        whole = resources(history) if history.log.level == "all" else []
+        return {one.node: one.utilisation(begin, end) for one in whole if one.kind == "station"}
+    found = {}
+    for row in history.log.stations:
+        item = history.layout.stations[row["station"]]
+        hours = model.hours(model.layout.stations[item.zone].hours)
+        found[row["station"]] = in_use(row["busy"], item.servers, hours, begin, end)
+    return found
 
 
 def resources(history: History) -> list[Resource]:

@@ -12,7 +12,6 @@ from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumbe
 from desim_warehouse.answer.standing import Standing, standing
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.rare import beyond
@@ -78,7 +77,7 @@ def covers(least: int, models: Iterable[Model]) -> str:
 
 def is_perfect(one: DesignVerdict[Any], goal: Target) -> bool:
     """Whether a design did on each day what no number of days can show: a share of all."""
-    return find(goal.indicator).is_share and goal.value == 1 and one.mean == 1 and not one.deterministic
+    return goal.measure.is_share and goal.value == 1 and one.mean == 1 and not one.deterministic
 
 
 def standing_of(one: DesignVerdict[Any], goal: Target) -> Standing:

@@ -22,7 +22,7 @@ def cells(sized: Sized) -> dict[Counts, Standing]:
     best = None if sized.best is None else sized.best.counts
     known: dict[Counts, Standing] = dict.fromkeys(sized.failed_before, "not met")
     known |= {one.counts: lasts_not(one.wrong) or standing(one.verdict) for one in sized.below}
-    follows = not sized.worse
+    follows = sized.ordered
     return {one: _stands(one, best, known, set(sized.open), follows=follows) for one in sized.counts}
 
 

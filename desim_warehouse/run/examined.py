@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from typing import TYPE_CHECKING
 
 from desim_warehouse.feasibility import examine
@@ -18,9 +19,16 @@ if TYPE_CHECKING:
 def examined(model: Model) -> tuple[list[Finding], QuickEstimate | None]:
     """Return all findings, the worst first, and the quick estimate, None where there can be none (see `examine`).
 
-    The night is looked at only where the model has no error that it does not accept.
+    The night is looked at only where the model has no error that it does not accept. What takes long is bounded by
+    counts, of tasks and of rows of a log, so that the findings follow from the model and not from the clock.
     """
+    findings, calculation = _examined(model)
+    return list(findings), calculation
+
+
+@lru_cache(maxsize=16)
+def _examined(model: Model) -> tuple[tuple[Finding, ...], QuickEstimate | None]:
     findings, calculation = examine(model, model.floor, estimate)
     if any(item.level == "error" and item.code not in model.accept for item in findings):
-        return findings, calculation
-    return checks.worst_first([*findings, *night.findings(model, model.floor)]), calculation
+        return tuple(findings), calculation
+    return tuple(checks.worst_first([*findings, *night.findings(model, model.floor)])), calculation

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, cast
 import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError
+from desim_warehouse.folders import JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.outcome import targets
 from desim_warehouse.outcome.account import is_fixed
@@ -23,7 +24,7 @@ from desim_warehouse.study.factors import Label
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import StudyPlan, models
 from desim_warehouse.study.statistics import comparison, intervals, judge, screening
-from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_numeric, level_column, rows_of
+from desim_warehouse.study.table import Row, arrow, columns, is_numeric, level_column, rows_of
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class ResultsData:
         Raises:
             StudyError: where there is no study, or it is damaged.
         """
-        from desim_warehouse.study.execution.store import JOURNAL, Store
+        from desim_warehouse.study.execution.store import Store
         from desim_warehouse.study.record import read_record
         from desim_warehouse.study.runner import StudyRunner
 
@@ -386,16 +387,17 @@ class ResultsData:
             if given:
                 exact = self._is_exact(design, given)
                 least = self._least(design, max(counts)) if asked else 0
-                one = judge.judged(design, given, goal, level, exact, within(goal.indicator), least=least)
+                one = judge.judged(design, given, goal, level, exact, goal.measure.within, least=least)
                 lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
 
     def _is_exact(self, design: str, values: Sequence[float]) -> bool:
         """Whether the mean of these values of the target's indicator is exact."""
-        name, model = self.target.indicator if self.target else "", self.models.get(design)
-        agree = model is not None and rare.shows(model, name) and intervals.does_not_vary(values, within(name))
-        return agree or _deterministic(self.runs(design))
+        goal, model = self.target, self.models.get(design)
+        agree = goal is not None and model is not None and rare.shows(model, goal.indicator)
+        fixed = agree and goal is not None and intervals.does_not_vary(values, goal.measure.within)
+        return fixed or _deterministic(self.runs(design))
 
     def _least(self, design: str, most: int) -> int:
         """How many runs a search asks of a design before it meets the target, where it asks so many at most."""
@@ -407,9 +409,7 @@ class ResultsData:
         """Of designs that are too close to the target, how many runs in all would probably tell; None: too many."""
         goal = self.target
         return {
-            design: judge.runs_to_tell(
-                _known(self.runs(design), goal.indicator), goal, one.level, within(goal.indicator)
-            )
+            design: judge.runs_to_tell(_known(self.runs(design), goal.indicator), goal, one.level, goal.measure.within)
             for design, one in self.judged.items()
             if goal is not None and one.verdict == "undecided" and one.n > 1 and design not in self.same
         }

@@ -1,12 +1,11 @@
 """The line before every answer: what the hand calculation warns of, on standard error."""
 
 import json
-import threading
+import shlex
 
 import pytest
 
-from desim_warehouse import feasibility
-from desim_warehouse.cli import warned
+from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 from tests.docs import pages
 
 MODEL = """\
@@ -70,17 +69,30 @@ def test_the_line_names_the_changes_and_counts_what_comes_twice(at):
     assert "LONG_HANDLING" in err
 
 
-def test_what_takes_too_long_by_hand_is_left_out_and_said(at, monkeypatch):
+FLAT_AT_NIGHT = {
+    "layout.bays": "{home: {at: [A], places: 3, chargers: 0}, plug: {at: [C], places: 1}}",
+    "battery": "{capacity: 3600, consumption: 0.5, charge_rate: 0.4}",
+    "policies.charging": "four-thresholds",
+    "fleet.size": "3",
+    "run.length": "24h",
+}
+"""Of three robots one can charge, and what it gets is less than the others draw standing."""
+
+
+def test_a_machine_that_is_too_busy_changes_no_warning(at, monkeypatch):
+    """Any limit of time is over as soon as it begins; the night, which is simulated, is among the warnings."""
     at(80)
-    monkeypatch.setattr(warned, "MOST_TIME", 0.02)
-    monkeypatch.setattr(feasibility, "examine", lambda *_: sum(1 for _ in iter(int, 1)))  # for ever
-    threads = threading.active_count()
-    _, out, err = pages.run_desim("desim run w.yaml --json")
-    assert json.loads(out)["warnings"] is None
-    _, out, err = pages.run_desim("desim run w.yaml")
-    assert err == ("warnings of the check: left out, as it takes more than 0.02 s (desim check w.yaml)\n")
-    assert "throughput_per_hour" in out
-    assert threading.active_count() == threads
+
+    def over(*_):
+        raise TimeOutError
+
+    monkeypatch.setattr(TimeLimit, "__enter__", over)
+    changes = " ".join(f"--set {shlex.quote(f'{key}={value}')}" for key, value in FLAT_AT_NIGHT.items())
+    found = json.loads(pages.run_desim(f"desim check w.yaml --json {changes}")[1])["findings"]
+    codes = [item["code"] for item in found if item["level"] == "warning"]
+    assert codes == ["DEMAND_ABOVE_FLEET", "CHARGERS_SHORT", "NIGHT_FLAT"]
+    err = pages.run_desim(f"desim run w.yaml {changes}")[2]
+    assert err.startswith(f"3 warnings of the check: {', '.join(codes)} (")
 
 
 def test_a_model_that_is_refused_is_only_refused(at):

@@ -164,7 +164,7 @@ def test_without_a_slot_to_spare_a_robot_beside_the_chargers_of_others_waits_unt
     assert found.place == "layout.bays.rest.places"
     assert "4 slots for 4 robots, and at most 3 robots can rest at chargers of their kind" in found.text
     assert "one more slot in all" in found.cure
-    with pytest.raises(dw.BatteryError, match="robot 3 ran flat at time 400, in the bay at D, idle"):
+    with pytest.raises(dw.BatteryError, match="robot 3 ran flat at time 400, in the bay at D, too low to work"):
         dw.simulate(load(RING, SHARED), 0)
 
 

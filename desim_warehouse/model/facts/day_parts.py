@@ -65,10 +65,10 @@ def _by_the_hour(model: Model, stretch: Stretch) -> list[Stretch]:
 def _by_the_clock(model: Model, stretches: Iterable[Stretch]) -> dict[str, list[Stretch]]:
     found: dict[str, list[Stretch]] = {}
     for begin, end in stretches:
-        found.setdefault(f"{_clock(model, begin)}-{_clock(model, end)}", []).append((begin, end))
+        found.setdefault(f"{time_of_day(model, begin)}-{time_of_day(model, end)}", []).append((begin, end))
     return found
 
 
-def _clock(model: Model, time: float) -> str:
-    """The time of day, of a time of the run."""
+def time_of_day(model: Model, time: float) -> str:
+    """Return the time of day at a time of the run, such as `18:50`."""
     return clock(round((clock_of(model.run.start) + time / model.units.hour * 3600) % DAY / 60) % (24 * 60))

@@ -8,9 +8,12 @@ from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.errors import number_of
+from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.outcome.chains import lost_to
+from desim_warehouse.outcome.halts import Halt, halts
 from desim_warehouse.outcome.resources import busy_share, servers_in_use, standing
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
+from desim_warehouse.questions.run.lasting import Lasting, lasting
 from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
 from desim_warehouse.study.rare import unknown
@@ -21,12 +24,23 @@ _USED = {
     "chargers": "the chargers were the busiest, in use",
     "workers": "the workers were the busiest, at work",
 }
+_HELD = {
+    "batteries": "robots charged or waited for that, with {}",
+    "off duty": "robots were off duty",
+    "closed": "stations were closed",
+    "lanes": "lanes were closed, or people in them",
+    "broken": "robots had broken down",
+    "queues": "robots waited for each other",
+    "no task": "robots were given no task",
+}
+"""What robots did while deliveries stood still, by the cause of `outcome.halts`."""
 
 
 def sentences(run: RunData) -> list[str]:
     """The run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
-    return [_delivered(run), *(wrong or _keeps_up(run)), _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
+    lasts = wrong or [*_keeps_up(run), *_departures(run)]
+    return [_delivered(run), *lasts, *_halts(run), _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
 
 
 def numbers_of(run: RunData) -> list[tuple[str, str, str]]:
@@ -89,10 +103,60 @@ def _left_open(run: RunData) -> list[str]:
 
 
 def _keeps_up(run: RunData) -> list[str]:
-    """That work does not pile up, where it comes by itself."""
-    if "backlog_growth_per_hour" not in run.kpis:
+    """Whether work piles up, where it comes by itself: proved, or that the run does not show it, and why."""
+    judged = lasting(run)
+    if judged is None:
         return []
-    return [f"It keeps up: {number_of(run.kpis['backlog'], 'task')} open at the end."]
+    left = f"{number_of(run.kpis['backlog'], 'task')} open at the end"
+    if judged.keeps_up and not judged.piles_up_at_peak:
+        return [f"It keeps up: {left}."]
+    if judged.keeps_up:
+        return [f"It keeps up by the end, not in the busiest hour: {left}."]
+    time = numbers.duration(run.history.counted, run.model.units.time)
+    do = "does" if time.startswith("1 ") else "do"
+    return [f"{time} {do} not show whether it keeps up: {left}{_against(judged)}."]
+
+
+def _against(judged: Lasting) -> str:
+    """What speaks against a run that keeps up, to be added to what is open at its end."""
+    if judged.unknown:
+        return f", and its model cannot be checked: {judged.unknown}"
+    if judged.overload:
+        asked = f" ({numbers.PERCENT.value(judged.asked)} of what {judged.scarce} can give)" if judged.scarce else ""
+        return f", and by the check more is asked for than can be done{asked}"
+    if judged.scarce:
+        return f", and {numbers.PERCENT.value(judged.asked)} of what {judged.scarce} can give is asked for"
+    return f", {judged.grown:,} more without a robot than as counting began"
+
+
+def _departures(run: RunData) -> list[str]:
+    """How long before its departure the latest order came that was in time, where lorries or the like leave."""
+    lead = run.kpis.get("departure_lead", math.nan)
+    if not math.isfinite(lead):
+        return []
+    if not lead:
+        return ["No task missed its departure."]
+    return [f"Tasks that came more than {numbers.duration(lead, run.model.units.time)} before a departure made it."]
+
+
+def _halts(run: RunData) -> list[str]:
+    """When deliveries stood still though tasks were open: of each cause the longest time, and how often else."""
+    by_cause: dict[str, list[Halt]] = {}
+    for halt in halts(run.history):
+        by_cause.setdefault(halt.cause, []).append(halt)
+    return [_stood_still(of_cause, run) for of_cause in by_cause.values()]
+
+
+def _stood_still(of_cause: list[Halt], run: RunData) -> str:
+    model, longest = run.model, max(of_cause, key=lambda halt: halt.end - halt.start)
+    by_clock = model.run.start != "00:00"
+    start, end = (
+        time_of_day(model, time) if by_clock else numbers.duration(time, model.units.time)
+        for time in (longest.start, longest.end)
+    )
+    more = f" (the longest of {len(of_cause)} times)" if len(of_cause) > 1 else ""
+    why = _HELD[longest.cause].format(number_of(run.history.chargers, "charger"))
+    return f"Deliveries stood still from {start} to {end}{more} with {number_of(longest.open, 'task')} open: {why}."
 
 
 def _busiest(run: RunData) -> str:

@@ -15,7 +15,7 @@ from desim_warehouse.errors import BatteryError
 from desim_warehouse.model.facts import charging
 from desim_warehouse.model.sections.fleet import BatterySpec
 from desim_warehouse.policies import Levels
-from desim_warehouse.states import STATES, Phase
+from desim_warehouse.states import STATES, TOO_LOW, Phase
 from desim_warehouse.world.robots.forecast import need_now
 from desim_warehouse.world.robots.reach import Reach
 from desim_warehouse.world.traffic.rules import EPS
@@ -163,8 +163,9 @@ class Alarms:
         started = robot.battery.started
         low = started if started is not None and started < spec.capacity else None
         drew = robot.battery.drawn(now) / now if now else 0.0
+        did = STATES[robot.state].doing if robot.state in TOO_LOW else robot.state
         raise BatteryError(
-            f"robot {robot.number} ran flat at time {now:g}, {robot.body.place(now)}, {robot.state}: "
+            f"robot {robot.number} ran flat at time {now:g}, {robot.body.place(now)}, {did}: "
             f"{self.reach.why_flat(low, drew, robot.view(), resting=STATES[robot.state].is_parked)}"
         )
 

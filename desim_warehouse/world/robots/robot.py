@@ -16,7 +16,18 @@ from simpy.events import Event, Timeout
 from desim_warehouse.model.facts.charging import rates
 from desim_warehouse.model.sections.fleet import RobotSpec, Start
 from desim_warehouse.policies import RobotView, Task
-from desim_warehouse.states import AT_START, BROKEN, CHARGED, OPERATING, RESTING, SERVED, STATES, WAITING, Phase
+from desim_warehouse.states import (
+    AT_START,
+    BROKEN,
+    CHARGED,
+    CHARGER,
+    OPERATING,
+    RESTING,
+    SERVED,
+    STATES,
+    WAITING,
+    Phase,
+)
 from desim_warehouse.world.places.bays import Bay
 from desim_warehouse.world.places.station import Station
 from desim_warehouse.world.places.stops import Stop
@@ -326,11 +337,22 @@ class Robot:
                 self.dispatcher.withdraw(self)
                 return
             else:
+                self.enter("too_low")
                 bays.seekers.append(self)
                 left = bays.seek_charger()
                 while not (offer.triggered or left.triggered or (among_others and bays.wants_room(self))):
                     yield offer | left | bays.charger_sought() if among_others else offer | left
                 bays.seekers.remove(self)
+
+    def lack_charge(self) -> None:
+        """At rest, it has too little for the work that is open, and no charger is free."""
+        if self.phase is Phase.REST and self.departures.duty.has(self.number):
+            self.enter("too_low")
+
+    def have_charge(self) -> None:
+        """It has enough for the work that is open, or there is none; one that seeks a charger goes on doing so."""
+        if STATES[self.state].queue == CHARGER and self not in self.bays.seekers:
+            self.enter(self.at_rest)
 
     def make_room(self) -> None:
         """Leave its slot to a robot that seeks the chargers there."""

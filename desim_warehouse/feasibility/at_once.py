@@ -1,0 +1,71 @@
+"""A fleet that is always at work from equal batteries comes to its chargers all at once, and stands still meanwhile.
+
+Batteries that begin alike and never rest reach the level at which robots charge within a short time of each other: they
+differ only by what the states of a robot draw. With D for the difference of the largest and the smallest draw, σ is
+about D / 4 times the root of the time worked times that of a task, in energy. If all are low before the first is back,
+nobody works until then, however many chargers there are.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import number_of
+from desim_warehouse.findings import Finding, amount
+from desim_warehouse.model.facts.charging import levels, start_energy
+from desim_warehouse.model.facts.day_parts import time_of_day
+from desim_warehouse.model.sections.flows import SaturatedArrivals
+from desim_warehouse.model.sections.goods import SaturatedGoods
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.feasibility.estimate import QuickEstimate
+    from desim_warehouse.model import Model
+
+ALWAYS_AT_WORK = 0.95
+"""Share of its time at work from which on a fleet has no time to charge in between."""
+APART = 4.0
+"""Standard deviations between the first robot that is low and the last."""
+
+
+def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:
+    """Robots that are all low before the first of them has been charged."""
+    balance, known, end = found.power, levels(model), model.run.end
+    if balance is None or balance.kinds or known is None or known.swap_time is not None or model.battery is None:
+        return
+    low, high = start_energy(model)
+    if not balance.chargers or not balance.charging_rate or low < high or _at_work(model, found) < ALWAYS_AT_WORK:
+        return
+    battery = model.battery
+    states, draw = battery.draws, balance.task / found.cycle.time if found.cycle.time else 0.0
+    worked = (low * battery.capacity - known.critical) / draw if draw else math.inf
+    each = (known.sufficient - known.critical) / balance.charging_rate
+    rates = states.standing, states.empty, states.loaded, states.handling
+    apart = APART * (max(rates) - min(rates)) / 4 / draw * math.sqrt(worked * found.cycle.time) if draw else math.inf
+    if not 0 < worked < end or apart >= each:
+        return
+    units, waiting = model.units, max(model.fleet.size - balance.chargers, 0)
+    by_clock = model.run.start != "00:00" and units.has_seconds
+    when = f"at about {time_of_day(model, worked)}" if by_clock else f"after about {amount(worked)} {units.time}"
+    waits = f" for {number_of(model.fleet.size, 'robot')}, so that {waiting:,} wait" if waiting else " for all"
+    yield Finding(
+        "CHARGE_AT_ONCE",
+        "fleet.start_energy",
+        (
+            f"all batteries come to the level at which robots charge {when}, within {amount(apart)} {units.time}, and "
+            f"charging takes {amount(each)}: nothing is delivered until the first are back, with "
+            f"{number_of(balance.chargers, 'charger')}{waits}"
+        ),
+        "batteries that begin at different levels (fleet.start_energy: settled, or {uniform: [0.3, 1]}), or a charging "
+        "policy that charges some of them before",
+    )
+
+
+def _at_work(model: Model, found: QuickEstimate) -> float:
+    """The share of the fleet's time that its work takes, up to 1."""
+    arrivals = [model.tasks.goods, *(flow.when for flow in model.tasks.flows.values())]
+    if any(isinstance(one, SaturatedGoods | SaturatedArrivals) for one in arrivals):
+        return 1.0
+    return min(found.rate * found.cycle.time / found.robots, 1.0) if found.rate is not None else 0.0

@@ -1,0 +1,127 @@
+"""When deliveries stood still though tasks were open, and what for.
+
+A gap between two deliveries counts if tasks are open in it for longer than the 95 % quantile of cycle times, and if for
+most of that time no robot is at work: one that drives to or with a load, or handles one, and does not wait in traffic.
+So a single task that takes long is none. Waits in traffic are known with `log: all`.
+"""
+
+from __future__ import annotations
+
+from collections import defaultdict
+from itertools import pairwise
+from typing import TYPE_CHECKING, Literal, NamedTuple
+
+from desim_warehouse.model.facts.places import destinations, specs
+from desim_warehouse.outcome.account import pieces
+from desim_warehouse.outcome.measures import quantile
+from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, SHOWN, Phase
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Mapping
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.outcome.history import History
+
+Cause = Literal["batteries", "off duty", "closed", "lanes", "broken", "queues", "no task"]
+"""What robots do meanwhile: charge or wait for that, rest outside their hours, wait for a station to open, ..."""
+LEAST_DONE = 20
+"""Tasks done that tell the quantile of their cycle times."""
+AT_WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING)
+MOST_AT_WORK = 0.5
+"""Robots at work on average from which on nothing stands still."""
+
+
+class Halt(NamedTuple):
+    """Deliveries stood still from `start` to `end`, `open` tasks then, and what most robots did meanwhile."""
+
+    start: float
+    end: float
+    open: int
+    cause: Cause
+
+
+def halts(history: History) -> list[Halt]:
+    """The times at which deliveries stood still in the counted time, in order."""
+    if len(history.cycle_times) < LEAST_DONE:
+        return []
+    longest = quantile(history.cycle_times, 0.95)
+    gaps = [gap for gap in _gaps(history) if gap[1] - gap[0] > longest]
+    spans = _spans(history) if gaps else []
+    found = []
+    for start, end, still in gaps:
+        worked, spent = 0.0, defaultdict[Cause, float](float)
+        for since, until, part in spans:
+            time = max(min(until, end) - max(since, start), 0.0)
+            what = _what(part) if time else None
+            if what is not None:
+                spent[what] += time
+            elif part in SHOWN and SHOWN[part].phase in AT_WORK:
+                worked += time
+        if worked < MOST_AT_WORK * (end - start) and spent:
+            found.append(Halt(start, end, still, _cause(history.model, spent, start, end)))
+    return found
+
+
+def _gaps(history: History) -> Iterator[tuple[float, float, int]]:
+    """The times without a delivery in which tasks are open all along, with the number of these at the end."""
+    begin, end = history.begin, history.end
+    done = [task.delivered for task in history.counted_deliveries if task.delivered <= end]
+    released = sorted(task.released for task in history.tasks.values())
+    before = sum(1 for task in history.delivered if task.delivered < begin)
+    came = 0
+    for number, (since, until) in enumerate(pairwise([begin, *done, end])):
+        while came < len(released) and released[came] <= since:
+            came += 1
+        still, start = came - before - number, since
+        if still <= 0:
+            if came == len(released) or released[came] >= until:
+                continue
+            start = released[came]
+        later = came
+        while later < len(released) and released[later] < until:
+            later += 1
+        yield start, until, later - before - number
+
+
+def _spans(history: History) -> list[tuple[float, float, str]]:
+    """In which state, or waiting for what in traffic, every robot is when."""
+    if history.log.level == "all":
+        return [(one.start, one.end, one.part) for robot in pieces(history) for one in robot]
+    return [(one.start, one.end, one.seen.name) for robot in history.states for one in robot]
+
+
+def _what(part: str) -> Cause | None:
+    """What a robot does in a state, or waiting in traffic; None: it is at work, or drives to a bay."""
+    if part in APART:
+        return "lanes"
+    if part not in SHOWN:
+        return "queues"
+    state = SHOWN[part]
+    if state.queue is not None:
+        return "closed" if state.queue == OPENING else "batteries" if state.queue == CHARGER else "queues"
+    if state.phase is Phase.REST:
+        return "no task" if part == AT_START else "off duty"
+    held: dict[Phase | None, Cause] = {
+        Phase.CHARGING: "batteries",
+        Phase.BREAKDOWN: "broken",
+        Phase.DECISION: "no task",
+    }
+    return held.get(state.phase)
+
+
+def _cause(model: Model, spent: Mapping[Cause, float], start: float, end: float) -> Cause:
+    """What most robots did; behind one that waits for a lane to open others wait for each other."""
+    cause = max(spent, key=spent.__getitem__)
+    if cause == "queues" and spent.get("lanes", 0.0) > MOST_AT_WORK * (end - start):
+        return "lanes"
+    return _shut(model, start, end) if cause == "no task" else cause
+
+
+def _shut(model: Model, start: float, end: float) -> Cause:
+    """Why robots without a task are given none between two times."""
+    middle, of = (start + end) / 2, specs(model, model.floor)
+    stations = [model.hours(of[node].hours) for node in destinations(model, model.floor) if node in of]
+    if stations and not any(hours.is_open(middle) for hours in stations):
+        return "closed"
+    held = [one.hours for one in model.traffic.closures.values() if one.tasks == "hold"]
+    return "lanes" if any(model.hours(name).is_open(middle) for name in held) else "no task"

@@ -1,0 +1,120 @@
+"""When deliveries stand still though tasks are open: the run says so, from when to when, and what for."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.outcome.chains import lost_to
+from desim_warehouse.outcome.halts import halts
+from desim_warehouse.questions.run import words
+from desim_warehouse.run.examined import examined
+from tests.run.test_lasting import RING
+
+POISSON = {"tasks.goods": {"poisson": 60}, "tasks.unload_time": 10, "run.length": "4 h"}
+LOW_TOGETHER = {
+    **POISSON,
+    "tasks.goods": {"saturated": 10},
+    "layout.bays": {"parking": {"at": ["D"], "places": 6, "chargers": 0}, "plug": {"at": ["B"], "places": 2}},
+    "fleet.start": ["parking"],
+    "battery": {"capacity": 3600, "consumption": 0.5, "charge_rate": 2},
+    "policies.charging": {"name": "four-thresholds", "critical": 0.3, "good": 0.3, "sufficient": 0.6, "margin": 0.05},
+}
+"""Batteries of two hours are at 30 % after 84 minutes, all six; two chargers take 9 minutes for two to work again."""
+OWN_CHARGERS = {**LOW_TOGETHER, "layout.bays": {"plug": {"at": ["D"], "places": 6}}, "fleet.start": ["plug"]}
+STANDS = {
+    "batteries": LOW_TOGETHER,
+    "batteries, chargers for all": OWN_CHARGERS,
+    "closed": {
+        **POISSON,
+        "calendars": {"breaks": {"between": [[0, 3600], [6000, 14400]]}},
+        "layout.stations.packing.hours": "breaks",
+    },
+    "off duty": {
+        **POISSON,
+        "calendars": {"shift": {"between": [[0, 3600], [6000, 14400]]}},
+        "fleet.hours": "shift",
+    },
+    "lanes": {
+        **POISSON,
+        "calendars": {"cleaning": {"between": [[3600, 6000]]}},
+        "traffic.closures": {"aisle": {"members": [["B", "C"]], "hours": "cleaning"}},
+    },
+    "lanes, robots on the way": {
+        **POISSON,
+        "calendars": {"cleaning": {"between": [[3600, 6000]]}},
+        "traffic.closures": {"aisle": {"members": [["B", "C"]], "hours": "cleaning", "tasks": "go"}},
+    },
+    "broken": {
+        **POISSON,
+        "fleet.size": 1,
+        "fleet.robot.breakdowns": {"every": 2000, "repair": 2400},
+        "tasks.goods": {"poisson": 20},
+    },
+}
+WORKS = {
+    "few tasks": {**POISSON, "tasks.goods": {"poisson": 8}},
+    "one robot": {**POISSON, "tasks.goods": {"poisson": 40}, "fleet.size": 1},
+    "overload": {**POISSON, "tasks.goods": {"poisson": 500}},
+    "times that vary": {**POISSON, "tasks.unload_time": {"lognormal": {"mean": 30, "cv": 1.5}}},
+    "chargers for all, and levels apart": {**OWN_CHARGERS, "fleet.start_energy": "settled"},
+    "a break in which nothing comes": {
+        **POISSON,
+        "calendars": {"shift": {"between": [[0, 3600], [6000, 14400]]}},
+        "fleet.hours": "shift",
+        "tasks.goods": {"poisson": 60, "hours": "shift"},
+    },
+}
+
+
+@pytest.mark.parametrize("name", STANDS)
+@pytest.mark.parametrize("level", ["all", "tasks"])
+def test_a_fleet_that_stands_still_is_seen_with_its_cause(name, level):
+    model = dw.load(RING, {**STANDS[name], "log": level})
+    if name == "lanes, robots on the way" and level == "tasks":
+        pytest.skip("waits in traffic are known with log: all")
+    run = dw.simulate(model, 1)
+    longest = max(halts(run.history), key=lambda halt: halt.end - halt.start)
+    assert longest.cause == name.partition(",")[0]
+    assert longest.end - longest.start > 500
+    assert longest.open > 0
+    assert sum(line.startswith("Deliveries stood still from ") for line in words.sentences(run)) >= 1
+
+
+@pytest.mark.parametrize("name", WORKS)
+@pytest.mark.parametrize("seed", [1, 2])
+def test_there_is_no_false_alarm(name, seed):
+    run = dw.simulate(dw.load(RING, WORKS[name]), seed)
+    assert not [halt for halt in halts(run.history) if halt.end - halt.start > 0]
+
+
+def test_robots_too_low_to_work_are_not_idle():
+    """What two of six get in 9 minutes the others wait for in a state of its own, which is lost time."""
+    run = dw.simulate(dw.load(RING, LOW_TOGETHER), 1)
+    low, idle = run.kpis["share_too_low"], run.kpis["share_idle"]
+    assert low > 0.03
+    assert idle < 0.02
+    assert run.account()["too_low"].sum() == pytest.approx(low * 6 * 14_400)
+    root, (time, robots) = next(iter(lost_to(run.history).items()))
+    assert (root.cause, root.at) == ("too_low", "")
+    assert robots >= 4
+    assert time == pytest.approx(low * 6 * 14_400)
+    assert any("for a free charger, too low to work" in line for line in words.waited(run))
+
+
+def test_robots_that_rest_at_chargers_of_their_own_have_no_such_state():
+    assert "share_too_low" not in dw.simulate(dw.load(RING, OWN_CHARGERS), 1).kpis
+
+
+@pytest.mark.parametrize("name", [*STANDS, *WORKS])
+def test_a_fleet_that_will_charge_all_at_once_is_foreseen(name):
+    """At half of an hour's draw each, 30 % of the capacity are reached after 5,040 s; nobody else is warned."""
+    findings, _ = examined(dw.load(RING, {**STANDS, **WORKS}[name]))
+    texts = [item.text for item in findings if item.code == "CHARGE_AT_ONCE"]
+    assert bool(texts) == name.startswith("batteries")
+    assert all("after about 5,040 s" in text for text in texts)
+
+
+def test_the_day_of_the_example_is_foreseen_by_the_clock():
+    """1,630 Wh less a fifth last robots that are always at work until 18:46, and the run stands still from 18:49 on."""
+    (text,) = (item.text for item in examined(dw.load("models/my_own_day.yaml"))[0] if item.code == "CHARGE_AT_ONCE")
+    assert " at about 18:46, " in text
+    assert "with 6 chargers for 20 robots, so that 14 wait" in text
