@@ -104,7 +104,8 @@ intervals of shares of tasks assume a correlation of at least 0.04 of up to 17 d
 alike say little of the others. More show it themselves.
 """
 MISSES = """A fleet that misses a target by 0.05 points should be said to meet it in at most 5 % of plans. They look up
-to seven times, after 5 to 80 days, and say that it does after 33 days or more. Of days that differ by degrees:
+to seven times, after 5 to 80 days, and say that it does after 33 days or more. Of days that differ by degrees that
+holds at 95 %. At a target of 99 % it holds for correlations of up to 0.05, and nearly at 0.1:
 """
 KINDS = """Of days of two kinds, good and bad, bounds know nothing before a bad one has come, so days are counted. Where
 the model has nothing rarer than one day in ten, 33 days are needed, and where it has, 59 of up to 120 (breakdowns and
