@@ -14,6 +14,7 @@ from desim_warehouse.cli.answers import give, keep
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import (
+    BY_DAYS,
     BY_TARGET,
     interruptible,
     read_assignments,
@@ -24,7 +25,7 @@ from desim_warehouse.cli.study_options import (
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.errors import ModelError, reason
-from desim_warehouse.study.statistics.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS
+from desim_warehouse.study.statistics.limits import MOST_RUNS, MOST_YEARS, PLAN_RUNS
 
 if TYPE_CHECKING:
     from desim_warehouse.answer.answer import Answer
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
 ALL_YEAR = 8760.0
 """Hours."""
 NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says what holds it up."
+NOT_DECIDED = "No fleet within --robots and --chargers is shown to be enough, nor the largest not to be."
 
 
 @click.command("plan")
@@ -93,7 +95,7 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 )
 @with_json()
 @with_overrides
-@with_search("confidence", "seed", first=BY_TARGET, cap=CAP)
+@with_search("confidence", "seed", first=BY_TARGET, cap=BY_DAYS)
 def command(  # as long as its options are many
     model: str,
     targets: tuple[str, ...],
@@ -152,7 +154,8 @@ def command(  # as long as its options are many
     else:
         give(plan.answer, search.out, warnings, as_json=as_json)
     if not plan.feasible:
-        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if plan.ended else NOT_ENOUGH, err=True)
+        open_ = NOT_DECIDED if plan.undecided else NOT_ENOUGH
+        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if plan.ended else open_, err=True)
         sys.exit(NONE_MEETS)
 
 

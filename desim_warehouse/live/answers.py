@@ -31,6 +31,7 @@ from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
+from desim_warehouse.study.rare import days_needed, shows
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict, looked_at, looks_by
 from desim_warehouse.study.table import Row
@@ -203,7 +204,15 @@ class RunsSoFar:
         if target is None or not self._can_meet(target):
             return None
         values = [row.value(self.main) for row in self.rows]
-        return looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=target.measure.within)
+        return looked_at(
+            values,
+            target,
+            CONFIDENCE,
+            deterministic=self.exact,
+            within=target.measure.within,
+            least=days_needed(self.model).least,
+            agree=shows(self.model, target.indicator),
+        )
 
     def told(self, target: Target | None) -> str:
         """The main indicator with its one interval: that of the verdict, none before the first look at a target."""

@@ -15,6 +15,7 @@ from desim_warehouse.outcome.halts import Halt, halts
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.questions.run.lasting import Lasting, lasting
 from desim_warehouse.run import RunData
+from desim_warehouse.study.rare import unknown
 from desim_warehouse.values.units import SECONDS
 
 _HELD = {
@@ -171,12 +172,13 @@ def _pods(run: RunData) -> list[str]:
 
 
 def _breakdowns(run: RunData) -> list[str]:
-    """How often robots broke down, and what it cost."""
+    """How often robots broke down, what it cost, and what comes so rarely that one run does not know it."""
+    rare = [sentence(line) for line in unknown(run.model, 1, run.history.end)]
     if "breakdowns" not in run.kpis:
-        return []
+        return rare
     count, share = run.kpis["breakdowns"], run.kpis["availability"]
     left = f", which left them {numbers.PERCENT.value(share)} of their time in operation" if share < 1 else ""
-    return [f"Robots broke down {number_of(count, 'time')}{left}."]
+    return [f"Robots broke down {number_of(count, 'time')}{left}.", *rare]
 
 
 def _cost(run: RunData) -> list[str]:

@@ -63,6 +63,11 @@ class ComparedOptions:
         return all(plan.feasible for plan in self.plans.values())
 
     @property
+    def undecided(self) -> bool:
+        """Whether of some option it is not known if any design is enough."""
+        return any(plan.undecided for plan in self.plans.values())
+
+    @property
     def ended(self) -> bool:
         """Whether the runs allowed ended before an answer."""
         return any(plan.ended for plan in self.plans.values())

@@ -56,7 +56,7 @@ from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.table import Row
-from desim_warehouse.study.target import first_look, indifference, read_targets
+from desim_warehouse.study.target import days_of, first_look, indifference, read_targets
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
@@ -387,18 +387,21 @@ class _Planner:
         cost = self.designs.cost(counts)
         wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
         done = study.results.estimate(rows, "throughput_per_hour")
-        to_tell = None
+        name, days, to_tell = self.target.indicator, None, None
+        if mean is not None:
+            days = days_of([row.value(name) for row in rows if math.isfinite(row.value(name))], self.target)
         if not verdict.closed:
             to_tell = self._to_tell(rows, verdict)
         why = _first_flat(rows).partition(": ")[2]
-        return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
+        overrides = self.designs.overrides(counts)
+        return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
 
     def _to_tell(self, rows: Sequence[Row], verdict: DesignVerdict[int]) -> int | None:
         """How many runs of a design would tell of all targets that it leaves open."""
         each = zip(self.targets, verdict.each or (verdict,), strict=True)
         left = [goal for goal, one in each if not one.closed]
         needed = [
-            runs_to_tell([measured(row, goal) for row in rows], goal, verdict.level, goal.measure.within)
+            runs_to_tell([measured(row, goal) for row in rows], goal, verdict.level, goal.measure.within, verdict.least)
             for goal in left
         ]
         known = [runs for runs in needed if runs is not None]

@@ -15,6 +15,7 @@ from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
+from desim_warehouse.study.target import Days
 
 if TYPE_CHECKING:
     from desim_warehouse.study.fleet.designs import Designs
@@ -27,8 +28,8 @@ class Shown:
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
     None where all runs failed. `vetoed`: why it fails in any case. `cost`: of what is counted a year, None
     without prices of it. `wrong`: the verdicts on its runs. `delivered`: tasks an hour, which is what counts of one
-    that cannot keep up. `to_tell`: how many runs in all would probably tell, where these did not. `flat`: the error of
-    the first run in which a robot ran flat.
+    that cannot keep up. `days`: the worst of its days, and how many missed the target. `to_tell`: how many runs in all
+    would probably tell, where these did not. `flat`: the error of the first run in which a robot ran flat.
     """
 
     counts: Counts
@@ -39,8 +40,19 @@ class Shown:
     cost: float | None
     wrong: tuple[Verdict, ...] = ()
     delivered: Estimate | None = None
+    days: Days | None = None
     to_tell: int | None = None
     flat: str = ""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it was neither shown to meet the target nor to miss it."""
+        return self.vetoed is None and not self.wrong_for_good and self.verdict.verdict == "undecided"
+
+    @property
+    def wrong_for_good(self) -> bool:
+        """Whether the time to come is worse than the time simulated."""
+        return any(one.is_lasting for one in self.wrong)
 
     @property
     def robots(self) -> int:
@@ -107,6 +119,12 @@ class Sized:
         """Whether a larger design is taken to do no worse than a smaller one."""
         return not (self.worse or self.against or self.fewer)
 
+    @property
+    def undecided(self) -> bool:
+        """Whether the runs do not tell that all are too small, the largest for all where more never does worse."""
+        telling = self.below[-1:] if self.ordered else self.below
+        return self.best is None and any(one.is_open for one in telling)
+
 
 @dataclass(frozen=True)
 class Strategy:
@@ -168,6 +186,11 @@ class FleetSizes:
     def feasible(self) -> bool:
         """Whether a design was found for every demand."""
         return all(sized.best is not None for sized in self.demands) and not self.ended
+
+    @property
+    def undecided(self) -> bool:
+        """Whether for some demand it is not known if any fleet is enough."""
+        return any(sized.undecided for sized in self.demands)
 
     @property
     def ended(self) -> bool:
