@@ -1,8 +1,9 @@
 """What people wait for: `python -m benchmarks.waits [--long]`, the first table of docs/dev/performance.md.
 
 Runs are counted in bytecodes of Python, which no neighbour disturbs. Commands of `desim` are processes of their own:
-processor time, with that of their workers, and the most memory of one process. `--long`: floors of 5,000 and 40,000
-nodes.
+processor time, with that of their workers, and the most memory of one process. Drafts are those that `desim new` writes
+now; nothing is kept of commands before, so settling batteries counts. `--long`: plans of days, and floors of 5,000 and
+40,000 nodes.
 """
 
 from __future__ import annotations
@@ -19,15 +20,25 @@ from benchmarks import bytecodes
 from benchmarks.growth import warehouse
 
 MULTIBOTS, MIR = (str(bytecodes.HERE / "models" / name) for name in ("multibots.yaml", "mir250.yaml"))
-DRAFT = "new w.yaml --size 60x40 --aisles 8 --stations 3 --orders 200/h --due 5"
 ANSWERS = {
     "desim run, the smallest model": ["run", MULTIBOTS],
+    "desim check of a draft": ["check", "today.yaml"],
+    "desim run of a draft, the first": ["run", "today.yaml"],
+    "desim run of a working day of 16 h": ["run", "day.yaml"],
+    "desim run of a day of 24 h": ["run", "24h.yaml"],
     "desim plan of the README": [
-        *("plan", "w.yaml", "--target", "on_time >= 95 %", "--growth", "30%"),
+        *("plan", "today.yaml", "--target", "on_time >= 95 %", "--growth", "30%"),
         *("--robots", "6..20", "--chargers", "1..6", "--workers", "2", "--quiet"),
     ],
     "desim why of the README": ["why", MIR, "--workers", "2", "--quiet"],
 }
+DAYS = {
+    f"desim plan of {what}": [
+        *("plan", path, "--target", "on_time >= 90 %", "--packers", "packing", "--workers", "2", "--quiet")
+    ]
+    for what, path in (("a working day of 16 h", "day.yaml"), ("a day of 24 h", "24h.yaml"))
+}
+"""Plans that take minutes."""
 FLOORS = {
     "check": ["check", "floor.json"],
     "check, routes by hops": ["check", "floor.json", "--set", "policies.routing=highways"],
@@ -80,17 +91,17 @@ def two_way(side: int) -> dict[str, Any]:
 
 def row(name: str, arguments: list[str], folder: Path) -> None:
     time, memory = waited(arguments, folder)
-    print(f"{name:<46} {time:>9,.2f} s  {memory:>8,.0f} MB", flush=True)
+    print(f"{name:<50} {time:>9,.2f} s  {memory:>8,.0f} MB", flush=True)
 
 
 def report(*, long: bool = False) -> None:
     """Print the table; `long` also the rows of large floors."""
-    for name, count in zip(bytecodes.RUNS, bytecodes.counts(bytecodes.HERE), strict=True):
-        print(f"{name:<46} {count / 1e6:>9,.2f} million bytecodes", flush=True)
     with tempfile.TemporaryDirectory() as temporary:
         folder = Path(temporary)
-        waited(DRAFT.split(), folder)
-        for name, arguments in ANSWERS.items():
+        counts = bytecodes.counts(bytecodes.HERE, bytecodes.drafts(folder))
+        for name, count in zip((*bytecodes.RUNS, *bytecodes.NEW), counts, strict=True):
+            print(f"{name:<50} {count / 1e6:>9,.2f} million bytecodes", flush=True)
+        for name, arguments in (ANSWERS | DAYS if long else ANSWERS).items():
             row(name, arguments, folder)
         for nodes, side in SIDES.items() if long else ():
             for name, model in (("floor", warehouse(side, 20).content()), ("two-way", two_way(side))):

@@ -34,6 +34,7 @@ ON_BREAK = 30 / 480
 BUSY = 0.75
 """Share of their time that stations and robots may be busy by the quick estimate, where their number is not given."""
 MOST_ROBOTS = 1000
+_A_DAY = re.compile(r"/\s*d\s*$")
 NARROWEST = 1.0
 """Metres that an aisle must have: a robot is 0.8 m wide."""
 
@@ -97,11 +98,11 @@ def read_size(text: str) -> tuple[float, float]:
     return float(match[1]), float(match[2])
 
 
-def read_orders(text: str, option: str = "--orders") -> float:
-    """Orders an hour, such as `200`, `200/h` or `4/min`.
+def read_orders(text: str, option: str = "--orders", day: WorkingDay = AROUND_THE_CLOCK) -> float:
+    """Orders in a usual hour, such as `200`, `200/h` or `4/min`; of `1600/d` those of a whole `day`, spread over it.
 
     Raises:
-        ModelError: no such rate.
+        ModelError: no such rate, or more than a model may have.
     """
     from desim_warehouse.values.units import UnitNames, quantity
 
@@ -111,6 +112,9 @@ def read_orders(text: str, option: str = "--orders") -> float:
         number = math.nan
     if not 0 < number < math.inf:
         raise ModelError([f"{option} {text}: not a rate, expected {option[2:]} an hour such as 200/h"])
+    number = number * 24 / day.hours if _A_DAY.search(text) else number
+    if number > (most := LIMITS["hourly"][0]):
+        raise ModelError([f"{option} {text}: too many, expected at most {most}/h"])
     return number
 
 
@@ -179,7 +183,9 @@ def _worked_out(words: Draft) -> Draft:
         )
         if value is not None and not 0 < value <= most
     ]
-    if 0 < stations <= floor.aisles and packers % stations:
+    if packers > (most := max(stations, 1) * LIMITS["robots"][0]):
+        problems.append(f"--packers {packers}: out of range, expected 1 to {most}")
+    elif 0 < stations <= floor.aisles and packers % stations:
         text = f"not as many at each of {stations} packing stations"
         problems.append(f"--packers {packers}: {text}, expected a multiple of {stations}")
     if not 0 < words.due < math.inf:
@@ -195,10 +201,10 @@ def _worked_out(words: Draft) -> Draft:
         if words.robots is None:
             words = replace(words, robots=max(math.ceil((found.robots_busy or 1.0) / BUSY), 1))
         if words.chargers is None:
-            most = replace(words, chargers=words.robots)
-            found = _estimated(most)
-            needed = found.power.needed if found.power is not None else None
-            words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(most))))
+            one_each = replace(words, chargers=words.robots)
+            power = _estimated(one_each).power
+            needed = None if power is None else power.needed
+            words = replace(words, chargers=max(needed or 1, needed_at_rest(_model(one_each))))
     _fits(words, given_robots)
     return _lasts_a_night(words, given)
 
@@ -266,10 +272,10 @@ def _full_in_the_morning(words: Draft, given: int | None) -> Draft:
 
 def _model(words: Draft) -> Model:
     """The model of a complete draft."""
-    from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.model.schema import Model
+    from desim_warehouse.model.parse import read_yaml, valid
+    from desim_warehouse.model.schema import OUTLINE
 
-    return Model.model_validate(read_yaml(_text(words), "draft").data)
+    return valid(read_yaml(_text(words), "desim new"), Model, OUTLINE)
 
 
 def _estimated(words: Draft) -> QuickEstimate:
@@ -362,8 +368,14 @@ def said_in_full(words: Draft) -> str:
     parts = {"packing station": words.stations, **packers, "robot": words.robots, "charger": words.chargers}
     counted = ", ".join(number_of(number or 0, name) for name, number in parts.items())
     size = f"{words.size[0]:g} x {words.size[1]:g} m, {words.aisles} aisles"
-    said = f"{size}, {counted}, {words.orders:g} orders an hour{words.day.words()}, due in {_minutes(words.due)}"
-    return f"{said}, {words.inbound:g} loads an hour put away." if words.inbound else f"{said}."
+    a_day = f" = {words.orders * words.day.hours:,.0f} orders a day"
+    said = (
+        f"{size}, {counted}, {words.orders:.4g} orders an hour{words.day.words()}{a_day}, due in {_minutes(words.due)}"
+    )
+    if not words.inbound:
+        return f"{said}."
+    loads = words.inbound * WorkingDay(words.day.shifts).hours
+    return f"{said}, {words.inbound:.4g} loads an hour = {loads:,.0f} a day put away."
 
 
 def _minutes(due: float) -> str:

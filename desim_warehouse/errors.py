@@ -72,7 +72,7 @@ class GridlockError(SimulationError):
 
 
 class StallError(SimulationError):
-    """Work is open, and nothing is scheduled that could end it."""
+    """Work is open, and nothing that could end it is scheduled, or ever decided."""
 
 
 class BatteryError(SimulationError):

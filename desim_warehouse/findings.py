@@ -111,6 +111,7 @@ CODES: dict[str, Code] = {
     "NEVER_IN_RUN": Code("warning", "a closure, a visit, or tasks that come only after the run is over"),
     "BREAK_BEYOND_DUE": Code("warning", "nobody works for longer than tasks have until they are due"),
     "NEVER_LATE": Code("warning", "tasks are due so late that none can be late in this run"),
+    "DUE_CLOCK": Code("warning", "departures that count from the start of a run, where it starts by the clock"),
     "WAITS_BEYOND_DUE": Code("warning", "a policy lets tasks wait for longer than they have until they are due"),
     "MORE_THAN_FIT": Code(
         "warning", "more robots than the lanes hold, loads than a robot, or chargers or stations of pods than robots"
@@ -125,6 +126,7 @@ CODES: dict[str, Code] = {
     "NOT_USED": Code("note", "a key that changes nothing in this model, and may be there for a variant of it"),
     "PROFILE_REPEATS": Code("note", "the rates of a profile are over before the run, and start again"),
     "PROFILE_CLOCK": Code("note", "which rate of a profile holds as the run starts, where that is not at midnight"),
+    "LAST_DEPARTURE": Code("note", "how many orders come after the last departure of the run, and are not counted"),
     "CLOSED_GOODS": Code("note", "storage places and stations that no robot can reach while something is closed"),
     "PRICE_A_YEAR": Code("note", "a price a year that is usual for buying"),
     "QUANTITY_IS_TRIPS": Code("note", "rows of orders with a quantity are as many tasks, each a trip"),

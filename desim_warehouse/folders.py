@@ -3,8 +3,13 @@
 from __future__ import annotations
 
 import errno
+import hashlib
 import os
+import re
+from collections.abc import Iterable
 from pathlib import Path
+
+from desim_warehouse.errors import spoken
 
 _DEEPEST = 200
 """Folders inside one another; `Path.mkdir` takes a call for each, and Python allows some hundred."""
@@ -12,6 +17,18 @@ PLACES = {"gallery": "models/gallery", "notebooks": "reports"}
 """A folder of the installed package, and where it is in the source tree; pyproject.toml says the same to the wheel."""
 ANSWER = "answer.json"
 """The answer to a question, in the folder of its runs."""
+RUN, STUDY, JOURNAL, RESULTS = "run.json", "study.json", "runs.jsonl", "results.parquet"
+"""The files by which folders of runs and studies are recognised; the finished runs of a study, and their table."""
+LOCK = ".lock"
+"""Held while a study is running in its folder."""
+_OURS = {
+    **dict.fromkeys((RUN, STUDY, ANSWER), re.compile(rb'\A\{\s*"format": ?\d')),
+    JOURNAL: re.compile(rb'^[0-9a-f]{8} \{"model":', re.MULTILINE),  # its first line may be damaged
+    LOCK: re.compile(rb"\A(process \d+ on|another process)"),
+}
+"""What nobody else writes into files of these names: a folder with one of them is ours."""
+_BEGINNING = 65_536
+"""Bytes in which it stands."""
 
 
 def make_folder(folder: Path, mode: int = 0o777) -> None:
@@ -25,6 +42,26 @@ def make_folder(folder: Path, mode: int = 0o777) -> None:
     folder.mkdir(mode, parents=True, exist_ok=True)
 
 
+def refuse_theirs(folder: Path, files: Iterable[str]) -> None:
+    """Refuse to write `files` into a folder that holds some of these names, and nothing by which it is known as ours.
+
+    Raises:
+        OSError: which files of somebody else would be overwritten; or they cannot be looked at.
+    """
+    theirs = [name for name in files if (folder / name).exists() and (folder / name).stat().st_size]
+    if theirs and not any(_is_ours(folder / name, words) for name, words in _OURS.items()):
+        are = "are files" if len(theirs) > 1 else "is a file"
+        raise OSError(errno.EPERM, f"{spoken(theirs)} {are} of somebody else; expected another folder")
+
+
+def _is_ours(path: Path, words: re.Pattern[bytes]) -> bool:
+    """Whether a file is there and reads as we write it."""
+    if not path.is_file():
+        return False
+    with path.open("rb") as file:
+        return words.search(file.read(_BEGINNING)) is not None
+
+
 def shipped(kind: str) -> Path:
     """The folder with files of a kind: in the installed package, or in the source tree."""
     home = Path(__file__).parent
@@ -35,6 +72,12 @@ def shipped(kind: str) -> Path:
 def gallery() -> dict[str, Path]:
     """The model files of the gallery, by name."""
     return {path.stem: path for path in sorted(shipped("gallery").glob("*.yaml"))}
+
+
+def sha256(path: Path) -> str:
+    """The SHA-256 of a file."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 OLDEST = (0, 3)

@@ -39,6 +39,12 @@ class WorkingDay:
         return 1.0 if self.peak is None else max(self.peak.times, 1.0)
 
     @property
+    def hours(self) -> float:
+        """The hours of a day in which orders come at the usual rate; an hour of the peak counts as many times."""
+        every, times = self.rates(1.0)
+        return math.fsum(times) * every / 60
+
+    @property
     def begin(self) -> int:
         """The minute at which the first shift begins."""
         return self.shifts[0][0] if self.shifts else 0

@@ -17,6 +17,7 @@ import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from desim_warehouse.errors import spoken
 from desim_warehouse.outcome.indicators import INDICATORS
 from desim_warehouse.outcome.log import COLUMNS, KINDS
 
@@ -238,17 +239,24 @@ def public() -> str:
     names = [name for name in dw.__all__ if not name.startswith("_")]
     lines = ["## desim_warehouse\n", table(("name", "what it is"), (_entry(name, getattr(dw, name)) for name in names))]
     for name in ("Model", "Run", "Study", "Results"):
-        members = ((member, _static(getattr(dw, name), member)) for member in list(vars(getattr(dw, name))))
-        shown = [_entry(member, value) for member, value in members if _is_shown(member, value)]
+        shown = [
+            _entry(member, value) for member, value in _members(getattr(dw, name)).items() if _is_shown(member, value)
+        ]
         lines += [f"## {name}\n", table(("member", "what it is"), shown)]
     figures = [_entry(name, getattr(dw.plot, name)) for name in dw.plot.__all__ if callable(getattr(dw.plot, name))]
     lines += ["## plot\n", table(("function", "what it draws"), figures)]
     return "\n".join(lines)
 
 
-def _static(cls: type, member: str) -> Any:
-    value = vars(cls)[member]
-    return value.__func__ if isinstance(value, classmethod | staticmethod) else value
+def _members(cls: type) -> dict[str, Any]:
+    """The members of a class and of the data that it shows, by name: those of the class that defines them first."""
+    ours = re.compile(r"desim_warehouse\.(model|run|study|questions)\b")
+    classes = [each for each in reversed(cls.__mro__) if ours.match(each.__module__)]
+    members = {member: value for each in classes for member, value in vars(each).items()}
+    return {
+        member: value.__func__ if isinstance(value, classmethod | staticmethod) else value
+        for member, value in members.items()
+    }
 
 
 def _is_shown(member: str, value: Any) -> bool:
@@ -301,10 +309,11 @@ def indicators() -> str:
     rows = ((f"`{one.name}`", _UNITS.get(one.unit, one.unit), one.meaning) for one in INDICATORS.values())
     of_flows = ", ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_flow is not None)
     said = f"\nEach flow (`tasks.flows`) has some of them of its own, as in `on_time:outbound`: {of_flows}.\n"
-    of_parts = " and ".join(f"`{one.name}`" for one in INDICATORS.values() if one.by_time)
+    of_parts = spoken([f"`{one.name}`" for one in INDICATORS.values() if one.by_time])
     said += (
-        f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day in which "
-        "they come, as in `on_time@11:30-13:00`: the stretches of one rate, those of more than two hours by the hour.\n"
+        f"\nWhere orders come by the clock (`arrivals.profile`), {of_parts} are known by the part of the day, as in "
+        "`on_time@11:30-13:00` or `robots_busy@11:30-13:00`: of the tasks that come in it, and utilisation of what "
+        "happens in it. Parts are the stretches of one rate, those of more than two hours by the hour.\n"
     )
     return table(("indicator", "unit", "what it is"), rows) + said
 

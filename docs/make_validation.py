@@ -62,7 +62,7 @@ LITTLE = """## Little's law on every run
 The average number of open tasks L is their rate times their mean time W. `tests/little.py` counts the area under the
 number of open tasks from the log, event by event, and compares it with `tasks` and `cycle_time_mean` of the
 indicators, tasks cut off at both ends of the counted time included: then the law is exact, not a limit. It is checked
-to 1e-9 on every random warehouse of `tests/laws`, 900 in `make test` and 40,000 in `make test-long`, with stations,
+to 1e-9 on every random warehouse of `tests/laws`, 162 in `make test` and 40,000 in `make test-long`, with stations,
 batteries, two-way lanes, zones and every policy; on runs with several flows, for each of them; and on the packing hall.
 """
 BESIDES = """## The same rules, step by step

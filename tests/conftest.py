@@ -7,12 +7,22 @@ from collections import Counter
 import pytest
 from hypothesis import settings
 
+from tests.costs import Costs
+
 settings.register_profile("fast", max_examples=30, deadline=None, derandomize=True)
 settings.register_profile("long", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
 
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # begun by a shell with `&`: children would ignore Ctrl-C, too
     signal.signal(signal.SIGINT, signal.default_int_handler)
+
+
+def pytest_addoption(parser):
+    parser.addoption("--costs", help="file to write the processor time of each test to: CSV, the dearest first")
+
+
+def pytest_configure(config):
+    config.pluginmanager.register(Costs(config))
 
 
 @pytest.fixture(autouse=True)

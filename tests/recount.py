@@ -249,6 +249,33 @@ class Recount:
             found["charger_wait"] = self.queued["charger"]
         return found
 
+    def utilisation(self):
+        """Robots that do not stand idle in their hours, and servers in use: stretch by stretch of each robot."""
+        on_duty = (self.end - self.begin) * self.size - sum(robot["on_break"] for robot in self.robots)
+        idle = sum(robot["idle"] for robot in self.robots)
+        found = {"robots_busy": 1 - idle / on_duty if on_duty > 1e-9 else math.nan}
+        if not self.layout.stations:
+            return found
+        hours = {
+            node: self.model.hours(self.model.layout.stations[item.zone].hours)
+            for node, item in self.layout.stations.items()
+        }
+        time = sum(
+            item.servers * sum(end - begin for begin, end in hours[node].between(self.begin, self.end))
+            for node, item in self.layout.stations.items()
+        )
+        used, since, docked = 0.0, {}, {}
+        for at, kind, robot, _, node, *_ in [*self.rows, *((self.end, "idle", n, 0, None) for n in range(self.size))]:
+            if kind in {"docked", "enter"}:
+                docked[robot] = node if kind == "docked" else None
+            elif kind in STATES:
+                start, place = since.pop(robot, (at, None))
+                if place is not None:
+                    used += sum(b - a for a, b in hours[place].between(max(start, self.begin), min(at, self.end)))
+                if kind in {"loading", "unloading"}:
+                    since[robot] = at, docked.get(robot)
+        return found | {"server_utilisation": used / time if time else math.nan}
+
     def rate(self, robot, state, where):
         """Energy drawn in a time unit; nothing while a robot charges, or rests in a slot with a charger of its kind."""
         battery = self.batteries[robot]
@@ -304,20 +331,56 @@ class Recount:
             return {
                 number: due for number, good in enumerate(listed) if (due := getattr(good, "due", None)) is not None
             }
+        if self.model.tasks.flows:
+            terms = {row[3]: self.due_of_flow(row[3], row[0]) for row in self.rows if row[1] == "released"}
+            return {number: due for number, due in terms.items() if due is not None}
         within = getattr(goods, "due_within", None)
         if within is None:
             return {}
         return {row[3]: row[0] + within for row in self.rows if row[1] == "released"}
 
-    def late(self, due, done, among):
-        """By how much each is late that was done in the counted time or came due in it, whichever was first."""
-        found = []
+    def due_of_flow(self, task, released):
+        """When a task of a flow is due: after so long, or at the first of all departures that it comes in time for."""
+        spec, unit = self.model.tasks.flows[self.run.record.flows[task]], 1 / self.model.units.seconds
+        if spec.due_within is not None:
+            return released + spec.due_within
+        times, cut_off = getattr(spec.due_at, "times", spec.due_at), getattr(spec.due_at, "cut_off", 0.0)
+        hours, minutes = (int(part) for part in self.model.run.start.rpartition("T")[2].split(":")[:2])
+        start, departures = 60 * (60 * hours + minutes), []
+        for time in times:
+            if isinstance(time, str):
+                hour, minute = (int(part) for part in time.split(":")[:2])
+                clock = 60 * (60 * hour + minute) - start
+                departures += [(clock + 86400 * day) * unit for day in range(-1, int(self.end / 86400 / unit) + 3)]
+            else:
+                departures.append(time)
+        return min((time for time in departures if time >= released + cut_off), default=None)
+
+    def lead(self, due, released, delivered):
+        """The longest time before its departure at which a task came that missed it."""
+        flows = {name for name, flow in self.model.tasks.flows.items() if flow.due_at}
+        leads = [
+            (due[task] - time) * (delivered.get(task, math.inf) > due[task])
+            for task, time in released.items()
+            if self.run.record.flows.get(task) in flows and task in due and self.begin <= due[task] <= self.end
+        ]
+        return {"departure_lead": max(leads)} if leads else {}
+
+    def late(self, due, ends, among):
+        """By how much each is late that came due in the counted time, and how many are not.
+
+        Where the run ended as all was done, those done before they come due after it count, too.
+        """
+        length = math.inf if self.model.run.length is None else self.model.run.length
+        released = sum(row[1] == "released" for row in self.rows)
+        over = not self.model.tasks.never_end and self.end < length and released == len(done(self.run))
+        by, met = [], 0
         for task in due.keys() & among:
-            if task in done and done[task] <= due[task]:
-                found += [0.0] * (done[task] >= self.begin)
-            elif self.begin <= due[task] < self.end:
-                found.append(min(done.get(task, self.end), self.end) - due[task])
-        return found
+            in_time = ends.get(task, math.inf) <= due[task]
+            if due[task] >= self.begin and (due[task] <= self.end or (over and in_time)):
+                by.append(0.0 if in_time else min(ends.get(task, self.end), self.end) - due[task])
+                met += in_time
+        return by, met
 
     def bound_for(self, at):
         """The released tasks that can only go to nodes `at` which work is done, or have been put down there."""
@@ -355,8 +418,8 @@ class Recount:
             if kind == "worked":
                 worked += time >= self.begin
                 ends[task] = time
-        late = self.late(due, ends, self.bound_for(at)) if at else []
-        of_due = {"worked_on_time": late.count(0.0) / len(late), "loads_due": len(late)} if late else {}
+        late, met = self.late(due, ends, self.bound_for(at)) if at else ([], 0)
+        of_due = {"worked_on_time": met / len(late), "loads_due": len(late)} if late else {}
         if not put:
             return of_due
         open_time = sum(
@@ -377,7 +440,7 @@ class Recount:
         counted = {task: time for task, time in delivered.items() if time >= self.begin}
         times = [time - released[task] for task, time in counted.items()]
         due = self.due()
-        late = self.late(due, delivered, released)
+        late, met = self.late(due, delivered, released)
         found = {
             "cycle_time_mean": statistics.fmean(times) if times else math.nan,
             "cycle_time_median": statistics.median(times) if times else math.nan,
@@ -390,9 +453,9 @@ class Recount:
             growth = sum(time >= self.begin for time in released.values()) - len(counted)
             found["backlog_growth_per_hour"] = growth / hours if hours else math.nan
         if late:
-            found |= {"tardiness_mean": statistics.fmean(late), "on_time": late.count(0.0) / len(late)}
+            found |= {"tardiness_mean": statistics.fmean(late), "on_time": met / len(late)}
             found["tasks_due"] = len(late)
-        return found
+        return found | self.lead(due, released, delivered)
 
     # All of it
 
@@ -433,6 +496,7 @@ class Recount:
             **self.tasks(),
             **self.work(),
             **self.energy(),
+            **self.utilisation(),
             **self.trips(),
             **(self.orders() if self.run.record.orders else {}),
             **(self.pods(total) if self.model.pods else {}),

@@ -9,12 +9,10 @@ from typing import TypeVar
 
 from pydantic import ValidationError
 
-from desim_warehouse.answer.page import page
 from desim_warehouse.answer.parts import AnswerData
 from desim_warehouse.answer.text import printed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import ANSWER, write_whole
-from desim_warehouse.look.web import StillPage
 
 T = TypeVar("T")
 
@@ -43,6 +41,9 @@ class Answer(AnswerData):
 
     def _repr_html_(self) -> str:
         """Show the page, without drawings of a run, in a frame of its own."""
+        from desim_warehouse.answer.page import page
+        from desim_warehouse.look.web import StillPage
+
         return StillPage(self.question, page(self))._repr_html_()
 
 

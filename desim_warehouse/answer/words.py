@@ -47,6 +47,10 @@ _AIMS = {
     "orders_on_time": "{} of orders on time",
     "throughput_per_hour": "{}",
     "annual_cost": "{} a year",
+    "robots_busy": "robots busy {}",
+    "server_utilisation": "server utilisation {}",
+    "worker_utilisation": "worker utilisation {}",
+    "charger_utilisation": "charger utilisation {}",
 }
 """Targets that are said in a way of their own, by indicator."""
 _RATE = "tasks per hour"

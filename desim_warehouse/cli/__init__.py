@@ -88,19 +88,31 @@ class _Commands(click.Group):
     def resolve_command(
         self, ctx: click.Context, args: list[str]
     ) -> tuple[str | None, click.Command | None, list[str]]:
-        name = args[0]
-        if name in GONE:
-            ctx.fail(f"{name} went in 0.4; instead: {GONE[name]}")
-        if name not in COMMANDS and not ctx.resilient_parsing:
+        typed = args[0]
+        if typed in GONE:
+            ctx.fail(f"{typed} went in 0.4; instead: {GONE[typed]}")
+        if typed not in COMMANDS and not ctx.resilient_parsing:
             from desim_warehouse.errors import nearest
 
-            if near := nearest(name, COMMANDS):
-                ctx.fail(f"No such command {name!r}. Did you mean {near!r}?")
-        return super().resolve_command(ctx, args)
+            if near := nearest(typed, COMMANDS):
+                ctx.fail(f"No such command {typed!r}. Did you mean {near!r}?")
+        name, command, rest = super().resolve_command(ctx, args)
+        if command is not None and not ctx.resilient_parsing:
+            _refuse_repeated(click.Context(command, ctx, name), rest)
+        return name, command, rest
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
         with formatter.section("Commands"):
             formatter.write_dl([(name, line) for name, (_, line) in COMMANDS.items()])
+
+
+def _refuse_repeated(ctx: click.Context, args: list[str]) -> None:
+    """Refuse an option of one value that is typed twice: click would take the last one without a word."""
+    _, _, order = ctx.command.make_parser(ctx).parse_args(list(args))
+    single = [one for one in order if isinstance(one, click.Option) and not (one.multiple or one.is_flag or one.count)]
+    repeated = next((one for place, one in enumerate(single) if one in single[:place]), None)
+    if repeated is not None:
+        ctx.fail(f"{repeated.opts[0]}: typed twice, expected once")
 
 
 @click.group(cls=_Commands, context_settings={"help_option_names": ["-h", "--help"]})

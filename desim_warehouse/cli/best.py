@@ -171,11 +171,12 @@ def _search(
 
 def _delta(text: str | None, indicator: str, model: Model) -> float | None:
     """The indifference zone in the unit of its indicator."""
-    from desim_warehouse.study.target import amount_of
+    from desim_warehouse.outcome.indicators import find
+    from desim_warehouse.outcome.targets import amount_of
 
     if text is None:
         return None
-    delta = amount_of(indicator, text, model.units.names, "--delta")
+    delta = amount_of(find(indicator), text, model.units.names, "--delta")
     if not delta > 0:
         raise click.BadParameter(f"{text} is not above 0.", param_hint="--delta")
     return delta

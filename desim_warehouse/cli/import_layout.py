@@ -10,7 +10,6 @@ import click
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import with_force, write_files
 from desim_warehouse.cli.tables import show_remarks
-from desim_warehouse.errors import number_of
 from desim_warehouse.plants.formats import FORMATS, TASK_FILES, names_with, titles
 
 _HELP = f"""Make a model of FILE, a layout of another program.
@@ -77,17 +76,14 @@ def command(
 
     given = {option: value for option, value in others.items() if value not in {None, ()}}
     made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots, **given)
-    model = made.model
     if out is None and made.orders:
         raise click.UsageError("the tasks of this file are written beside the model; name one with -o")
     if out is None:
+        click.echo(made.in_short(), err=True)
         click.echo(made.text(), nl=False)
     else:
         write_files(made.files(Path(out)), force=force)
-        layout = model.layout
-        counts = zip((layout.nodes, layout.edges, layout.stations), ("node", "edge", "station"), strict=True)
-        parts = [*((len(items), kind) for items, kind in counts), (model.fleet.size, "robot")]
-        click.echo(f"{out}: {', '.join(number_of(*part) for part in parts)}")
+        click.echo(f"{out}: {made.in_short()}")
     show_remarks(made.remarks, err=out is None)
 
 

@@ -25,7 +25,13 @@ _OTHERS = ("file", "like", "schema", "force")
 @click.command("new")
 @click.argument("file", type=AtPath(), required=False)
 @click.option("--size", default="60x40", show_default=True, metavar="WxH", help="The floor in metres, width x height.")
-@click.option("--orders", default="200/h", show_default=True, metavar="RATE", help="Orders that arrive at random.")
+@click.option(
+    "--orders",
+    default="200/h",
+    show_default=True,
+    metavar="RATE",
+    help="Orders that come, as 200/h, or 1600/d: all of a day, in its hours.",
+)
 @click.option("--aisles", type=int, metavar="N", help="Aisles side by side.  [default: as many as fit]")
 @click.option("--stations", type=int, metavar="N", help="Packing stations.  [default: as many as the orders need]")
 @click.option("--robots", type=int, metavar="N", help=f"[default: {_WORKED_OUT}]")
@@ -96,12 +102,13 @@ def _words(given: dict[str, Any]) -> Draft:
     words = dict(given)
     shifts, peak = words.pop("shifts"), words.pop("peak")
     open_from_to = read_shifts(shifts) if shifts else ()
+    day, even = WorkingDay(open_from_to, read_peak(peak, open_from_to) if peak else None), WorkingDay(open_from_to)
     read = {
         "size": read_size(words["size"]),
-        "orders": read_orders(words["orders"]),
-        "day": WorkingDay(open_from_to, read_peak(peak, open_from_to) if peak else None),
+        "orders": read_orders(words["orders"], day=day),
+        "day": day,
         "packers": None if words["packers"] is None else read_packers(words["packers"]),
-        "inbound": read_orders(words["inbound"], "--inbound") if words["inbound"] else 0.0,
+        "inbound": read_orders(words["inbound"], "--inbound", even) if words["inbound"] else 0.0,
         "people": any(one is not None for one in (shifts, peak, words["packers"], words["inbound"])),
     }
     return Draft(**{**words, **read})

@@ -174,7 +174,14 @@ def run_of(
 ) -> Run:
     """The run of a folder, or of a model file simulated now, up to a moment; raises as `load_source`."""
     from desim_warehouse.questions.run import Run as Done
-    from desim_warehouse.questions.run import simulate
 
     start = load_source(source, assignments, **besides)
-    return start if isinstance(start, Done) else simulate(start, seed, until=until(start))
+    return start if isinstance(start, Done) else simulated(start, seed, until=until(start))
+
+
+def simulated(model: Model, seed: int, *, until: float | None = None) -> Run:
+    """A run of a model, up to a moment, with its settled fleet from the user's cache, which keeps it for the next."""
+    from desim_warehouse.questions.run import Run
+    from desim_warehouse.study.execution.kept_fleets import FleetsOfACommand
+
+    return Run.simulated(model, seed, until=until, fleets=FleetsOfACommand(cache=True))

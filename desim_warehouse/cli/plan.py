@@ -126,7 +126,7 @@ def command(  # as long as its options are many
         "robots": counts_of(robots, "--robots"),
         "chargers": counts_of(chargers, "--chargers"),
         "packers": packers,
-        "zone": None if zone is None else _zone(zone, target, loaded),
+        "zone": zone,
         **({"strategies": read_vary(vary)} if vary else {}),
     }
     plan: FleetPlan | OptionsPlan
@@ -151,14 +151,6 @@ def _priced(model: Model, **prices: float | None) -> Model:
     given = {key: price for key, price in prices.items() if price is not None}
     before = {"hours": ALL_YEAR} if model.prices is None else model.prices.content()
     return model.replace({"prices": {**before, **given}}) if given else model
-
-
-def _zone(text: str, target: str, loaded: Model) -> float:
-    """An indifference zone such as `1 %`, `5 s` or `5`, in the unit of the target's indicator."""
-    from desim_warehouse.study.target import amount_of, read_target
-
-    units = loaded.units.names
-    return amount_of(read_target(target, units).indicator, text, units, "--zone")
 
 
 def _ranges(given: tuple[str, ...], model: Model) -> dict[str, tuple[float, float]]:

@@ -11,7 +11,15 @@ from typing import TYPE_CHECKING
 import click
 
 from desim_warehouse.cli.completion import AtPath
-from desim_warehouse.cli.options import TimeIn, load_model, with_indicator, with_json, with_overrides, with_seed
+from desim_warehouse.cli.options import (
+    TimeIn,
+    load_model,
+    simulated,
+    with_indicator,
+    with_json,
+    with_overrides,
+    with_seed,
+)
 from desim_warehouse.cli.tables import sheet, show
 from desim_warehouse.cli.warned import warn
 from desim_warehouse.errors import number_of
@@ -40,7 +48,6 @@ def command(
     """Simulate MODEL once: what came out of it in a few sentences, and the indicators that it is judged by."""
     from desim_warehouse import __version__
     from desim_warehouse.errors import SimulationError
-    from desim_warehouse.questions.run import simulate
     from desim_warehouse.questions.run import words as run_words
     from desim_warehouse.run.folder import prepare
     from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
@@ -51,7 +58,7 @@ def command(
     warnings = warn(loaded, model, assignments, as_json=as_json)
     try:
         with nullcontext() if timeout is None else TimeLimit(timeout):
-            run = simulate(loaded, seed)
+            run = simulated(loaded, seed)
     except TimeOutError:
         raise SimulationError(f"{loaded.name}: not finished after {timeout:g} s (--timeout)") from None
     if out is not None:

@@ -16,7 +16,8 @@ from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_values, study_of, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.questions.size import FLEET, cap_sentence, most, size
+from desim_warehouse.questions.size import cap_sentence, most, size
+from desim_warehouse.study.procedures import FLEET
 from desim_warehouse.study.search import Search
 from desim_warehouse.study.statistics.limits import CAP, FIRST
 

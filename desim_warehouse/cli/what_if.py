@@ -73,7 +73,6 @@ def command(  # as long as its options are many
     --replications 20 --workers 2
     """
     from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.questions import study_words
 
     often: Any = read_yaml(replications, "--replications").data
     if until is not None:
@@ -98,7 +97,7 @@ def command(  # as long as its options are many
     with interruptible(study, search):
         study.run_by(search)
     show_failures(study.results)
-    give(study_words.answer(study.results, indicators), search.out, warnings, as_json=as_json)
+    give(study.results.answer_in(indicators), search.out, warnings, as_json=as_json)
     write_page(page, study.results)
 
 

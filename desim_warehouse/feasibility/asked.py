@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.findings import amount
 from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.facts.hours import first_stretches
-from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals, SaturatedArrivals
+from desim_warehouse.model.sections.flows import PoissonArrivals, ProfileArrivals, SaturatedArrivals, mean_rate
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.sections.lines import shares_of
 
@@ -44,6 +44,27 @@ def orders_asked_for(model: Model) -> Iterator[str]:
         trips = orders * a_trip if exact else lines / size
         least = "" if exact else "at least "
         yield f"flow {name}: {said}, each a task, in {least}{amount(trips)} trips"
+
+
+def orders_a_day(model: Model) -> Iterator[str]:
+    """How many orders come in 24 h from the start of the run: `asked for: orders 2,704, inbound 640 = 3,344 a day`.
+
+    Nothing where none come at a rate, or where it is not known how long a unit of time is.
+    """
+    tasks, hour = model.tasks, model.units.hour
+    if not model.units.has_seconds:
+        return
+    day, asked = 24 * hour, {}
+    if isinstance(tasks.goods, PoissonGoods):
+        asked[""] = 24 * tasks.goods.poisson * model.hours(tasks.goods.hours).share(0.0, day)
+    for name, flow in tasks.flows.items():
+        if isinstance(flow.when, PoissonArrivals | ProfileArrivals):
+            rate = mean_rate(flow, day, hour, model.run.start, model.hours(flow.hours)) or 0.0
+            asked[name] = 24 * rate / flow.mean_lines
+    if asked:
+        whole = math.fsum(asked.values()) * tasks.demand
+        each = ", ".join(f"{name} {orders * tasks.demand:,.0f}" for name, orders in asked.items() if name)
+        yield f"asked for: {each or f'{amount(whole / 24)} an hour'} = {whole:,.0f} orders a day"
 
 
 def most_loads(model: Model) -> int:

@@ -21,7 +21,6 @@ from desim_warehouse.live.messages import Measured, Verdict, label
 from desim_warehouse.live.offers import ROBOTS
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import judged_by
-from desim_warehouse.outcome.indicators import within as bounds_of
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict as Wrong
 from desim_warehouse.outcome.verdicts import judge_design, piles_up
@@ -210,7 +209,7 @@ class RunsSoFar:
         if target is None or not self._can_meet(target):
             return None
         values = [row.value(self.main) for row in self.rows]
-        return looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=bounds_of(target.indicator))
+        return looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=target.measure.within)
 
     def told(self, target: Target | None) -> str:
         """The main indicator with its one interval: that of the verdict, none before the first look at a target."""

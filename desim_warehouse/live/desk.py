@@ -22,6 +22,7 @@ from typing import Any
 
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError
+from desim_warehouse.folders import STUDY
 from desim_warehouse.live.answers import FEWEST, ByHand, Named, RunsSoFar, by_hand, results_of
 from desim_warehouse.live.frozen import FrozenPage
 from desim_warehouse.live.messages import About, Calculated, Tried, Watched
@@ -30,8 +31,8 @@ from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions.compare_words import difference
 from desim_warehouse.questions.study import Results
-from desim_warehouse.run.folder import STUDY
 from desim_warehouse.study.execution import worker_count
+from desim_warehouse.study.execution.kept_fleets import FleetsOfACommand
 from desim_warehouse.study.execution.pool import Pool
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.store import Store
@@ -127,7 +128,7 @@ class Desk:
         self.error: str | None = None
         self.written, self.changed = monotonic(), False
         self.store = Store(folder, self.notes.append)
-        self.pool = Pool(model, self.workers, None, self.notes.append, Interrupts())
+        self.pool = Pool(self.workers, None, self.notes.append, Interrupts(), FleetsOfACommand(cache=True))
         self.closing = False
         self.thread = threading.Thread(target=self._work, daemon=True)
         self.thread.start()
@@ -301,7 +302,7 @@ class Desk:
 
     def _submit(self, design: Design, r: int) -> None:
         run = Wanted(design.number, design.named.changes, run_seed(self.seed, r), floor=r in design.outcomes)
-        handle = self.pool.submit(run)
+        handle = self.pool.submit(self.model, run)
         design.handles[r] = handle
         self.of[handle] = design, r
         handle.tell(self.ended)

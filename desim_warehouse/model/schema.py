@@ -22,6 +22,7 @@ from desim_warehouse.model.events import too_many
 from desim_warehouse.model.messages import Outline, report
 from desim_warehouse.model.overrides import override
 from desim_warehouse.model.parse import Document, from_mapping, valid
+from desim_warehouse.model.sections.departures import Timetable
 from desim_warehouse.model.sections.fleet import BatterySpec, Fleet
 from desim_warehouse.model.sections.flows import (
     FlowSpec,
@@ -541,6 +542,10 @@ class Model(Part):
     def rates(self, profile: Profile, demand: float = 1.0) -> Rates:
         """A profile as times of a run."""
         return Rates(profile, self.units.hour, self.run.start, demand)
+
+    def timetable(self, flow: FlowSpec) -> Timetable:
+        """The departures of a flow as times of a run; without any if it has none."""
+        return Timetable.of(flow.due_at, self.run.start, 1 / self.units.seconds)
 
     def content(self) -> dict[str, Any]:
         """What is in the model, defaults too, as plain JSON values: equal models, equal content.

@@ -11,13 +11,13 @@ from typing import Any
 from pydantic import ValidationError
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
+from desim_warehouse.folders import sha256
 from desim_warehouse.layout.spec import NamesFile, StorageFile
 from desim_warehouse.model import layout_file
 from desim_warehouse.model.messages import FilePositions, Keys, Outline, Position, Problem, from_pydantic
 from desim_warehouse.model.parse import Document
 from desim_warehouse.model.sections.flows import MatrixFile
 from desim_warehouse.model.sections.goods import WeightsFile
-from desim_warehouse.model.sections.orders import sha256
 from desim_warehouse.model.sections.pods import HoldsFile
 from desim_warehouse.model.sections.policy import KINDS
 from desim_warehouse.policies import catalogue

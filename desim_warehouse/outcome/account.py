@@ -353,6 +353,9 @@ def cost_per_task(history: History) -> float:
 
 
 def late(history: History) -> int:
-    """Orders that came due in the counted time and were not done by then; a task of no order is one by itself."""
-    alone = history.settled(task.deadline for task in history.tasks.values() if not task.order)
+    """Orders that came due in the counted time, its end included, and were not done by then.
+
+    A task of no order is one by itself.
+    """
+    alone = history.falling_due(task.deadline for task in history.tasks.values() if not task.order)
     return sum(one.missed for one in (*history.order_deadlines, *alone))

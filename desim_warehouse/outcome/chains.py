@@ -74,13 +74,16 @@ def roots(history: History) -> list[Root]:
     return [root or _place(wait) for root, wait in zip(longest, history.waits, strict=True)]
 
 
-def lost_to(history: History) -> dict[Root, tuple[float, int]]:
-    """For each root the counted time that all robots together waited for it, and for how many of them, most first."""
+def lost_to(history: History, until: float = math.inf) -> dict[Root, tuple[float, int]]:
+    """For each root the counted time that all robots together waited for it, and for how many of them, most first.
+
+    Waits that begin after `until` are left out, and of others what comes after it.
+    """
     spent: defaultdict[Root, list[float]] = defaultdict(list)
     robots: defaultdict[Root, set[int]] = defaultdict(set)
     for one in lost(history):
-        if history.counts(one.start):
-            spent[one.root].append(one.end - one.start)
+        if history.counts(one.start) and one.start < until:
+            spent[one.root].append(min(one.end, until) - one.start)
             robots[one.root].add(one.robot)
     found = {root: (math.fsum(times), len(robots[root])) for root, times in spent.items()}
     return dict(sorted(found.items(), key=lambda item: -item[1][0]))

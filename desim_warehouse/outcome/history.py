@@ -35,18 +35,20 @@ from desim_warehouse.outcome.records import (
     Wait,
     Whereabouts,
 )
-from desim_warehouse.states import APART, AT_START, CHARGER, WAITING, Phase, names
+from desim_warehouse.states import APART, AT_START, CHARGER, SERVED, WAITING, Phase, names
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
     from desim_warehouse.outcome.records import Deadline, Edge
+    from desim_warehouse.values.calendars import Stretch
 
     Curve = tuple[list[float], list[float]]
 
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
-_end_of = attrgetter("end")
+_LEAVING = names(lambda state: state.phase in (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY))
+_end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
 
@@ -93,7 +95,9 @@ class History:
         return self
 
     def since(self, begin: float) -> History:
-        """The history of the same run, counted from another moment on."""
+        """The history of the run, counted from another moment on: itself if it counts from there already."""
+        if begin == self.begin:
+            return self
         other = History(self.log, self.model, self.layout, self.seed)
         other.begin = begin
         return other
@@ -102,6 +106,11 @@ class History:
     def counted(self) -> float:
         """The length of time in which indicators count."""
         return self.end - self.begin
+
+    @property
+    def stretches(self) -> list[Stretch]:
+        """The counted time; that of a part of the day has one on each day."""
+        return [(self.begin, self.end)]
 
     def counts(self, time: float) -> bool:
         """Whether what happens at a time is counted: from the very end of the warm-up on."""
@@ -206,28 +215,34 @@ class History:
         """The cycle times of the tasks done in the counted time, shortest first."""
         return sorted(task.cycle_time for task in self.counted_done)
 
-    def settled(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
-        """Those of what was done or came due in the counted time, whichever was first, in that order.
+    @cached_property
+    def ended_with_its_work(self) -> bool:
+        """Whether the run ended as all its work was done, before its length was over."""
+        return not self.model.tasks.never_end and self.end < self.model.run.end and len(self.done) == len(self.tasks)
 
-        What comes due at the very end and is not done may still be done then: it is not late yet.
+    def falling_due(self, deadlines: Iterable[Deadline | None]) -> list[Deadline]:
+        """Those due in the counted time, both ends included, in order of their due times: met, missed or still open.
+
+        Of a run that ended with its work also those due later and met.
         """
-        found = (one for one in deadlines if one is not None and self.counts(one.settled))
-        return sorted((one for one in found if one.due < self.end or not one.missed), key=attrgetter("settled"))
+        later = self.ended_with_its_work
+        counted = (one for one in deadlines if one is not None and self.counts(one.due))
+        return sorted((one for one in counted if one.due <= self.end or (later and not one.missed)), key=_due_of)
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of tasks that were done or came due in the counted time, in that order."""
-        return self.settled(task.deadline for task in self.tasks.values())
+        """The due times of tasks that fall in the counted time, in order of time."""
+        return self.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
         """The same of the load units for stations with workers, and of the work on them."""
-        return self.settled(task.work_deadline for task in self.for_workers)
+        return self.falling_due(task.work_deadline for task in self.for_workers)
 
     @cached_property
     def order_deadlines(self) -> list[Deadline]:
         """The same of orders."""
-        return self.settled(order.deadline for order in self.orders)
+        return self.falling_due(order.deadline for order in self.orders)
 
     @cached_property
     def orders(self) -> list[OrderHistory]:
@@ -319,6 +334,24 @@ class History:
     def states(self) -> list[list[StateSpan]]:
         """For each robot its states in order of time. They fill the run, and none has zero length."""
         return [[span for span in robot if span.end > span.start] for robot in self.changes]
+
+    @cached_property
+    def served(self) -> list[tuple[str, float, float]]:
+        """When robots loaded or unloaded in stations: the node of the station, from when, and until when."""
+        inside: dict[int, str] = {}
+        since: dict[int, float] = {}
+        found = []
+        for row in self.rows("docked", *STATES):
+            if row.kind == "docked":
+                inside[row.robot] = row.node or ""
+                continue
+            if row.robot in since:
+                found.append((inside[row.robot], since.pop(row.robot), row.time))
+            if row.kind in _LEAVING:
+                inside.pop(row.robot, None)
+            elif row.kind in SERVED and row.robot in inside:
+                since[row.robot] = row.time
+        return found + [(inside[robot], start, self.end) for robot, start in since.items()]
 
     @cached_property
     def recharges(self) -> list[float]:

@@ -17,7 +17,7 @@ from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
 from desim_warehouse.outcome import account, measures
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.parts import PartHistory, by_day_part, of_flow
-from desim_warehouse.states import APART, TIMES, State
+from desim_warehouse.states import APART, AT_START, OPERATING, TIMES, WAITING, State
 
 Unit = Literal[
     "time",
@@ -43,10 +43,13 @@ Unit = Literal[
     "share of operating time",
 ]
 Better = Literal["less", "more"]
+Way = Literal["rises", "falls"]
 AT = "@"
 """Between an indicator and the part of the day that it is of."""
 _STRETCH = re.compile(r"\d\d:\d\d-\d\d:\d\d")
 
+_MORE_OF = {AT_START, "queueing", WAITING.name, *APART}
+"""States in which a larger fleet usually spends more of its time: idle, in queues and in traffic."""
 _JUDGED = {
     False: (
         *("T", "S", "C", "throughput_per_hour", "cycle_time_mean", "on_time", "cycle_time_p95", "share_waiting"),
@@ -75,8 +78,10 @@ class Indicator:
     counted in. `meaning`: for the reference. `better`: whether less or more of it is better, None: neither by itself.
     `compute`: its value, counted from the end of the warm-up to the end of the run. `applies`: whether a run has it.
     `by_flow`: where tasks flow, each flow that it `applies` to has it too, under `NAME:FLOW`, from its own tasks.
-    `by_time`: where orders come at rates by the clock, each part of the day has that too, under `NAME@11:30-13:00`.
-    `signed`: whether it can be less than 0.
+    `by_time`: where orders come at rates by the clock, each part of the day has that too, under `NAME@11:30-13:00`:
+    where it is computed as `by_flow`, of the tasks that come in it, else of what happens in it.
+    `signed`: whether it can be less than 0. `with_robots`: which way it usually moves with more robots that do the work
+    of a day, None: neither by itself. That is a first guess, from which searches begin and which they look into.
     """
 
     name: str
@@ -87,18 +92,24 @@ class Indicator:
     compute: Callable[[History], float]
     applies: Callable[[Any], bool] = lambda _: True
     by_flow: Callable[[PartHistory], float] | None = None
-    by_time: bool = False
+    by_time: Callable[[PartHistory], float] | None = None
     signed: bool = False
+    with_robots: Way | None = None
 
     def of(self, mark: str, part: str) -> Indicator:
         """The indicator of one flow (`:`), or of one part of the day (`@`)."""
         title = f"{self.title}, {said_part(part) if mark == AT else part}"
-        return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=False)
+        return replace(self, name=f"{self.name}{mark}{part}", title=title, by_flow=None, by_time=None)
 
     @property
     def is_share(self) -> bool:
         """Whether it is a share, at most 1 and shown in per cent."""
         return self.unit.startswith("share")
+
+    @property
+    def within(self) -> tuple[float, float]:
+        """Its range: at least 0 unless it is signed, a share at most 1, others unbounded."""
+        return -math.inf if self.signed else 0.0, 1.0 if self.is_share else math.inf
 
 
 def _share_of(state: State) -> Indicator:
@@ -111,6 +122,7 @@ def _share_of(state: State) -> Indicator:
         state.better,
         measures.share(state.name),
         lambda history: state.applies(history.model),
+        with_robots="falls" if state.name in OPERATING else "rises" if state.name in _MORE_OF else None,
     )
 
 
@@ -124,6 +136,7 @@ def _waited_apart(state: State) -> Indicator:
         state.better,
         measures.total(state.name),
         lambda history: state.applies(history.model),
+        with_robots="rises",
     )
 
 
@@ -137,6 +150,7 @@ INDICATORS = {
             "when the last robot is back with all goods delivered; lifelong demand: the run's length",
             "less",
             lambda history: history.end,
+            with_robots="falls",
         ),
         Indicator(
             "S",
@@ -145,6 +159,7 @@ INDICATORS = {
             "episodes in which a robot waits for another, `rear_ends + crossings`; the collisions of the paper",
             "less",
             measures.collisions,
+            with_robots="rises",
         ),
         Indicator(
             "C",
@@ -153,6 +168,7 @@ INDICATORS = {
             "charge cycles after which a robot went out again",
             "less",
             measures.count("recharged"),
+            with_robots="rises",
         ),
         Indicator(
             "tasks",
@@ -162,8 +178,11 @@ INDICATORS = {
             "more",
             measures.count("delivered"),
             by_flow=measures.tasks_of_flow,
+            with_robots="rises",
         ),
-        Indicator("moves", "Edges driven", "count", "edges driven", "less", measures.count("moves")),
+        Indicator(
+            "moves", "Edges driven", "count", "edges driven", "less", measures.count("moves"), with_robots="rises"
+        ),
         Indicator(
             "distance",
             "Distance driven",
@@ -171,8 +190,17 @@ INDICATORS = {
             "driven by all robots",
             "less",
             measures.total("distance"),
+            with_robots="rises",
         ),
-        Indicator("energy", "Energy drawn", "energy", "used by all robots", "less", measures.total("energy")),
+        Indicator(
+            "energy",
+            "Energy drawn",
+            "energy",
+            "used by all robots",
+            "less",
+            measures.total("energy"),
+            with_robots="rises",
+        ),
         Indicator(
             "waiting",
             "Time waited in traffic",
@@ -180,6 +208,7 @@ INDICATORS = {
             "waited in traffic, all robots together",
             "less",
             measures.total("waiting"),
+            with_robots="rises",
         ),
         *(_waited_apart(state) for state in APART.values()),
         Indicator(
@@ -191,6 +220,7 @@ INDICATORS = {
             "less",
             measures.encounters,
             measures.has_tally("encounters"),
+            with_robots="rises",
         ),
         Indicator(
             "shared_time",
@@ -200,6 +230,7 @@ INDICATORS = {
             "less",
             measures.shared_time,
             measures.has_tally("encounters"),
+            with_robots="rises",
         ),
         Indicator(
             "cost",
@@ -216,6 +247,7 @@ INDICATORS = {
             "of these, those behind a robot on the same edge",
             "less",
             measures.count("rear_ends"),
+            with_robots="rises",
         ),
         Indicator(
             "crossings",
@@ -224,8 +256,17 @@ INDICATORS = {
             "of these, those before an intersection",
             "less",
             measures.count("crossings"),
+            with_robots="rises",
         ),
-        Indicator("rotations", "Gridlock rotations", "count", "full rings that turned", "less", measures.rotations),
+        Indicator(
+            "rotations",
+            "Gridlock rotations",
+            "count",
+            "full rings that turned",
+            "less",
+            measures.rotations,
+            with_robots="rises",
+        ),
         Indicator(
             "throughput_per_hour",
             "Throughput",
@@ -234,6 +275,7 @@ INDICATORS = {
             "more",
             measures.throughput,
             by_flow=measures.throughput_of_flow,
+            with_robots="rises",
         ),
         Indicator(
             "cycle_time_mean",
@@ -243,6 +285,7 @@ INDICATORS = {
             "less",
             measures.cycle_time,
             by_flow=measures.cycle_time,
+            with_robots="falls",
         ),
         Indicator(
             "cycle_time_median",
@@ -252,6 +295,7 @@ INDICATORS = {
             "less",
             measures.cycle_time_median,
             by_flow=measures.cycle_time_median,
+            with_robots="falls",
         ),
         Indicator(
             "cycle_time_p95",
@@ -261,6 +305,7 @@ INDICATORS = {
             "less",
             measures.cycle_time_p95,
             by_flow=measures.cycle_time_p95,
+            with_robots="falls",
         ),
         Indicator(
             "cycle_time_cv",
@@ -279,6 +324,7 @@ INDICATORS = {
             "less",
             measures.backlog,
             by_flow=measures.backlog,
+            with_robots="falls",
         ),
         Indicator(
             "backlog_growth_per_hour",
@@ -289,6 +335,7 @@ INDICATORS = {
             measures.backlog_growth,
             measures.has_arrivals,
             signed=True,
+            with_robots="falls",
         ),
         Indicator(
             "tardiness_mean",
@@ -300,33 +347,46 @@ INDICATORS = {
             measures.tardiness,
             measures.has_due_times,
             by_flow=measures.tardiness,
+            with_robots="falls",
         ),
         Indicator(
             "on_time",
             "Done on time",
             "share of tasks",
-            "of the tasks done (`tasks.done_when`) or come due in the counted time the share done by their due time; "
-            "only where tasks have due times. A task is late from the instant at which it is due and not done, and "
-            "counts once: when it is done or comes due, whichever is first. One that came due in the warm-up is left "
-            "out, and so is one that comes due at the very end of the run or later and is not done. Over several runs "
+            "of the tasks that come due in the counted time, its end included, the share done (`tasks.done_when`) by "
+            "then; only where tasks have due times. One that came due in the warm-up is left out, done or not, and so "
+            "is one that comes due after the end; where a run ends as all its work is done those count. Over several "
+            "runs "
             "the mean of their shares, in which each run counts alike: where busy days are late more often, the share "
             "of all tasks of all runs is smaller",
             "more",
             measures.on_time,
             measures.has_due_times,
             by_flow=measures.on_time,
-            by_time=True,
+            by_time=measures.on_time,
+            with_robots="rises",
         ),
         Indicator(
             "tasks_due",
-            "Tasks done or come due",
+            "Tasks come due",
             "count",
             "the tasks that `on_time` is a share of; only where tasks have due times",
             None,
             measures.tasks_due,
             measures.has_due_times,
             by_flow=measures.tasks_due,
-            by_time=True,
+            by_time=measures.tasks_due,
+        ),
+        Indicator(
+            "departure_lead",
+            "Lead before departures",
+            "time",
+            "the longest time before its departure (`due_at`) at which a task came that missed it, 0 if none did: what "
+            "came earlier was in time. Only where tasks of flows with `due_at` come due in the counted time",
+            "less",
+            measures.departure_lead,
+            measures.has_departures,
+            by_flow=measures.departure_lead,
         ),
         Indicator(
             "worked",
@@ -337,6 +397,7 @@ INDICATORS = {
             measures.worked,
             measures.has_work,
             by_flow=measures.worked,
+            with_robots="rises",
         ),
         Indicator(
             "worked_on_time",
@@ -348,10 +409,11 @@ INDICATORS = {
             measures.worked_on_time,
             measures.has_due_work,
             by_flow=measures.worked_on_time,
+            with_robots="rises",
         ),
         Indicator(
             "loads_due",
-            "Loads worked on or come due",
+            "Loads come due",
             "count",
             "the load units that `worked_on_time` is a share of; only where they have due times",
             None,
@@ -369,6 +431,29 @@ INDICATORS = {
             measures.worker_utilisation,
             measures.has_work,
             by_flow=measures.worker_utilisation,
+            by_time=measures.worker_utilisation_then,
+        ),
+        Indicator(
+            "server_utilisation",
+            "Server utilisation",
+            "share of capacity",
+            "share of the time of all servers of stations, in the hours of their stations, in which a robot loads or "
+            "unloads there; only with stations",
+            None,
+            measures.server_utilisation,
+            measures.has_stations,
+            by_time=measures.server_utilisation,
+        ),
+        Indicator(
+            "robots_busy",
+            "Robots busy",
+            "share of fleet time",
+            "share of the time of all robots, in their hours, in which they do not stand idle: waits, queues, charging "
+            "and repairs count, too, as each keeps a robot from a task",
+            None,
+            measures.robots_busy,
+            by_time=measures.robots_busy,
+            with_robots="falls",
         ),
         Indicator(
             "worker_wait",
@@ -398,6 +483,7 @@ INDICATORS = {
             None,
             measures.pod_visits,
             measures.has_pods,
+            with_robots="rises",
         ),
         Indicator(
             "pile_on",
@@ -407,6 +493,7 @@ INDICATORS = {
             "more",
             measures.pile_on,
             measures.has_pods,
+            with_robots="falls",
         ),
         Indicator(
             "station_idle",
@@ -416,6 +503,7 @@ INDICATORS = {
             "less",
             measures.station_idle,
             measures.has_pods,
+            with_robots="falls",
         ),
         Indicator(
             "distance_per_task",
@@ -452,6 +540,7 @@ INDICATORS = {
             "more",
             lambda history: len(history.counted_orders),
             measures.has_orders,
+            with_robots="rises",
         ),
         Indicator(
             "order_cycle_time_mean",
@@ -461,6 +550,7 @@ INDICATORS = {
             "less",
             lambda history: measures.mean([order.cycle_time for order in history.counted_orders]),
             measures.has_orders,
+            with_robots="falls",
         ),
         Indicator(
             "order_cycle_time_p95",
@@ -470,20 +560,22 @@ INDICATORS = {
             "less",
             lambda history: measures.quantile(sorted(order.cycle_time for order in history.counted_orders), 0.95),
             measures.has_orders,
+            with_robots="falls",
         ),
         Indicator(
             "orders_on_time",
             "Orders on time",
             "share of orders",
-            "the same of orders: the share of which every task was done by its due time, of those that were done or of "
-            "which a task came due and was not done; only with orders that have due times",
+            "the same of orders: the share of which every task was done by its due time; an order comes due with the "
+            "first of its tasks that is late, else with the last; only with orders that have due times",
             "more",
             lambda history: measures.met(history.order_deadlines),
             measures.has_due_orders,
+            with_robots="rises",
         ),
         Indicator(
             "orders_due",
-            "Orders done or come due",
+            "Orders come due",
             "count",
             "the orders that `orders_on_time` is a share of; only with orders that have due times",
             None,
@@ -499,6 +591,7 @@ INDICATORS = {
             measures.energy_lowest,
             measures.has_batteries,
             signed=True,  # with `battery.reserve`
+            with_robots="rises",
         ),
         Indicator(
             "energy_drift_per_hour",
@@ -519,6 +612,7 @@ INDICATORS = {
             None,
             measures.charger_utilisation,
             measures.has_chargers,
+            by_time=measures.charger_utilisation,
         ),
         Indicator(
             "charger_wait",
@@ -528,6 +622,7 @@ INDICATORS = {
             "less",
             lambda history: history.charger_wait,
             measures.has_chargers,
+            with_robots="rises",
         ),
         Indicator(
             "station_wait",
@@ -537,6 +632,7 @@ INDICATORS = {
             "less",
             measures.station_wait,
             measures.has_stations,
+            with_robots="rises",
         ),
         Indicator(
             "breakdowns",
@@ -546,6 +642,7 @@ INDICATORS = {
             "less",
             measures.count("breakdowns"),
             measures.breaks_down,
+            with_robots="rises",
         ),
         Indicator(
             "availability",
@@ -566,6 +663,7 @@ INDICATORS = {
             "less",
             account.annual_cost,
             measures.has_prices,
+            with_robots="rises",
         ),
         Indicator(
             "cost_per_task",
@@ -575,6 +673,7 @@ INDICATORS = {
             "less",
             account.cost_per_task,
             measures.has_prices,
+            with_robots="rises",
         ),
         *(_share_of(state) for state in TIMES.values()),
     )
@@ -596,13 +695,16 @@ def kpis(history: History) -> RunIndicators:
     """All indicators that a run has, in the units of its model file."""
     has = ((name, indicator) for name, indicator in INDICATORS.items() if indicator.applies(history))
     found = RunIndicators({name: indicator.compute(history) for name, indicator in has})
-    parts = [(":", flow, of_flow(history, flow)) for flow in history.model.tasks.flows]
-    parts += [(AT, part, tasks) for part, tasks in by_day_part(history).items()]
-    for mark, part, tasks in parts:
+    for flow in history.model.tasks.flows:
+        tasks = of_flow(history, flow)
         for name, indicator in INDICATORS.items():
-            asked_for = indicator.by_time or mark != AT
-            if indicator.by_flow is not None and asked_for and indicator.applies(tasks):
-                found[f"{name}{mark}{part}"] = indicator.by_flow(tasks)
+            if indicator.by_flow is not None and indicator.applies(tasks):
+                found[f"{name}:{flow}"] = indicator.by_flow(tasks)
+    for name_of_part, part in by_day_part(history).items():
+        for name, indicator in INDICATORS.items():
+            of_tasks = indicator.by_time is indicator.by_flow
+            if indicator.by_time is not None and indicator.applies(part if of_tasks else history):
+                found[f"{name}{AT}{name_of_part}"] = indicator.by_time(part)
     return found
 
 
@@ -651,11 +753,9 @@ def split(name: str) -> tuple[str, str, str]:
 
 
 def within(name: str) -> tuple[float, float]:
-    """The range of an indicator of ours: at least 0 unless it is signed, a share at most 1, others unbounded."""
+    """The range of an indicator by its name (`Indicator.within`); unbounded where it is none of ours."""
     indicator = look_up(name)
-    if indicator is None:
-        return -math.inf, math.inf
-    return -math.inf if indicator.signed else 0.0, 1.0 if indicator.is_share else math.inf
+    return (-math.inf, math.inf) if indicator is None else indicator.within
 
 
 def is_of_due(name: str) -> bool:

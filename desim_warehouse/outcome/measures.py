@@ -7,15 +7,16 @@ from __future__ import annotations
 
 import math
 import statistics
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.outcome.records import Deadline, TaskHistory, Trip
-from desim_warehouse.states import BROKEN, OPERATING, SERVER, names
+from desim_warehouse.states import AT_START, BROKEN, OPERATING, RESTING, SERVER, names
 
 if TYPE_CHECKING:
     from desim_warehouse.outcome.history import History
     from desim_warehouse.outcome.parts import PartHistory
+    from desim_warehouse.values.calendars import Hours, Stretch
 
 
 _QUEUEING = names(lambda state: state.queue == SERVER)
@@ -86,19 +87,48 @@ def worker_wait(tasks: History | PartHistory) -> float:
 
 
 def worker_utilisation(tasks: History | PartHistory) -> float:
-    """Work after the end of a station's hours, as `at_close: finish` has it, is not counted: it has no such time."""
+    """Work on some tasks only: that of a flow, or of all."""
     whole = tasks.history
-    hours = {node: whole.model.hours(spec.hours) for node, spec in whole.workplaces.items()}
+    staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
+    return _in_hours(staff, [(task.station, task.begun, task.worked) for task in tasks.put_down], tasks.stretches)
+
+
+def worker_utilisation_then(part: PartHistory) -> float:
+    """Work in a part of the day, whenever its tasks came."""
+    whole = part.history
+    staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
+    return _in_hours(staff, [(task.station, task.begun, task.worked) for task in whole.put_down], part.stretches)
+
+
+def server_utilisation(part: History | PartHistory) -> float:
+    """A server is in use while a robot loads or unloads in its station."""
+    whole = part.history
+    staff = {
+        node: (item.servers, whole.model.hours(whole.model.layout.stations[item.zone].hours))
+        for node, item in whole.layout.stations.items()
+    }
+    return _in_hours(staff, whole.served, part.stretches)
+
+
+def _in_hours(
+    staff: Mapping[str, tuple[int, Hours]],
+    busy: Iterable[tuple[str, float, float]],
+    stretches: Sequence[Stretch],
+) -> float:
+    """The share of the time of servers or workers, by node so many and their hours, in which they are busy.
+
+    Work after the end of the hours, as `at_close: finish` has it, is not counted: it has no such time.
+    """
     time = math.fsum(
-        spec.workers * hours[node].share(whole.begin, whole.end) * whole.counted
-        for node, spec in whole.workplaces.items()
+        number * hours.share(begin, end) * (end - begin) for number, hours in staff.values() for begin, end in stretches
     )
-    busy = math.fsum(
-        end - start
-        for task in tasks.put_down
-        for start, end in hours[task.station].between(max(task.begun, whole.begin), min(task.worked, whole.end))
+    worked = math.fsum(
+        until - since
+        for node, start, stop in busy
+        for begin, end in stretches
+        for since, until in staff[node][1].between(max(start, begin), min(stop, end))
     )
-    return busy / time if time else math.nan
+    return worked / time if time else math.nan
 
 
 def work_backlog(tasks: History | PartHistory) -> int:
@@ -128,6 +158,29 @@ def cycle_time_cv(history: History) -> float:
 
 def tardiness(tasks: History | PartHistory) -> float:
     return mean([one.overrun(tasks.history.end) for one in tasks.deadlines])
+
+
+def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
+    """The tasks of flows with departures (`due_at`) that come due in the counted time."""
+    whole = tasks.history
+    flows = {name for name, flow in whole.model.tasks.flows.items() if flow.due_at}
+    return [
+        task
+        for task in tasks.tasks.values()
+        if task.flow in flows and task.due is not None and whole.begin <= task.due <= whole.end
+    ]
+
+
+def departure_lead(tasks: History | PartHistory) -> float:
+    """The longest time before its departure at which a task came that missed it; 0 if none did."""
+    missed = (
+        task.due - task.released for task in for_departures(tasks) if task.due is not None and task.done > task.due
+    )
+    return max(missed, default=0.0)
+
+
+def has_departures(tasks: History | PartHistory) -> bool:
+    return bool(for_departures(tasks))
 
 
 def on_time(tasks: History | PartHistory) -> float:
@@ -182,10 +235,33 @@ def energy_drift(history: History) -> float:
     return gained / math.fsum(battery.capacity for battery in batteries) / hours
 
 
-def charger_utilisation(history: History) -> float:
-    time = history.chargers * history.counted
-    used = math.fsum(history.within(one.start, one.end) for one in history.chargings)
+def charger_utilisation(part: History | PartHistory) -> float:
+    whole = part.history
+    time = whole.chargers * length(part.stretches)
+    used = math.fsum(overlap(one.start, one.end, part.stretches) for one in whole.chargings)
     return used / time if time else math.nan
+
+
+def robots_busy(part: History | PartHistory) -> float:
+    """All time on duty in which a robot does not stand idle: waits keep it from a task, too."""
+    time = dict.fromkeys(RESTING, 0.0)
+    for robot in part.history.changes:
+        for span in robot:
+            if span.state in time:
+                time[span.state] += overlap(span.start, span.end, part.stretches)
+    idle = time.pop(AT_START)
+    on_duty = len(part.history.log.robots) * length(part.stretches) - math.fsum(time.values())
+    return max(1 - idle / on_duty, 0.0) if on_duty > ROUNDING else math.nan
+
+
+def length(stretches: Sequence[Stretch]) -> float:
+    """How long stretches of time are together."""
+    return math.fsum(end - begin for begin, end in stretches)
+
+
+def overlap(start: float, end: float, stretches: Sequence[Stretch]) -> float:
+    """How much of an interval lies in stretches of time."""
+    return math.fsum(max(min(end, last) - max(start, first), 0.0) for first, last in stretches)
 
 
 def time_in(history: History, states: Iterable[str]) -> float:

@@ -1,4 +1,4 @@
-"""Parts of the tasks of a run: those of one flow, or those that come in one part of the day."""
+"""Parts of a run: the tasks of one flow, or one part of the day with the tasks that come in it."""
 
 from __future__ import annotations
 
@@ -6,17 +6,27 @@ from bisect import bisect_right
 from collections.abc import Callable
 from functools import cached_property
 from operator import itemgetter
+from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.records import Deadline, TaskHistory
 
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from desim_warehouse.values.calendars import Stretch
+
 
 class PartHistory:
-    """Some of the tasks of a run: what `History` says of all."""
+    """Some of the tasks of a run, of which it says what `History` says of all, and some `stretches` of its time."""
 
-    def __init__(self, history: History, belongs: Callable[[TaskHistory], bool]) -> None:
+    def __init__(
+        self, history: History, belongs: Callable[[TaskHistory], bool], stretches: Sequence[Stretch] | None = None
+    ) -> None:
+        """`stretches`: in order and apart, within the counted time, which is the default."""
         self.history = history
+        self.stretches = history.stretches if stretches is None else stretches
         self._belongs = belongs
         self.hours = history.counted / history.model.units.hour
 
@@ -42,8 +52,8 @@ class PartHistory:
 
     @cached_property
     def deadlines(self) -> list[Deadline]:
-        """The due times of those that were done or came due in the counted time, in that order."""
-        return self.history.settled(task.deadline for task in self.tasks.values())
+        """Their due times that fall in the counted time, in order of time."""
+        return self.history.falling_due(task.deadline for task in self.tasks.values())
 
     @cached_property
     def put_down(self) -> list[TaskHistory]:
@@ -53,7 +63,7 @@ class PartHistory:
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
         """The due times of the work on them, as `deadlines`."""
-        return self.history.settled(task.work_deadline for task in self.history.for_workers if self._belongs(task))
+        return self.history.falling_due(task.work_deadline for task in self.history.for_workers if self._belongs(task))
 
 
 def of_flow(history: History, flow: str) -> PartHistory:
@@ -62,7 +72,7 @@ def of_flow(history: History, flow: str) -> PartHistory:
 
 
 def by_day_part(history: History) -> dict[str, PartHistory]:
-    """The tasks that come in each part of the day (`parts_of_the_day`), by its name; without parts of no task."""
+    """Each part of the day (`parts_of_the_day`) with the tasks that come in it, by its name; no parts without tasks."""
     named = parts_of_the_day(history.model)
     if not named:
         return {}
@@ -74,7 +84,7 @@ def by_day_part(history: History) -> dict[str, PartHistory]:
             of[number] = stretches[place][2]
 
     def part(name: str) -> PartHistory:
-        return PartHistory(history, lambda task: of.get(task.number) == name)
+        return PartHistory(history, lambda task: of.get(task.number) == name, named[name])
 
     asked_for = set(of.values())
     return {name: part(name) for name in named if name in asked_for}

@@ -26,11 +26,6 @@ class Deadline(NamedTuple):
         """Whether it was not done by its due time."""
         return self.done > self.due
 
-    @property
-    def settled(self) -> float:
-        """From when on it is known whether it is met: when it is done, or comes due and is not done."""
-        return min(self.due, self.done)
-
     def overrun(self, end: float) -> float:
         """By how much it is late: 0 if it is not, and up to `end` where it is not done by then."""
         return max(min(self.done, end) - self.due, 0.0)

@@ -1,35 +1,48 @@
-"""A planner's target, as in "throughput_per_hour >= 220"."""
+"""A planner's target, as in "throughput_per_hour >= 220", and amounts of indicators as people write them."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Collection
 from dataclasses import dataclass
 from typing import Literal, cast
 
 from desim_warehouse.errors import StudyError, nearest
+from desim_warehouse.outcome.indicators import INDICATORS, Indicator, look_up
+from desim_warehouse.values.units import UnitNames, quantity
 
 Sense = Literal[">=", "<=", ">", "<"]
 
 _TARGET = re.compile(
     r"\s*(?P<indicator>[A-Za-z_](?:[\w. -]*[\w.-])?(?:[:@][^<>=≥≤]*[^<>=≥≤\s])?)\s*(?P<sense>>=|<=|>|<|≥|≤)\s*"
-    r"(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*"
+    r"(?P<value>[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(?P<unit>[A-Za-z%/][^<>=≥≤]*?)?\s*"
 )
+_KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}
+"""Kinds of units of indicators that have units of their own; shares are in per cent."""
 
 
 @dataclass(frozen=True)
 class Target:
     """A bound on the mean of an indicator, in the indicator's unit; `unit` is the name of it, where it has one."""
 
-    indicator: str
+    measure: Indicator
     sense: Sense
     value: float
     unit: str = ""
 
     @property
+    def indicator(self) -> str:
+        """The name of the indicator."""
+        return self.measure.name
+
+    @property
     def sign(self) -> float:
         """+1 where more is better, -1 where less is."""
         return 1.0 if self.sense in (">=", ">") else -1.0
+
+    @property
+    def more_helps(self) -> bool:
+        """Whether more robots are guessed to do no worse: all but where its indicator usually moves the other way."""
+        return self.measure.with_robots != ("falls" if self.sign > 0 else "rises")
 
     def met_by(self, mean: float) -> bool:
         """Whether a mean that is known exactly meets the target."""
@@ -50,13 +63,15 @@ class Target:
         return f"{self.text} {self.unit}".strip()
 
 
-def parse_target(text: str, known: Collection[str] | None = None) -> Target:
-    """Read a target such as "throughput_per_hour >= 220" or "T < 95.5".
+def parse_target(text: str, units: UnitNames | None = None) -> Target:
+    """Read a target such as `throughput_per_hour >= 220` or `on_time >= 95 %`, sensible or not.
 
-    With `known`, the indicator must be one of these names.
+    Args:
+        text: an indicator, a bound, a number, and a unit or none: then it is in the unit of the model.
+        units: those of the model; None: not known yet, and the target has none.
 
     Raises:
-        StudyError: the text, what was expected, and the nearest known name.
+        StudyError: the text, what was expected, and the nearest indicator.
     """
     match = _TARGET.fullmatch(text)
     if match is None:
@@ -64,10 +79,37 @@ def parse_target(text: str, known: Collection[str] | None = None) -> Target:
             f"target {text!r}: expected an indicator, one of >= <= > <, and a number, "
             "as in 'throughput_per_hour >= 220'"
         )
-    indicator = match["indicator"]
-    if known is not None and indicator not in known:
-        near = nearest(indicator, known)
-        hint = f", did you mean {near!r}?" if near else f", expected one of {', '.join(sorted(known))}"
-        raise StudyError(f"target {text!r}: unknown indicator {indicator!r}{hint}")
+    name, number, unit = match["indicator"], match["value"], match["unit"]
+    measure = look_up(name)
+    if measure is None:
+        near = nearest(name, INDICATORS)
+        hint = f", did you mean {near!r}?" if near else f", expected one of {', '.join(sorted(INDICATORS))}"
+        raise StudyError(f"target {text!r}: unknown indicator {name!r}{hint}")
+    value = float(number) if unit is None else amount_of(measure, f"{number} {unit}", units, f"target {text!r}")
     sense = cast("Sense", {"≥": ">=", "≤": "<="}.get(match["sense"], match["sense"]))
-    return Target(indicator, sense, float(match["value"]))
+    named = "" if units is None else {"time": units.time, "length": units.length}.get(measure.unit, "")
+    return Target(measure, sense, value, named)
+
+
+def amount_of(measure: Indicator, text: str, units: UnitNames | None, where: str) -> float:
+    """An amount of an indicator, such as `5 min` or `1 %`, in the unit in which runs give it.
+
+    Args:
+        measure: the indicator.
+        text: a number, and a unit or none.
+        units: those of the model; None: not known yet.
+        where: the option or key as the user wrote it, for the message.
+
+    Raises:
+        StudyError: no number, or a unit of another kind.
+    """
+    kind = "share" if measure.is_share else _KINDS.get(measure.unit)
+    if kind != "share" and text.endswith("%"):
+        raise StudyError(f"{where}: {measure.name} is no share, expected a number without %")
+    try:
+        if kind is None:
+            return float(text)
+        return quantity(text, kind, units or UnitNames())
+    except ValueError as error:
+        plain = f"not a number (got {text}), as {measure.name} has no unit" if kind is None else str(error)
+        raise StudyError(f"{where}: {plain}") from None

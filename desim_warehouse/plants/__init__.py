@@ -51,10 +51,11 @@ def read_layout(
 
     Args:
         path: a layout in LIF (JSON), a map of Open-RMF (YAML) or RMF site (JSON), a plant model of openTCS (XML,
-            versions 0.0.2 to 7.0.0), a grid of planners (MovingAI, LoRR, GGO, kiva, RHCR), GraphML, GeoJSON, DXF, or a
-            table of nodes with one of edges beside it (nodes.csv, edges.csv; or their folder). Or a graph of networkx:
-            nodes with x and y in metres, y downwards, and perhaps role (such as load) and station; edges perhaps with
-            length, speed and side_by_side; those of an undirected graph are two-way lanes.
+            versions 0.0.2 to 7.0.0), a grid of planners (MovingAI, LoRR, GGO, kiva, RHCR), GraphML, node-link JSON of
+            networkx, GeoJSON, DXF, or a table of nodes with one of edges beside it (nodes.csv, edges.csv; or their
+            folder). Or a graph of networkx: nodes with x and y in metres, y downwards, and perhaps role (such as load)
+            and station; edges perhaps with length (or weight), speed and side_by_side; those of an undirected graph
+            are two-way lanes.
         operations: what robots do at locations that allow an operation, such as `{"Pack": "unload"}`: load, unload,
             charge, park or none; by default as the names of operations sound.
         robots: size of the fleet; default: as many as vehicles are drawn.

@@ -13,6 +13,8 @@ APART = 0.01
 DIGITS = 4
 """Of coordinates and lengths in metres: no more than a drawing means."""
 _SHORT = 0.99  # of the straight distance: what is shorter is said
+_FAR_TOO_SHORT = 0.1  # of the straight distance: what is shorter may be in another unit
+_WIDEST = 1000.0  # metres: a floor that is wider may be in another unit
 _LONG = 200.0  # metres: where half of all links are longer, the unit may be another
 
 
@@ -21,7 +23,7 @@ def put_right(plant: Plant) -> None:
 
     - Locations linked to no point are left out.
     - Links shorter than the straight line between their points keep their length.
-    - Links of several hundred metres are probably in another unit.
+    - Links shorter than a tenth of it, of several hundred metres, and floors beyond 1 km are probably in another unit.
     - Points on one spot are moved apart a little, as two nodes cannot coincide.
     """
     unlinked = [location for location in plant.locations if not location.operations]
@@ -32,6 +34,15 @@ def put_right(plant: Plant) -> None:
     ]
     why = "shorter than the straight line between its points; the length counts, not the drawing"
     plant.note_parts("changed", "link", short, why)
+    slips = [
+        link for link in short if length_of(plant, link) < _FAR_TOO_SHORT * distance(plant, link.source, link.target)
+    ]
+    why = "less than a tenth of the straight line between its points; are lengths in another unit than coordinates?"
+    plant.note_parts("doubtful", "link", slips, why)
+    wide, high = floor_of(plant)
+    if max(wide, high) > _WIDEST:
+        why = f"wider than {_WIDEST:,g} m; are coordinates in mm, feet, pixels or degrees?"
+        plant.note("doubtful", "floor", [f"{wide:,.0f} x {high:,.0f} m"], why)
     lengths = [distance(plant, link.source, link.target) for link in plant.links if link.source != link.target]
     if lengths and median(lengths) > _LONG:
         why = f"half of the links are longer than {_LONG:g} m; are coordinates in mm, pixels or degrees?"
@@ -52,6 +63,15 @@ def _separate(plant: Plant) -> None:
             plant.points[point.name] = replace(point, x=x)
             moved.append(point)
     plant.note_parts("changed", "point", moved, f"on the spot of another, so drawn {APART:g} m or more beside it")
+
+
+def floor_of(plant: Plant) -> tuple[float, float]:
+    """How far the points reach across and down, in metres."""
+    xs, ys = (
+        [point.x for point in plant.points.values()] or [0.0],
+        [point.y for point in plant.points.values()] or [0.0],
+    )
+    return max(xs) - min(xs), max(ys) - min(ys)
 
 
 def length_of(plant: Plant, link: Link) -> float:

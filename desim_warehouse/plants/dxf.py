@@ -2,7 +2,8 @@
 
 - Needs ezdxf, the extra `dxf`. The drawing is saved as DXF, not as DWG. Units are those of the drawing ($INSUNITS), y
   is upwards. Layers that are off or frozen are left out.
-- Lines, polylines, arcs, circles, ellipses and splines of the model space are read. Without `--lanes` those layers
+- Lines, polylines, arcs, circles, ellipses and splines of the model space are read; those inside inserted blocks,
+  and points there, where their layer is one of lanes, or nothing else has lines. Without `--lanes` those layers
   count whose names have lane, path, route, track, aisle or AGV in them.
 - Lines on a layer that is called one-way lead from their first point to the last; all others both ways.
 - Blocks or layers say what places are: CHARGER, `pick`, `drop`, or what `--operation` says.
@@ -53,9 +54,11 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
     plant = Plant(path.stem, f"{path.name} (DXF)")
     document = _document(path, content, plant)
     try:
+        given = (lanes,) if isinstance(lanes, str) else lanes
         entities = [(layer, one) for layer, one in _visible(document, plant) if _is_flat(one)]
+        entities += _inside(path, entities, given)
         layers = Counter(layer for layer, entity in entities if entity.dxftype() in _LINES)
-        chosen = _chosen(path, layers, (lanes,) if isinstance(lanes, str) else lanes)
+        chosen = _chosen(path, layers, given)
         drawn = [entity for layer, entity in entities if layer in chosen and entity.dxftype() in _LINES]
         scale = _scale(document, plant, drawn)
         join(plant, list(_lines(path, plant, entities, chosen, scale)), _marks(path, entities, scale))
@@ -146,6 +149,29 @@ def _visible(document: Any, plant: Plant) -> Iterator[tuple[str, Any]]:
     plant.note("left out", "layer", list(hidden), "off or frozen")
 
 
+def _inside(path: Path, entities: list[tuple[str, Any]], given: tuple[str, ...]) -> list[tuple[str, Any]]:
+    """What is drawn inside inserted blocks with lanes, however deep: lines, and points."""
+    from ezdxf.disassemble import recursive_decompose
+
+    asked = {layer.casefold() for layer in given}
+    alone = not any(entity.dxftype() in _LINES for _, entity in entities)
+    found, seen = [], 0
+    for layer, insert in entities:
+        if insert.dxftype() != "INSERT":
+            continue
+        parts = []
+        for part in recursive_decompose([insert]):
+            seen += 1
+            if seen > LIMITS["nodes"][0]:
+                raise ModelError([f"{path}: too many entities in blocks, expected {LIMITS['nodes'][0]:,} at most"])
+            own = str(part.dxf.get("layer", "0"))
+            parts.append((layer if own == "0" else own, part))
+        lines = {own for own, part in parts if part.dxftype() in _LINES and _is_flat(part)}
+        if any(alone or own.casefold() in asked or _LANES.search(own) for own in lines):
+            found += [(own, part) for own, part in parts if part.dxftype() in _LINES | {"POINT"} and _is_flat(part)]
+    return found
+
+
 def _chosen(path: Path, layers: Counter[str], given: tuple[str, ...]) -> set[str]:
     """The layers whose lines are lanes."""
     counts = [f"{layer} ({number:,} lines)" for layer, number in layers.most_common(12)]
@@ -159,7 +185,7 @@ def _chosen(path: Path, layers: Counter[str], given: tuple[str, ...]) -> set[str
             raise ModelError([f"{path}: no lines on a layer {got(name)}, expected one of {have}{hint}"])
         chosen |= same
     if not layers:
-        raise ModelError([f"{path}: no lines in the model space, expected lanes drawn as lines"])
+        raise ModelError([f"{path}: no lines in the model space, nor in its blocks, expected lanes drawn as lines"])
     chosen = chosen or {layer for layer in layers if _LANES.search(layer)} or {*layers}
     if not given and chosen == {*layers} and len(layers) > 1 and not all(map(_LANES.search, layers)):
         raise ModelError([f"{path}: which lines are lanes? Choose layers with --lanes, of {have}"])

@@ -70,6 +70,7 @@ class Format:
 FORMATS = (
     Format("CSV", "tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),
     Format("GraphML", "a graph (GraphML)", graph.looks, graph.read, most=_WORDY),
+    Format("node-link", graph.LINKS, graph.looks_like_links, graph.read_links, most=_WORDY),
     Format("GeoJSON", "lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",), _WORDY),
     Format("DXF", "a drawing (DXF)", dxf.looks, dxf.read, ("lanes",)),
     Format("openTCS", "a plant model of openTCS (XML, versions 0.0.2 to 7.0.0)", xml.looks, opentcs.read, most=_WORDY),

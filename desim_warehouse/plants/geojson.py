@@ -1,19 +1,26 @@
 """GeoJSON: lanes as LineString and MultiLineString, marks as Point, with properties.
 
+- A file whose lines name their ends, `startid` and `endid` as route graphs of Nav2 do, or `from` and `to`, is a graph:
+  its points are the nodes, by their `id`, and edges lead from one to the other, one-way unless they say `two_way`. They
+  meet at nodes only, and need no coordinates.
 - Degrees are projected onto a plane that touches the globe in their middle. What lies within half a unit is in degrees,
-  anything larger in metres: no plant is 50 km wide, and none half a metre.
+  anything larger in metres: no plant is 50 km wide, and none half a metre. Where `crs` says web Mercator (EPSG:3857),
+  coordinates are metres times cosh(y / 6378137), and shrink by that.
+- In all other files:
 - Lines are two-way unless they say `oneway` or `two_way`, and may have a `speed`. A place has a `role` (or `layer`) and
   a `name`, and belongs to the nearest point of a lane up to 2 m off.
 - A floor is flat: where lines cross or end on another they are joined. Ends within 5 cm of each other are one point.
 - Corners are points. Curves become chords up to 25 cm beside them, with the length of the curve.
 
-Source: RFC 7946.
+Source: RFC 7946; crs: The GeoJSON Format Specification 1.0 (2008), section 3; Nav2, Route Server: graph file formats.
 """
 
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Callable, Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Any, NoReturn
 
@@ -22,13 +29,24 @@ from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants import globe
 from desim_warehouse.plants.lines import Line, Mark, Spot, join
 from desim_warehouse.plants.plant import Plant
-from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord
+from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord, fill
 from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.values.headings import heading
 
 EXPECTED = "lines (GeoJSON)"
 _WIDEST = 0.5  # degrees
 _LANE = {**{key: EDGE[key] for key in ("name", "speed", "two_way")}, "one_way": ("one_way", "oneway")}
 _PLACE = {"name": NODE["name"], "role": (*NODE["role"], "layer"), "station": NODE["station"]}
+_ENDS = {"from": ("start_id", *EDGE["from"]), "to": ("end_id", *EDGE["to"])}
+_EDGE = {**{key: EDGE[key] for key in ("length", "speed_back", "side_by_side")}, **_LANE, **_ENDS}
+_ID = ("id", "node_id", "node", "point", "name")
+_NODE = {**_PLACE, "name": _ID}
+_MERCATOR = re.compile(r"(3857|900913|102100|3785)$")
+_DEGREES = re.compile(r"(4326|CRS84|4258)$")
+_NEARLY_ONE = 0.9999
+"""Near the equator of the map its metres are metres: so Nav2 writes positions in a hall, which stay as they are."""
+_RADIUS = 6_378_137.0
+"""Of the sphere of web Mercator, in metres."""
 _KINDS = {"LineString": 1, "MultiLineString": 2, "Point": 0, "MultiPoint": 1}
 """Geometries that are read, by how deep the lists of positions are."""
 
@@ -51,10 +69,40 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
     """
     plant = Plant(path.stem, f"{path.name} (GeoJSON)")
     found = _Reader(path, plant, (lanes,) if isinstance(lanes, str) else lanes)
-    found.read(read_json(path, content, EXPECTED))
-    lines, marks = found.in_metres()
-    join(plant, lines, marks)
+    features = found.features(read_json(path, content, EXPECTED))
+    if _is_graph(features):
+        found.graph(features)
+    else:
+        found.read(features)
+        join(plant, *found.in_metres())
     return plant
+
+
+def _is_graph(features: list[Any]) -> bool:
+    """Whether lines name their ends: by the words of Nav2, or as points of the file are called."""
+    ids = {str(_own_id(one)) for one in features if _kind_of(one) == "Point"} - {"None"}
+    for feature in features:
+        properties = feature.get("properties") if isinstance(feature, dict) else None
+        if not isinstance(properties, dict) or _kind_of(feature) in {"Point", "MultiPoint"}:
+            continue
+        ends = Columns.of(properties, _ENDS, "").named
+        if len(ends) == len(_ENDS):
+            names = {key: str(properties[title]) for key, title in ends.items()}
+            if heading(ends["from"])[0] == "startid" or set(names.values()) <= ids:
+                return True
+    return False
+
+
+def _kind_of(feature: Any) -> Any:
+    geometry = feature.get("geometry") if isinstance(feature, dict) else None
+    return geometry.get("type") if isinstance(geometry, dict) else None
+
+
+def _own_id(feature: Mapping[str, Any]) -> Any:
+    """The id of a feature: among its properties, or its own."""
+    properties = feature.get("properties")
+    named = Columns.of(properties, {"name": _ID}, "").named if isinstance(properties, dict) else {}
+    return properties[named["name"]] if named else feature.get("id")  # type: ignore[index]
 
 
 class _Reader:
@@ -66,14 +114,72 @@ class _Reader:
         self.layers = {layer.casefold() for layer in layers}
         self.lines: list[tuple[Line, list[Spot]]] = []
         self.marks: list[tuple[Mark, Spot]] = []
+        self.crs = ""
 
-    def read(self, data: Any) -> None:
-        """Read all features of the collection."""
+    def features(self, data: Any) -> list[Any]:
+        """The features of the collection, and in mind what its coordinates are."""
         if not isinstance(data, dict) or data.get("type") != "FeatureCollection":
             self.refuse("the top level", f"not a FeatureCollection (got {got(data)}), expected one")
         features = data.get("features")
         if not isinstance(features, list):
             self.refuse("features", f"not a list (got {got(features)}), expected features")
+        crs = data.get("crs")
+        named = crs.get("properties") if isinstance(crs, dict) else None
+        self.crs = str(named.get("name") or "") if isinstance(named, dict) else ""
+        return features
+
+    def graph(self, features: list[Any]) -> None:
+        """Read a file whose lines name the nodes at their ends."""
+        nodes: list[tuple[str, dict[str, Any], Spot]] = []
+        edges: list[tuple[str, dict[str, Any], list[Spot]]] = []
+        others: dict[str, list[str]] = {}
+        for rank, feature in enumerate(features):
+            where = f"features[{rank}]"
+            if not isinstance(feature, dict) or not isinstance(feature.get("properties") or {}, dict):
+                self.refuse(where, f"not a feature (got {got(feature)}), expected one")
+            kind, properties = _kind_of(feature), dict(feature.get("properties") or {})
+            at = f"{where}.geometry.coordinates"
+            if kind == "Point":
+                if not Columns.of(properties, {"name": _ID}, where).named:
+                    properties["id"] = feature.get("id")
+                nodes.append((where, properties, self.position(feature["geometry"].get("coordinates"), at)))
+            elif kind in {None, "LineString", "MultiLineString"}:
+                each = [] if kind is None else self.positions(feature["geometry"].get("coordinates"), at, _KINDS[kind])
+                edges.append((where, properties, [spot for points in each for spot in points]))
+            else:
+                others.setdefault(str(kind), []).append(where)
+        self.fill(nodes, edges)
+        for kind, positions in others.items():
+            self.plant.note("left out", "feature", positions, f"{kind}, expected lines and points")
+
+    def fill(
+        self, nodes: list[tuple[str, dict[str, Any], Spot]], edges: list[tuple[str, dict[str, Any], list[Spot]]]
+    ) -> None:
+        """Fill the plant with nodes and edges, each with its place in the file, properties and coordinates."""
+        to_metres = self.projection([at for *_, at in nodes])
+        unread: dict[str, None] = {}
+        points, links, aside = [], [], []
+        for where, properties, at in nodes:
+            x, y = to_metres(at)
+            texts = {key: value for key, value in properties.items() if not isinstance(value, dict | list)}
+            unread.update(dict.fromkeys(properties.keys() - texts.keys()))
+            columns = Columns.of(texts, _NODE, f"{self.path}: {where}")
+            unread.update(dict.fromkeys(columns.unread))
+            own = Columns({**columns.named, "x": "\0x", "y": "\0y"}, columns.units, ())
+            points.append(TableRecord(own, {**texts, "\0x": x, "\0y": y}, f"{self.path}: {where}", where))
+        for where, properties, spots in edges:
+            record = self.record(properties, where, _EDGE)
+            unread.update(dict.fromkeys(record.columns.unread))
+            if record.get("from") is None and record.get("to") is None:
+                aside.append(where)
+                continue
+            links.append(_with_length(record, [to_metres(spot) for spot in spots]))
+        fill(self.plant, points, links)
+        self.plant.note("left out", "feature", aside, "a line that does not name its ends, as the others do")
+        self.plant.note("left out", "property", sorted(unread), "nothing that a layout has")
+
+    def read(self, features: list[Any]) -> None:
+        """Read all features of a drawing."""
         others: dict[str, list[str]] = {}
         unread: dict[str, None] = {}
         aside: list[str] = []
@@ -152,27 +258,45 @@ class _Reader:
 
     def in_metres(self) -> tuple[list[Line], list[Mark]]:
         """Lines and marks in metres, y downwards."""
-        to_metres = self.projection()
+        to_metres = self.projection([at for _, points in self.lines for at in points])
         lines = [
             Line(line.name, tuple(map(to_metres, points)), line.speed, line.speed_back, line.position)
             for line, points in self.lines
         ]
         return lines, [Mark(mark.name, to_metres(at), mark.operations, mark.position) for mark, at in self.marks]
 
-    def projection(self) -> Callable[[Spot], Spot]:
-        """From the coordinates of the file to metres, by how far they reach."""
-        spots = [at for _, points in self.lines for at in points]
+    def projection(self, spots: list[Spot]) -> Callable[[Spot], Spot]:
+        """From the coordinates of the file to metres, by what it says that they are, and how far they reach."""
         if not spots:
             self.refuse("features", "no line, expected lanes drawn as lines")
         west, east = min(x for x, _ in spots), max(x for x, _ in spots)
         south, north = min(y for _, y in spots), max(y for _, y in spots)
+        if _MERCATOR.search(self.crs):
+            shrunk = 1 / math.cosh((south + north) / 2 / _RADIUS)
+            self.plant.assume("units.length", f"m; web Mercator ({self.crs}), of which a metre is {shrunk:.4g} m here")
+            left, top = (west, north) if shrunk < _NEARLY_ONE else (0.0, 0.0)
+            return lambda at: (round((at[0] - left) * shrunk, 4), round((top - at[1]) * shrunk, 4))
         if max(east - west, north - south) > _WIDEST:
+            if _DEGREES.search(self.crs):
+                why = "it says degrees, and coordinates reach further than those of one plant would: taken for metres"
+                self.plant.note("doubtful", "crs", [self.crs], why)
             self.plant.assume("units.length", "m; coordinates reach further than degrees of one plant would")
             return lambda at: (at[0], -at[1])
         if max(abs(west), abs(east)) > 360 or max(abs(south), abs(north)) > 90:  # noqa: PLR2004 - degrees
             text = f"from {got([west, south])} to {got([east, north])}, neither degrees nor metres of a plant"
             self.refuse("coordinates", text)
         return globe.plane(spots, self.plant)
+
+
+def _with_length(record: TableRecord, spots: list[Spot]) -> TableRecord:
+    """An edge with the length of its corners where it does not say one, and its direction in our words."""
+    named, values = dict(record.columns.named), dict(record.values)
+    if record.get("length") is None and len(spots) > 2:  # noqa: PLR2004 - with corners
+        named["length"], values["\0length"] = "\0length", sum(math.dist(a, b) for a, b in pairwise(spots))
+    if record.get("two_way") is None and record.get("one_way") is not None:
+        named["two_way"], values["\0two_way"] = "\0two_way", "no" if record.flag("one_way") else "yes"
+    units = {key: size for key, size in record.columns.units.items() if not named[key].startswith("\0")}
+    return TableRecord(Columns(named, units, ()), values, record.where, record.position)
 
 
 def _value(properties: Mapping[str, Any], name: str) -> Any:

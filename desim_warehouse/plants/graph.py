@@ -1,18 +1,24 @@
 """Graphs as plants: those of networkx, and GraphML files, which are read safely.
 
 Nodes have x and y (or pos) and perhaps role and station; edges perhaps length, speed, two_way and side_by_side. An edge
-without direction is a two-way lane.
+without direction is a two-way lane. Without a length `weight` is one, as networkx calls it, where every edge has one
+and none is shorter than the straight line. In JSON a graph is as `networkx.node_link_data` writes it: nodes with id,
+and links (or edges) with source and target.
 
 Source: GraphML Primer (graphml.graphdrafting.org); yEd's y:Geometry and y:NodeLabel are read where nodes have no x.
 """
 
 from __future__ import annotations
 
+import math
+import re
 from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got
+from desim_warehouse.model.json_text import read_json
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.plants.tables import EDGE, NODE, Columns, TableRecord, fill
 from desim_warehouse.plants.xml import Element, read_xml
@@ -23,6 +29,9 @@ if TYPE_CHECKING:
 EXPECTED = "a graph (GraphML)"
 _NAME = "node"  # of the columns for what a graph says beside attributes
 _TAIL, _HEAD = "from_node", "to_node"
+_WEIGHT, _SLACK = "weight", 0.99
+_NODE_LINK = re.compile(rb'\{\s*"(directed|multigraph|nodes)"\s*:')
+LINKS = "a graph (JSON)"
 _DIRECTED = {"true": {"two_way": "no"}, "false": {"two_way": "yes"}}
 
 Rows = list[tuple[str, str, dict[str, Any]]]
@@ -77,8 +86,63 @@ def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
         [TableRecord(edge_columns, values, where, position) for where, position, values in edges],
         two_way=two_way,
     )
-    for kind, columns in (("node", node_columns), ("edge", edge_columns)):
-        plant.note("left out", f"attribute of {kind}s", columns.unread, "nothing that a layout has")
+    unread = list(edge_columns.unread)
+    if "length" not in edge_columns.named and _WEIGHT in unread:
+        unread.remove(_WEIGHT)
+        _weigh(plant, [values.get(_WEIGHT) for *_, values in edges])
+    for kind, names in (("node", node_columns.unread), ("edge", unread)):
+        plant.note("left out", f"attribute of {kind}s", names, "nothing that a layout has")
+
+
+def _weigh(plant: Plant, weights: list[Any]) -> None:
+    """Take weights for lengths, unless one is missing or shorter than the straight line; either is noted."""
+    lengths = []
+    for link, weight in zip(plant.links, weights, strict=True):
+        a, b = plant.points[link.source], plant.points[link.target]
+        try:
+            length = float(weight)
+        except (TypeError, ValueError, OverflowError):
+            length = math.nan
+        lengths.append(length if _SLACK * math.dist((a.x, a.y), (b.x, b.y)) <= length < math.inf else math.nan)
+    if any(map(math.isnan, lengths)):
+        why = "no lengths, as one at least is missing or shorter than the straight line; call lengths 'length'"
+        plant.note("left out", "attribute of edges", [_WEIGHT], why)
+        return
+    plant.links[:] = [replace(link, length=length or None) for link, length in zip(plant.links, lengths, strict=True)]
+    plant.assume("layout.edges", f"their '{_WEIGHT}' is the length in metres")
+
+
+def looks_like_links(path: Path, start: bytes) -> bool:  # noqa: ARG001 - as all formats
+    """Whether a file may be a graph in JSON, by the keys that it begins with."""
+    return _NODE_LINK.match(start) is not None
+
+
+def read_links(path: Path, content: bytes) -> Plant:
+    """Read a graph in JSON, as networkx and D3 have it; raises ModelError with the node or link where it cannot be."""
+    data = read_json(path, content, LINKS)
+    about = data.get("graph") if isinstance(data, dict) else None
+    plant = Plant(str((about.get("name") if isinstance(about, dict) else None) or path.stem), f"{path.name} (JSON)")
+    key = "links" if isinstance(data, dict) and "links" in data else "edges"
+    rows: dict[str, Rows] = {}
+    for name, ends in (("nodes", {"id": _NAME}), (key, {"source": _TAIL, "target": _HEAD})):
+        items = data.get(name) if isinstance(data, dict) else None
+        if not isinstance(items, list):
+            raise ModelError([f"{path}: {name}: not a list (got {got(items)}), expected {LINKS} with nodes and links"])
+        rows[name] = []
+        for rank, item in enumerate(items):
+            where = f"{name}[{rank}]"
+            if not isinstance(item, dict):
+                raise ModelError([f"{path}: {where}: not an object (got {got(item)}), expected {LINKS}"])
+            values = {k: v for k, v in _position(item).items() if k not in ends}
+            own = {ours: str(item[theirs]) if item.get(theirs) is not None else None for theirs, ours in ends.items()}
+            rows[name].append((f"{path}: {where}", where, {**values, **own}))
+    for name, value in data.items():
+        if name not in {"directed", "multigraph", "graph", "nodes", key}:
+            plant.see_keys([name], (), name)
+        elif name == "directed" and not isinstance(value, bool):
+            raise ModelError([f"{path}: directed: neither true nor false (got {got(value)}), expected one of the two"])
+    _fill(plant, rows["nodes"], rows[key], not data.get("directed", False))
+    return plant
 
 
 def _titles(rows: Rows) -> Iterable[str]:

@@ -28,7 +28,7 @@ from desim_warehouse.model import Model, load
 from desim_warehouse.model.messages import Outline
 from desim_warehouse.model.parse import from_file, valid
 from desim_warehouse.model.sections.fleet import BatterySpec, RobotSpec
-from desim_warehouse.plants.checks import DIGITS, distance, put_right
+from desim_warehouse.plants.checks import DIGITS, distance, floor_of, put_right
 from desim_warehouse.plants.lanes import DrawnLane, lanes_of
 from desim_warehouse.plants.plant import Area, Plant, Remark, Vehicle, unique
 from desim_warehouse.plants.stops import Stops, stops_of
@@ -75,6 +75,14 @@ class Imported:
     def model(self) -> Model:
         """The model, checked as a file is; its orders, if it has a file of them, are kept while the process lives."""
         return load(self.with_orders(kept(self.orders, f"{id(self)}.csv")) if self.orders else self.content)
+
+    def in_short(self) -> str:
+        """How much there is, in one line: a floor of the wrong size shows that a unit is not what was meant."""
+        layout = self.model.layout
+        counts = zip((layout.nodes, layout.edges), ("node", "edge"), strict=True)
+        sides = " x ".join(f"{round(side, 1):,g}" for side in floor_of(self.plant))
+        stations, robots = number_of(len(layout.stations), "station"), number_of(self.model.fleet.size, "robot")
+        return ", ".join([*(number_of(len(items), kind) for items, kind in counts), f"{sides} m", stations, robots])
 
     def text(self) -> str:
         """The model as a file: readable YAML, with the remarks on top and comments at what is assumed."""
@@ -200,8 +208,9 @@ class _Maker:
             charging = {"charging": "four-thresholds"}
             fleet["start_energy"] = "settled"
             self.plant.assume("fleet.start_energy", "batteries as in the long run: the shift before is not simulated")
-        routing = "fastest" if any(lane.speed_back not in (None, lane.speed) for lane in self.lanes) else "shortest"
-        why = " (lanes are faster in one direction)" if routing == "fastest" else ""
+        speeds = {speed for lane in self.lanes for speed in (lane.speed, lane.speed_back) if speed is not None}
+        routing = "fastest" if len(speeds) > 1 else "shortest"
+        why = " (lanes differ in speed)" if routing == "fastest" else ""
         charge = ", charging between tasks" if charging else ""
         self.plant.assume("policies", f"nearest robot, {routing} route{why}, nearest free parking{charge}")
         if not self.stops.tasks:

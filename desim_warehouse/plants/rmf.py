@@ -108,6 +108,8 @@ class _Map:
         data = document.data if isinstance(document.data, dict) else {}
         self.data: dict[str, Any] = data
         if not isinstance(data.get("levels"), dict) or not data["levels"]:
+            if data.get("levels", ()) in ({}, None):
+                self.refuse(("levels",), "a map of Open-RMF without levels: nothing is drawn yet")
             text = "no levels, as a map of Open-RMF has, and of no other program that is known"
             self.refuse((), f"{text}; desim import --help names the formats that can be read")
         name = str(data.get("name") or data.get("building_name") or "")

@@ -58,7 +58,7 @@ class Check:
 
 def check(model: Source) -> Check:
     """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate."""
-    from desim_warehouse.feasibility.asked import orders_asked_for
+    from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
     from desim_warehouse.layout import checks
     from desim_warehouse.run.examined import examined
     from desim_warehouse.run.quick import left_out, with_choice, with_nearer
@@ -81,7 +81,7 @@ def check(model: Source) -> Check:
         facts.append(
             f"those that keep their braking distance stay up to {braking:.3g} {length} farther behind while they drive"
         )
-    facts += [*orders_asked_for(model), *_times_that_vary(model), *left_out(model, layout)]
+    facts += [*orders_a_day(model), *orders_asked_for(model), *_times_that_vary(model), *left_out(model, layout)]
     for ring in checks.shortest_rings(graph):
         around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
         facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")

@@ -14,8 +14,8 @@ from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Su
 from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
-from desim_warehouse.outcome.indicators import AT
-from desim_warehouse.questions import judged, size
+from desim_warehouse.outcome.indicators import AT, find
+from desim_warehouse.questions import departures, judged, size
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
@@ -109,7 +109,7 @@ class _Planned:
             line += f" {close} may also be enough; {self._would_tell(sized)}."
         if edge := self._left(sized, "edge"):
             line += f" {edge} may also be enough, within {self._zone()} of the target, where no run will tell."
-        return line + self._worse(sized) + self._most(sized)
+        return line + self._worse(sized) + self._against(sized) + self._most(sized)
 
     def _would_tell(self, sized: Sized) -> str:
         """How many runs of a fleet would tell whether it is enough, where those done did not."""
@@ -148,18 +148,35 @@ class _Planned:
 
     def _none(self, sized: Sized) -> str:
         """What the largest fleet does, where none is enough, and what more robots would not cure."""
-        largest = sized.below[-1]
+        largest = self._nearest(sized)
         line = f"{capital(self._when(sized))}: no fleet is enough. {capital(self._fleet(largest.counts))}: "
         text = self._text(sized, largest)
         if largest.flat:
             return f"{line}{text}. {capital(largest.flat)}."
         line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
+        if sized.fewer:
+            return line
         line += self._most(sized)
         line += "" if sized.capped is None else f" {size.capped(sized.capped, self.model)}."
         if sized.trip is not None:
             return f"{line} {self._trip(sized.trip)}"
         (part, most), *_ = sized.utilisation.items()
         return f"{line} Busiest there are the {_BUSY[part]}: {_share(most)} {_time(sized)}."
+
+    def _nearest(self, sized: Sized) -> Shown:
+        """The largest fleet that was judged; where fewer robots do better the one that comes nearest to the target."""
+        lasting = [one for one in sized.below if not one.vetoed]
+        if not sized.fewer or not lasting:
+            return sized.below[-1]
+        return max(lasting, key=lambda one: self.goal.sign * one.verdict.mean)
+
+    def _against(self, sized: Sized) -> str:
+        """That the ends of the range contradict the guess of which fleets do better."""
+        if not sized.against:
+            return ""
+        if sized.fewer:
+            return " Fewer robots usually do better, not here, so each fleet was judged by itself."
+        return " More robots usually do better, not here: the smallest fleet is enough, the largest is not."
 
     def _trip(self, trip: Estimate) -> str:
         """What a task takes against the time in which it is due, where nothing is scarce."""
@@ -226,7 +243,7 @@ class _Planned:
             return f"Each answer above holds with {sure}."
         most = [one.most.up_to for one in self.demands if one.most is not None]
         up_to = f", up to {min(most)} robots" if most else ""
-        alike = "" if any(one.worse for one in self.demands) else f" This takes it that more never does worse{up_to}."
+        alike = f" This takes it that more never does worse{up_to}." if all(one.ordered for one in self.demands) else ""
         if self.yearly:
             alike += " What fails with less demand is taken to fail with more."
         return (
@@ -335,7 +352,7 @@ class _Planned:
         best = None if sized.best is None else sized.best.counts
         known: dict[Counts, Standing] = dict.fromkeys(sized.failed_before, "not met")
         known |= {one.counts: self._lasting(one) or standing(one.verdict) for one in sized.below}
-        follows = not sized.worse
+        follows = sized.ordered
         return {one: _stands(one, best, known, set(sized.open), follows=follows) for one in sized.counts}
 
     def _grid(self) -> PairGrid | None:
@@ -393,10 +410,11 @@ class _Planned:
 
     def _worst(self, sized: Sized) -> str:
         """The worst part of the day with the fleet of an answer, unless one is the target: `11:30 to 13:00: 97 %.`."""
+        lead = "" if sized.lead is None else departures.in_time(self.model, sized.lead)
         if not sized.hours or AT in self.goal.indicator:
-            return ""
+            return lead
         worst = self._worst_of(sized)
-        return f" {worst.named}: {words.reached(ON_TIME, self._on_time(worst))}."
+        return f" {worst.named}: {words.reached(ON_TIME, self._on_time(worst))}.{lead}"
 
     def _worst_of(self, sized: Sized) -> Hour:
         return min(sized.hours, key=lambda one: one.share.mean)
@@ -414,7 +432,7 @@ class _Planned:
         rows = [(one.named, numbers.number(one.orders), self._on_time(one)) for one in sized.hours]
         note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold at once."
         if self.goal.indicator == ON_TIME:
-            worst = replace(self.goal, indicator=self._worst_of(sized).indicator)
+            worst = replace(self.goal, measure=find(self._worst_of(sized).indicator))
             note += f' A fleet for the worst part: --target "{worst.text}".'
         return [
             Folded(title="On time by the hour", note=note, head=("time", "orders", "done on time"), rows=tuple(rows))

@@ -19,12 +19,10 @@ from desim_warehouse.questions.study import Study
 from desim_warehouse.study import procedures
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.fleet.capped import KEY, Capped, tried_cap, waits_much
-from desim_warehouse.study.procedures import ZONE, Smallest, smallest
+from desim_warehouse.study.procedures import FLEET, ZONE, Smallest, smallest
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.statistics.limits import FIRST
-
-FLEET = "fleet.size"
 
 
 @dataclass(frozen=True)
@@ -80,12 +78,13 @@ def most(
 
     Source: see `procedures.race`.
     """
-    raced = procedures.race(study, indicator, share=share, search=search)
     [key] = (factor.key for factor in study.plan.factors)
+    with search.together() as together:
+        raced = procedures.race(study, indicator, share=share, search=together)
+        falls = key == FLEET and raced.selection.eliminated_at[-1] is not None
+        capped = cap_sentence(study, indicator, together) if falls else ""
     least = f"{words.factor_name(key)} {words.level(raced.first.labels[key])}"
     alike = f"{least} is the smallest that does as much, within {100 * share:g} % of the most."
-    falls = key == FLEET and raced.selection.eliminated_at[-1] is not None
-    capped = cap_sentence(study, indicator, search) if falls else ""
     return Best(
         **vars(raced),
         answer=race.answer(raced, "size", tuple(filter(None, (alike, capped)))).keep(search.out, search.command),
@@ -127,7 +126,7 @@ class _Sized:
         found, goal = self.found, self.goal
         best = next((one for one in found.decisions if one.value == found.smallest), None)
         said = self._none() if best is None else [self._smallest(best)]
-        said += self._open() + self._falls()
+        said += self._open() + self._falls() + self._against()
         return Answer(
             kind="size",
             name=self.model.name,
@@ -172,6 +171,10 @@ class _Sized:
     def _falls(self) -> list[str]:
         pairs = [f"with {words.level(more)} than with {words.level(one)}" for one, more in self.found.falls]
         return [f"It does worse {spoken(pairs)}, so each smaller value was judged by itself."] if pairs else []
+
+    def _against(self) -> list[str]:
+        line = "The smallest and the largest contradict what usually holds, so each smaller value was judged by itself."
+        return [line] if self.found.against else []
 
     # Numbers
 

@@ -7,7 +7,6 @@ from dataclasses import dataclass
 from typing import cast
 
 from desim_warehouse.answer.answer import Answer
-from desim_warehouse.questions import study_words
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.study import StudyEngine
 
@@ -23,10 +22,12 @@ class Results(ResultsData):
     @property
     def answer(self) -> Answer:
         """The answer of the study: the terminal prints it, and pages show it."""
-        return study_words.answer(self)
+        return self.answer_in(())
 
     def answer_in(self, indicators: Sequence[str]) -> Answer:
-        """Compose the answer of the study in these indicators instead of the usual ones."""
+        """Compose the answer of the study in these indicators, the usual ones where there are none."""
+        from desim_warehouse.questions import study_words  # most studies are never asked
+
         return study_words.answer(self, indicators)
 
     def _repr_html_(self) -> str:
@@ -44,7 +45,7 @@ class Study(StudyEngine):
     `Study.open` has the runs of a folder again, in another program or after an interruption.
     """
 
-    results_type = Results
+    _results_type = Results
 
     @property
     def results(self) -> Results:

@@ -31,7 +31,8 @@ def replay(
 ) -> Replay:
     """Make the replay page of a run, or of a window of it; of two runs side by side on one clock with `beside`.
 
-    Of a whole run it counts from the end of the warm-up on, as indicators do; of a window from its start.
+    It counts from the end of the warm-up on, as indicators do, or from the start of the window if that is later. A
+    window that lies in the warm-up counts from its start.
 
     Args:
         history: of a run with `log: all`.
@@ -56,8 +57,7 @@ def replay(
     if beside is not None:
         part = history.model.units.seconds / beside.model.units.seconds
         windows.append(window(beside, *(None if time is None else time * part for time in (start, end))))
-    if start is not None or end is not None:
-        runs = [run.since(first) for run, (first, _) in zip(runs, windows, strict=True)]
+    runs = [run.since(_counted_from(run, *shown)) for run, shown in zip(runs, windows, strict=True)]
     result = Replay(f"{history.model.name}: replay", page(runs, windows, palette))
     if path is not None:
         result.save(path)
@@ -73,6 +73,11 @@ def part(history: History, seconds: float) -> dict[str, Any]:
     header, columns = payload(history, *window(history, start, start + seconds / history.model.units.seconds))
     index, text = pack(columns)
     return {"header": {**header, "columns": index}, "columns": text}
+
+
+def _counted_from(history: History, start: float, end: float) -> float:
+    """The moment from which a window of a run counts."""
+    return max(start, history.begin) if history.begin < end else start
 
 
 def window(history: History, start: float | None, end: float | None) -> tuple[float, float]:

@@ -35,7 +35,7 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
         work = (history.model.content()["tasks"], history.seed)
         headers.append({**header, "label": label, "work": work == first, "columns": index})
         texts.append(f'<script type="text/plain" class="columns">{text}</script>')
-    told = {"better": better(runs)} if len(runs) > 1 else {}
+    told = {"better": better(runs, [header["at_end"] for header in headers])} if len(runs) > 1 else {}
     parts = {
         "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
         "header": safe_json({"palette": palette, "colours": colours(), "runs": headers, **told}),

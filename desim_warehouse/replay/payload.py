@@ -32,7 +32,7 @@ from desim_warehouse.outcome.zones import cell_size, robot_radii
 from desim_warehouse.replay.columns import LARGEST
 from desim_warehouse.replay.scale import MapScale, scale_of
 from desim_warehouse.replay.stops import stops
-from desim_warehouse.replay.tiles import Tile, tile_columns, tiles
+from desim_warehouse.replay.tiles import Tile, figures, tile_columns, tiles
 from desim_warehouse.states import APART, SHOWN, WAITING, Phase, State
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.pods import Shelves
@@ -56,7 +56,8 @@ def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
     for one in chains.lost(history):
         found[one.root].append(one)
     number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
-    unit, whole = history.model.units.time, history.counted * history.model.fleet.size
+    until = min(scale.end, history.end)
+    unit, whole = history.model.units.time, (until - history.begin) * history.model.fleet.size
     return [
         {
             "words": in_words(root, history.model),
@@ -69,7 +70,7 @@ def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
                 if scale.start <= (one.start + one.end) / 2 <= scale.end
             ],
         }
-        for root, (time, robots) in list(chains.lost_to(history).items())[:_ROOTS]
+        for root, (time, robots) in list(chains.lost_to(history, until).items())[:_ROOTS]
     ]
 
 
@@ -159,7 +160,7 @@ def _header(
     model, layout, edges = history.model, history.layout, positions.edges
     nodes = list(layout.graph.nodes)
     number = {node: i for i, node in enumerate(nodes)}
-    blocks = model.layout.blocks
+    blocks, at_end = model.layout.blocks, figures(history, shown, scale)
     return {
         "name": model.name,
         "seed": history.seed,
@@ -189,7 +190,8 @@ def _header(
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places), zone.room] for zone in positions.zones],
         "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
-        "stops": stops(history, places, scale),
+        "stops": stops(history, places, scale, at_end),
+        "at_end": at_end,
         "lost": lost_to(history, scale),
         "fastest": model.fleet.fastest,
         "tiles": [[tile.key, tile.title, tile.form] for tile in shown],

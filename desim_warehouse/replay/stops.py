@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import defaultdict
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import numbers
@@ -31,10 +31,15 @@ _TOLD: dict[str, tuple[bool, Callable[[float, str], str]]] = {
 """By which one run is said to do better than another, the first in which they differ; whether more is, and in words."""
 
 
-def stops(history: History, places: Sequence[Resource], scale: MapScale) -> list[dict[str, Any]]:
-    """What is worth seeing: `said`, `time` (None: the end), and the `robots` or `place` (its number) to look at."""
+def stops(
+    history: History, places: Sequence[Resource], scale: MapScale, at_end: Mapping[str, float]
+) -> list[dict[str, Any]]:
+    """What is worth seeing: `said`, `time` (None: the end), and the `robots` or `place` (its number) to look at.
+
+    `at_end`: the indicators at the end of the window (`tiles.figures`).
+    """
     found = (_busiest(history, places, scale), _longest_wait(history, scale), worst_jam(history, scale))
-    return [*(one for one in found if one is not None), {"said": _totals(history), "time": None}]
+    return [*(one for one in found if one is not None), {"said": _totals(history, at_end), "time": None}]
 
 
 def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
@@ -64,6 +69,7 @@ def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> d
     if most is None or not most.share:
         return None
     begin = max(history.begin, scale.start)
+    said = most.sentence if scale.end >= history.end else f"Of the whole run: {most.sentence}"
     kind = "chargers" if most.name == CHARGERS else "station"
     among = {
         number: one.utilisation(history.begin, history.end)
@@ -71,10 +77,10 @@ def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> d
         if one.kind == kind and most.name in {CHARGERS, one.zone}
     }
     if not among:
-        return {"said": most.sentence, "time": begin}
+        return {"said": said, "time": begin}
     number = max(among, key=among.__getitem__)
     _, time, _ = _most(places[number].queue, scale)
-    return {"said": most.sentence, "time": time or begin, "place": number}
+    return {"said": said, "time": time or begin, "place": number}
 
 
 def _longest_wait(history: History, scale: MapScale) -> dict[str, Any] | None:
@@ -99,26 +105,28 @@ def _most(queue: Steps, scale: MapScale) -> tuple[int, float, float]:
     return best
 
 
-def _totals(history: History) -> str:
-    found = kpis(history)
-    wrong = judge(found, history.model)
-    parts = [f"{number_of(found['tasks'], 'task')} delivered"]
-    if "on_time" in found and not is_no_answer("on_time", wrong):
-        parts.append(f"{numbers.PERCENT.value(found['on_time'])} on time")
-    if "share_waiting" in found:
-        parts.append(f"robots wait in traffic {numbers.PERCENT.value(found['share_waiting'])} of the time")
+def _totals(history: History, at_end: Mapping[str, float]) -> str:
+    parts = [f"{number_of(int(at_end['tasks']), 'task')} delivered"]
+    if "on_time" in at_end and not _falls_behind(history):
+        parts.append(f"{numbers.PERCENT.value(at_end['on_time'])} on time")
+    if "share_waiting" in at_end:
+        parts.append(f"robots wait in traffic {numbers.PERCENT.value(at_end['share_waiting'])} of the time")
     return f"In all: {', '.join(parts)}."
 
 
-def better(runs: Sequence[History]) -> str:
-    """Which of two runs does better, by the first indicator in which they differ."""
-    found = [kpis(run) for run in runs]
-    behind = [is_no_answer("on_time", judge(one, run.model)) for one, run in zip(found, runs, strict=True)]
+def _falls_behind(history: History) -> bool:
+    """Whether its share on time says nothing, as the queue grows."""
+    return is_no_answer("on_time", judge(kpis(history), history.model))
+
+
+def better(runs: Sequence[History], at_end: Sequence[Mapping[str, float]]) -> str:
+    """Which of two runs does better, by the first indicator at the end of their windows in which they differ."""
+    behind = [_falls_behind(run) for run in runs]
     if behind[0] != behind[1]:
         return f"{'AB'[behind.index(True)]} cannot keep up, {'AB'[behind.index(False)]} can."
     unit = runs[0].model.units.time
     for name, (more, said) in _TOLD.items():
-        first, second = (one.get(name, math.nan) for one in found)
+        first, second = (figures.get(name, math.nan) for figures in at_end)
         if first != second and math.isfinite(first + second) and not (behind[0] and name == "on_time"):
             best = int((second > first) == more)
             told = [said(value, unit) for value in (first, second)]

@@ -6,7 +6,8 @@ are left out.
 
 from __future__ import annotations
 
-from bisect import insort
+import math
+from bisect import bisect_right, insort
 from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any
@@ -101,10 +102,10 @@ def _waited(history: History) -> Curve:
 
 
 def _on_time(history: History) -> Curve:
-    """Of the tasks that were done or came due so far the share that were not late."""
+    """Of the tasks that came due so far the share that were done by then; those due after the end count at the end."""
     deadlines = history.deadlines
     late = np.cumsum([one.missed for one in deadlines])
-    return [one.settled for one in deadlines], (1 - late / np.arange(1, len(deadlines) + 1)).tolist()
+    return [min(one.due, history.end) for one in deadlines], (1 - late / np.arange(1, len(deadlines) + 1)).tolist()
 
 
 def _cycle_time(history: History) -> Curve:
@@ -115,6 +116,29 @@ def _cycle_time(history: History) -> Curve:
         insort(ordered, task.cycle_time)
         values.append(quantile(ordered, LATE))
     return [task.done for task in history.counted_done], values
+
+
+def figures(history: History, shown: list[Tile], scale: MapScale) -> dict[str, float]:
+    """The indicators that tiles show at the end of the window, by name; those without a value then are left out."""
+    at_end = {tile.key: _value(tile, scale.end) for tile in shown if tile.form in {"count", "share", "lost"}}
+    length = min(scale.end, history.end) - history.begin
+    hours, fleet = length / history.model.units.hour, length * history.model.fleet.size
+    at_end["throughput_per_hour"] = at_end["tasks"] / hours if hours > 0 else math.nan
+    if "share_waiting" in at_end:
+        at_end["share_waiting"] = at_end["share_waiting"] / fleet if fleet > 0 else math.nan
+    if any(tile.key == "T" for tile in shown):
+        at_end["T"] = min(scale.end, history.end)
+    times = [task.cycle_time for task in history.counted_done if task.done <= scale.end]
+    at_end["cycle_time_mean"] = math.fsum(times) / len(times) if times else math.nan
+    return {key: value for key, value in at_end.items() if math.isfinite(value)}
+
+
+def _value(tile: Tile, time: float) -> float:
+    """The value of a curve at a time; before its first step 0 of a count or sum, nan of a share."""
+    number = bisect_right(tile.curve[0], time) - 1
+    if number < 0:
+        return math.nan if tile.form == "share" else 0.0
+    return tile.curve[1][number]
 
 
 def tile_columns(shown: list[Tile], scale: MapScale) -> dict[str, Any]:

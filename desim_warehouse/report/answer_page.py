@@ -18,14 +18,13 @@ from desim_warehouse.answer.numbers import NONE, number
 from desim_warehouse.answer.page import page as without_run
 from desim_warehouse.answer.parts import Folded
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError, reason
-from desim_warehouse.folders import ANSWER
+from desim_warehouse.folders import ANSWER, RESULTS
 from desim_warehouse.look import html
 from desim_warehouse.model import load as load_model
 from desim_warehouse.questions.run.page import drawings, in_full, tables
 from desim_warehouse.questions.study import Results
 from desim_warehouse.run import RunData
 from desim_warehouse.study.record import read_record
-from desim_warehouse.study.table import RESULTS
 
 PLAN, WHY = "plan.json", "why.json"
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.parts import Folded
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import make_folder
+from desim_warehouse.folders import ANSWER, make_folder, refuse_theirs
 from desim_warehouse.look.palette import COLOURS
 from desim_warehouse.plot.style import save
 from desim_warehouse.questions.study import Study
@@ -77,12 +77,14 @@ class Reproduction:
         return folder
 
     def _write(self, folder: Path) -> None:
+        figures = [f"figure_{number}.{kind}" for number, _ in FIGURES.values() for kind in ("png", "svg")]
         make_folder(folder)
+        refuse_theirs(folder, (ANSWER, "paper.csv", "paper.parquet", *figures))
+        self.answer.save(folder)
         (folder / "paper.csv").write_text(as_csv(self.table, float_format="%.6g"), encoding="utf-8")
         self.table.to_parquet(folder / "paper.parquet", index=False)
         for indicator, (number, _) in FIGURES.items():
             save(self.figure(indicator), folder, f"figure_{number}")
-        self.answer.save(folder)
 
     def figure(self, indicator: str) -> Figure:
         """A figure of the paper: the indicator by number of robots, a line for each goods group, bars of means."""

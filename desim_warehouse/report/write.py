@@ -6,11 +6,10 @@ import json
 from pathlib import Path
 
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import ANSWER, make_folder, shipped, write_whole
+from desim_warehouse.folders import ANSWER, RUN, STUDY, make_folder, shipped, write_whole
 from desim_warehouse.questions.run import page as run_page
 from desim_warehouse.report.answer_page import PLAN, WHY
 from desim_warehouse.run import RunData
-from desim_warehouse.run.folder import RUN, STUDY
 
 KINDS = {"answer": (ANSWER, PLAN, WHY, STUDY), "run": (RUN,)}
 """Kind of report: the files by which its kind of folder is known."""

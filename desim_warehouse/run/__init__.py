@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from desim_warehouse.replay import Replay
     from desim_warehouse.run.folder import KeptRun
     from desim_warehouse.run.stop import StopSignal
+    from desim_warehouse.world.robots.settled import SettledFleets
 
 
 class RunData:
@@ -45,14 +46,24 @@ class RunData:
 
     @classmethod
     def simulated(
-        cls, model: Source, seed: int = 0, stop: StopSignal | None = None, *, until: float | None = None
+        cls,
+        model: Source,
+        seed: int = 0,
+        stop: StopSignal | None = None,
+        *,
+        until: float | None = None,
+        fleets: SettledFleets | None = None,
     ) -> Self:
-        """Simulate a model, or its file, once; see `questions.run.simulate`."""
+        """Simulate a model, or its file, once; see `questions.run.simulate`.
+
+        `fleets`: where settled fleets are looked up, and kept; None: in the memory of this process.
+        """
         from desim_warehouse.world import World
+        from desim_warehouse.world.robots.settled import OF_THIS_PROCESS
 
         model = as_model(model)
         with _no_collector():
-            world = World(model, seed, heed=None if stop is None else stop.obey)
+            world = World(model, seed, heed=None if stop is None else stop.obey, fleets=fleets or OF_THIS_PROCESS)
             world.run(until)
         deterministic = not world.streams.used and not model.policies.own()
         return cls(model, seed, world.log, world.layout, deterministic=deterministic)

@@ -8,13 +8,14 @@ from __future__ import annotations
 
 import json
 import math
+import os
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar
+from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import make_folder, too_old, write_whole
+from desim_warehouse.folders import RUN, STUDY, make_folder, refuse_theirs, sha256, too_old, write_whole
 from desim_warehouse.run.spreadsheet import as_csv
 
 if TYPE_CHECKING:
@@ -25,9 +26,9 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.log import Log
 
 FORMAT = 1
-RUN, STUDY = "run.json", "study.json"
-"""The files by which the folders of runs and studies are recognised."""
-KPIS = "kpis.json"
+LOG, KPIS = "log.parquet", "kpis.json"
+TABLES = ("robots", "edges", "nodes")
+"""Tables that are written as CSV."""
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
 R = TypeVar("R")
@@ -49,11 +50,12 @@ class KeptRun(NamedTuple):
 
 
 def prepare(folder: Path) -> None:
-    """Make the folder of a run; raises ReportError where that is not possible, or the folder is a study's."""
+    """Make the folder of a run; raises ReportError where that is not possible, or the folder is somebody else's."""
     if (folder / STUDY).exists():
         raise ReportError(f"{folder}: holds a study; a run needs a folder of its own")
     try:
         make_folder(folder)
+        refuse_theirs(folder, (RUN, LOG, KPIS, *(f"{name}.csv" for name in TABLES)))
     except OSError as error:
         raise ReportError(f"{folder}: the run cannot be written there ({reason(error)})") from error
 
@@ -77,11 +79,9 @@ def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Pa
     if len({">".join(edge) for edge in edges}) < len(edges):  # node names with > in them: which edge is meant?
         number = {edge: i for i, edge in enumerate(edges)}
         table[NUMBER] = [-1 if edge is None else number[edge] for edge in log.edge_of_rows()]
-    table.to_parquet(folder / "log.parquet", index=False)
     kpis = {key: None if math.isnan(value) else value for key, value in run.kpis.items()}
-    write_whole(folder / KPIS, json.dumps(kpis, indent=2) + "\n")
-    for name, table in tables.items():
-        write_whole(folder / f"{name}.csv", as_csv(table, index=True))
+    texts = {KPIS: json.dumps(kpis, indent=2) + "\n"}
+    texts |= {f"{name}.csv": as_csv(tables[name], index=True) for name in TABLES}
     content = {
         "format": FORMAT,
         "version": log.version,
@@ -105,7 +105,13 @@ def _write(run: KeptRun, tables: Mapping[str, pd.DataFrame], folder: Path) -> Pa
             "stations": log.stations,
         },
     }
-    write_whole(folder / RUN, json.dumps(content) + "\n")
+    partial = folder / f".{LOG}.{os.getpid()}"
+    table.to_parquet(partial, index=False)
+    content["sha256"] = {LOG: sha256(partial)}
+    texts[RUN] = json.dumps(content) + "\n"
+    partial.replace(folder / LOG)
+    for name, text in texts.items():
+        write_whole(folder / name, text)
     return folder
 
 
@@ -127,7 +133,7 @@ def _content(path: Path) -> dict[str, Any]:
 def _kpis(folder: Path) -> dict[str, float]:
     """The indicators that were saved with a run."""
     kept: dict[str, float | None] = json.loads((folder / KPIS).read_text(encoding="utf-8"))
-    return {name: math.nan if value is None else value for name, value in kept.items()}
+    return {name: math.nan if value is None else float(value) for name, value in kept.items()}
 
 
 def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
@@ -154,34 +160,70 @@ def _log(kept: dict[str, Any], rows: list[Any], version: str) -> Log:
     )
 
 
+def _table(folder: Path, content: dict[str, Any]) -> pd.DataFrame:
+    """The table of the log, as it was written; raises ValueError for another. 0.3.0 did not say what it wrote."""
+    import pandas as pd
+
+    written = content.get("sha256", {}).get(LOG)
+    if written is not None and written != sha256(folder / LOG):
+        raise ValueError(f"{LOG} is not as it was written")
+    return pd.read_parquet(folder / LOG)
+
+
+def _rows(table: pd.DataFrame, layout: Layout) -> list[Any]:
+    """The rows of a log, with the edges of the layout; raises ValueError where they name another."""
+    import pandas as pd
+
+    from desim_warehouse.outcome.log import LogRow
+
+    edges = _edges(layout)
+    numbers = table.pop(NUMBER) if NUMBER in table else None
+    table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
+    table = table.astype(object).where(table.notna(), None)
+    if numbers is None:
+        by_name: dict[str | None, tuple[str, str] | None] = {">".join(edge): edge for edge in edges}
+        by_name[None] = None
+        of_rows = [by_name[name] for name in table["edge"]]
+    else:
+        of_rows = [None if number < 0 else edges[number] for number in numbers]
+    table["edge"] = pd.Series(of_rows, index=table.index, dtype=object)
+    return [tuple(row) for row in table.to_numpy().tolist()]
+
+
+def _check(log: Log, model: Model, layout: Layout) -> None:
+    """Refuse a log that no run of this model can have written; raises ValueError."""
+    from desim_warehouse.outcome.log import KINDS, NONE, Detail, LogRow
+
+    size, before = model.fleet.size, 0.0
+    if len(log.robots) != size:
+        raise ValueError(f"{len(log.robots)} robots, expected the {size} of its model")
+    if not (log.level in get_args(Detail) and 0 <= log.begin <= log.end < math.inf):
+        raise ValueError(f"level {log.level}, from {log.begin} to {log.end}, expected those of a run")
+    nodes, robots = {None, *layout.graph}, frozenset(range(NONE, size))
+    for number, row in enumerate(map(LogRow._make, log.rows), 1):
+        if row.kind not in KINDS or row.node not in nodes or row.robot not in robots or row.task < NONE:
+            raise ValueError(f"{LOG}, row {number}: no such kind of row, robot, task or node")
+        if not before <= row.time <= log.end:
+            raise ValueError(f"{LOG}, row {number}: not in order of time")
+        before = row.time
+
+
 def read_run(folder: Path, make: Callable[[KeptRun], R]) -> R:
     """Read a folder that a run was saved to, and return what `make` makes of it.
 
     Raises ReportError where there is no run, or `make` fails on what is damaged.
     """
-    import pandas as pd
-
     from desim_warehouse.model import load
-    from desim_warehouse.outcome.log import LogRow
 
     try:
         content = _content(folder / RUN)
-        table = pd.read_parquet(folder / "log.parquet")
-        kept = content["log"]
         model = load(content["model"])
         layout = model.floor
-        edges = _edges(layout)
-        numbers = table.pop(NUMBER) if NUMBER in table else None
-        table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
-        table = table.astype(object).where(table.notna(), None)
-        if numbers is None:
-            table["edge"] = table["edge"].map({">".join(edge): edge for edge in edges}.get)
-        else:
-            table["edge"] = [None if number < 0 else edges[number] for number in numbers]
-        log = _log(kept, [tuple(row) for row in table.to_numpy().tolist()], content["version"])
+        log = _log(content["log"], _rows(_table(folder, content), layout), content["version"])
+        _check(log, model, layout)
         kpis = {} if log.version == __version__ else _kpis(folder)
         return make(KeptRun(model, content["seed"], log, layout, content["deterministic"], kpis))
-    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise ReportError(
             f"{folder}: no run can be read there ({reason(error)}); desim run MODEL --out DIR writes one"
         ) from error

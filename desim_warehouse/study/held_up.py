@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from statistics import fmean
 from typing import Any
 
@@ -29,6 +29,7 @@ from desim_warehouse.study.statistics.limits import RELIEVED
 from desim_warehouse.study.statistics.procedure import Procedure
 from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.suspects import MOST_UNTAKEN, Suspect, left_out, suspects
+from desim_warehouse.world.robots.settled import SettledFleets
 
 LEAST = 0.01
 """Part of the indicator's mean that matters."""
@@ -131,9 +132,16 @@ def held_up(source: RunData | Source, indicator: str | None = None, search: Sear
 
     Source: `statistics.gains_steps`.
     """
+    with search.simulating() as crew:
+        return _held_up(source, indicator, replace(search, crew=crew), crew.fleets)
+
+
+def _held_up(source: RunData | Source, indicator: str | None, search: Search, fleets: SettledFleets) -> HeldUp:
     try:
         run = (
-            source if isinstance(source, RunData) else RunData.simulated(as_model(source, {"log": "all"}), search.seed)
+            source
+            if isinstance(source, RunData)
+            else RunData.simulated(as_model(source, {"log": "all"}), search.seed, fleets=fleets)
         )
     except SimulationError as error:
         nothing = Gains((), math.nan, math.nan, search.confidence, 1, failed=1)

@@ -32,6 +32,7 @@ class StudyPlan:
     description: str = ""
     warm_up: Literal["auto"] | tuple[float, ...] | None = None  # auto: found by pilot runs; then point by point
     target: str = ""  # that designs should meet; empty: none
+    scouts: bool = False  # its runs only point the way: batteries need not settle before them
 
     def points(self) -> list[Point]:
         """The design points, with the warm-up of each where that is known."""
@@ -46,6 +47,11 @@ class StudyPlan:
             )
             for point, time in zip(found, self.warm_up, strict=True)
         ]
+
+    def run_name(self, model: Model) -> str:
+        """What the runs of a design are kept under: the digest of its model, and apart from others where they scout."""
+        apart = self.scouts and model.battery is not None and model.fleet.start_energy == "settled"
+        return f"{model.digest()}-scout" if apart else model.digest()
 
     def unreplicated(self) -> StudyPlan:
         """The same plan with no runs of its own, for procedures that ask for the runs they need."""

@@ -8,7 +8,7 @@ from typing import Any
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import find, within
+from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study.design import Point
@@ -29,6 +29,8 @@ from desim_warehouse.study.statistics.selection import Selection, kn_steps
 from desim_warehouse.study.study import StudyEngine
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
 
+FLEET = "fleet.size"
+"""The key of which indicators say which way they usually move with it."""
 _AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
 ZONE = 0.01
 """The indifference zone, as a share of the largest of the first means."""
@@ -82,11 +84,11 @@ def race(
 
     Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
     """
-    find(indicator)
+    measure = find(indicator)
     if delta is not None and not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
     if delta is not None:
-        check_zone(indicator, delta)
+        check_zone(measure, delta)
     more = more_is_better(indicator) if maximise is None else maximise
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
@@ -147,14 +149,18 @@ def smallest(
     values = [point.labels[key] for point in study.points]
     zone = indifference(goal, zone, units)
     designs, each = line(len(values)), Budget(len(values))
-    doubted = None if scan else scouted(study, goal, designs, lambda one: one, each, search.under("scout"))
-    with study.session(search) as runner:
+    fewer = key == FLEET and not goal.more_helps
+    halved = not scan and not fewer
+    with search.together() as together:
+        scout = together.under("scout")
+        doubted = scouted(study, goal, designs, lambda one: one, each, scout) if halved else None
+        with study.session(together) as runner:
 
-        def steps(exact: bool) -> Procedure[Sizing[Any]]:
-            judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
-            return smallest_meeting_steps(values, judge, doubted or (), scan=scan)
+            def steps(exact: bool) -> Procedure[Sizing[Any]]:
+                judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
+                return smallest_meeting_steps(values, judge, doubted or (), scan=scan, fewer=fewer)
 
-        sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
+            sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
     return Smallest(**vars(sizing), study=study)
 
 
@@ -178,9 +184,11 @@ def scouted(
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 
+    Batteries need not settle before such a day (`StudyPlan.scouts`).
+
     None: the runs allowed ended before. `told`: what was known before, for those who watch the progress.
     """
-    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout")
+    plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
 
     with scout.session(search) as runner:
@@ -231,7 +239,7 @@ def judge_of(
         first=search.first or first_look(goal, cap),
         cap=cap,
         deterministic=exact,
-        within=within(goal.indicator),
+        within=goal.measure.within,
         veto=lambda number: cannot_last(study, runner, number),
         hopeless=lambda number: cannot_last(study, runner, number, glance=True),
         tell=lambda judge: runner.progress.tell(f"{before}{judge.known(named)}"),

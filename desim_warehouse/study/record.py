@@ -9,9 +9,8 @@ from pathlib import Path
 from typing import Any, NamedTuple, get_args
 
 from desim_warehouse.errors import ModelError, StudyError, reason
-from desim_warehouse.folders import too_old, write_whole
+from desim_warehouse.folders import RUN, STUDY, too_old, write_whole
 from desim_warehouse.model import load
-from desim_warehouse.run.folder import RUN, STUDY
 from desim_warehouse.study.design import Point, Rule
 from desim_warehouse.study.execution.cache import versions
 from desim_warehouse.study.factors import Factor, Label, Level

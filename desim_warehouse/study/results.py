@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, Literal, Self, cast
 import numpy as np
 
 from desim_warehouse.errors import StudyError, WarehouseError
+from desim_warehouse.folders import JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.outcome import targets
 from desim_warehouse.outcome.account import is_fixed
@@ -23,7 +24,7 @@ from desim_warehouse.study.factors import Label
 from desim_warehouse.study.file import labels
 from desim_warehouse.study.plan import StudyPlan, models
 from desim_warehouse.study.statistics import comparison, intervals, judge, screening
-from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_numeric, level_column, rows_of
+from desim_warehouse.study.table import Row, arrow, columns, is_numeric, level_column, rows_of
 from desim_warehouse.study.target import read_target
 
 if TYPE_CHECKING:
@@ -63,7 +64,7 @@ class ResultsData:
         Raises:
             StudyError: where there is no study, or it is damaged.
         """
-        from desim_warehouse.study.execution.store import JOURNAL, Store
+        from desim_warehouse.study.execution.store import Store
         from desim_warehouse.study.record import read_record
         from desim_warehouse.study.runner import StudyRunner
 
@@ -385,7 +386,7 @@ class ResultsData:
         for design, given in known.items():
             if given:
                 exact = _deterministic(self.runs(design))
-                one = judge.judged(design, given, goal, level, exact, within(goal.indicator))
+                one = judge.judged(design, given, goal, level, exact, goal.measure.within)
                 lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
@@ -395,9 +396,7 @@ class ResultsData:
         """Of designs that are too close to the target, how many runs in all would probably tell; None: too many."""
         goal = self.target
         return {
-            design: judge.runs_to_tell(
-                _known(self.runs(design), goal.indicator), goal, one.level, within(goal.indicator)
-            )
+            design: judge.runs_to_tell(_known(self.runs(design), goal.indicator), goal, one.level, goal.measure.within)
             for design, one in self.judged.items()
             if goal is not None and one.verdict == "undecided" and one.n > 1 and design not in self.same
         }

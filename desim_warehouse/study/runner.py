@@ -61,7 +61,7 @@ class StudyRunner:
         self.deterministic = False  # chance plays no part in any design, by what the models say
         if keys is None:
             made = models(plan, points)
-            keys = {number: model.digest() for number, model in made.items()}
+            keys = {number: plan.run_name(model) for number, model in made.items()}
             self.deterministic = all(model.is_deterministic for model in made.values())
         self.keys = dict(keys)  # what the model of a point is known by in the store
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
@@ -69,7 +69,7 @@ class StudyRunner:
 
     def add(self, plan: StudyPlan, point: Point) -> None:
         """Go on with a plan that has one point more, which need not have runs; raises ModelError for no model."""
-        self.keys[point.number] = models(plan, [point])[point.number].digest()
+        self.keys[point.number] = plan.run_name(models(plan, [point])[point.number])
         self.replications[point.number] = 0
         self.plan = plan
         self.points.append(point)
@@ -167,8 +167,8 @@ class StudyRunner:
         names: dict[Handle, tuple[str, int]] = {}
         try:
             for name, of in missing.items():
-                wanted = Wanted(of[0][0], self.points[of[0][0]].overrides, name[1])
-                names[self.executor.submit(wanted)] = name
+                wanted = Wanted(of[0][0], self.points[of[0][0]].overrides, name[1], scout=self.plan.scouts)
+                names[self.executor.submit(self.plan.base, wanted)] = name
             with closing(self.executor.ended(list(names))) as ended:
                 for handle in ended:
                     assert handle.outcome is not None  # we cancel none of them before all have ended

@@ -2,13 +2,20 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from contextlib import closing, contextmanager
+from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, reason
+from desim_warehouse.folders import ANSWER, JOURNAL, LOCK, RESULTS, STUDY, refuse_theirs
 from desim_warehouse.study.execution import worker_count
 from desim_warehouse.study.statistics.checks import check_confidence
 from desim_warehouse.values.streams import whole_seed
+
+if TYPE_CHECKING:
+    from desim_warehouse.study.execution.crew import Crew
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -31,9 +38,10 @@ class Search:
         cache: without `out`, keep runs in the user's cache (DESIM_CACHE names its folder), and reuse those there.
         progress: show progress on standard error.
         command: as it was typed, for readers of the answer; empty: the question was asked in Python.
+        crew: what simulates for several studies; see `together`. None: each study starts processes of its own.
 
     Raises:
-        StudyError: a cap below the first look, no confidence, or too many workers.
+        StudyError: a cap below the first look, no confidence, too many workers, or a folder of somebody else.
         ModelError: no seed.
     """
 
@@ -49,6 +57,7 @@ class Search:
     cache: bool = True
     progress: bool = False
     command: str = ""
+    crew: Crew | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
         """Refuse what no search can do."""
@@ -57,10 +66,36 @@ class Search:
         check_confidence(self.confidence)
         whole_seed(self.seed)
         worker_count(self.workers)
+        if self.out is not None:
+            self._check_folder(Path(self.out))
+
+    def _check_folder(self, folder: Path) -> None:
+        """Refuse a folder with files of somebody else that the study or its answer would overwrite."""
+        try:
+            refuse_theirs(folder, (JOURNAL, RESULTS, STUDY, ANSWER, LOCK))
+        except OSError as error:
+            raise StudyError(f"{folder}: cannot be used as a study folder ({reason(error)})") from error
 
     def looks(self, first: int, cap: int) -> tuple[int, int]:
         """Replications at the first look at a design, and the most of them: by default as given."""
         return self.first or first, self.cap or cap
+
+    @contextmanager
+    def together(self) -> Iterator[Search]:
+        """One crew for all studies of a question: processes start once, and a design settles once."""
+        with self.simulating() as crew:
+            yield replace(self, crew=crew)
+
+    @contextmanager
+    def simulating(self) -> Iterator[Crew]:
+        """The crew that simulates, which ends with the block unless others have it."""
+        if self.crew is not None:
+            yield self.crew
+            return
+        from desim_warehouse.study.execution.crew import Crew
+
+        with closing(Crew(self.workers, self.cluster, cache=self.cache)) as crew:
+            yield crew
 
     def under(self, name: str) -> Search:
         """The same for one of several studies of a question: with `out`, in a folder of its own in that."""

@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
-from contextlib import closing, contextmanager
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.folders import ANSWER
+from desim_warehouse.folders import ANSWER, JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
-from desim_warehouse.study.execution.store import JOURNAL, Store
+from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.factors import Level
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
@@ -23,7 +23,7 @@ from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.comparison import Comparison
 from desim_warehouse.study.statistics.procedure import Procedure
 from desim_warehouse.study.statistics.screening import MainEffects
-from desim_warehouse.study.table import RESULTS, Row, arrow, columns, is_damaged, write_results
+from desim_warehouse.study.table import Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:
@@ -45,7 +45,7 @@ class StudyEngine:
     `Study.open` has the runs of a folder again, in another program or after an interruption.
     """
 
-    results_type: ClassVar[type[ResultsData]] = ResultsData
+    _results_type: ClassVar[type[ResultsData]] = ResultsData
     """What `results` gives."""
 
     def __init__(  # every key of a study file is an argument, with its meaning
@@ -131,7 +131,7 @@ class StudyEngine:
         Raises:
             StudyError: where there is no study.
         """
-        results = cls.results_type.load(folder)
+        results = cls._results_type.load(folder)
         study = cls.of(results.plan)
         study.notes += results.notes
         study._results = results  # noqa: SLF001 - our own
@@ -244,26 +244,21 @@ class StudyEngine:
 
         However the block ends, finished runs are in the folder, or in the user's cache, and in `results`.
         """
-        from desim_warehouse.study.execution import make_executor
         from desim_warehouse.study.execution.cache import Cache
-        from desim_warehouse.study.execution.signals import Interrupts
         from desim_warehouse.study.record import write_record
 
         self.folder = None if search.out is None else Path(search.out)
         with (
-            Interrupts() as interrupts,
+            search.simulating() as crew,
+            crew.interrupts,
             Progress(self.plan.name, shown=search.progress) as shown,
             Store(
                 self.folder,
                 self._say(shown),
                 cache=Cache(self._say(shown)) if search.cache and self.folder is None else None,
             ) as store,
-            closing(
-                make_executor(
-                    self.plan.base, search.workers, search.cluster, self.plan.timeout, self._say(shown), interrupts
-                )
-            ) as executor,
         ):
+            executor = crew.executor(self.plan.timeout, self._say(shown))
             if self.plan.warm_up == "auto":
                 self._settle(executor, shown)
             runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write)
@@ -310,7 +305,7 @@ class StudyEngine:
         """Store the results as they are now."""
         from desim_warehouse.study.execution.cache import versions
 
-        self._results = self.results_type(
+        self._results = self._results_type(
             self.plan, tuple(self.points), tuple(rows), versions(), self.folder, tuple(self.notes)
         )
         if self.folder is not None:

@@ -24,9 +24,6 @@ if TYPE_CHECKING:
     from desim_warehouse.study.statistics.intervals import Estimate
 
 
-RESULTS = "results.parquet"
-
-
 class Row(NamedTuple):
     """A finished run of a study."""
 

@@ -1,21 +1,15 @@
-"""Targets as users write them: shares in per cent, times, lengths and rates with a unit."""
+"""Targets that make sense, their indifference zones, and how many runs a first look at them takes."""
 
 from __future__ import annotations
 
 import math
-import re
-from dataclasses import replace
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import INDICATORS, find, look_up, within
-from desim_warehouse.outcome.targets import Target, parse_target
+from desim_warehouse.outcome.indicators import Indicator
+from desim_warehouse.outcome.targets import Target, amount_of, parse_target
 from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
-from desim_warehouse.values.units import SECONDS, UnitNames, quantity
-
-_WITH_UNIT = re.compile(r"(?P<bound>.*[<>=≥≤]\s*)(?P<number>[+-]?[\d.]+)\s*(?!e[+-]?\d)(?P<unit>[A-Za-z%/].*?)\s*")
-_KINDS = {"time": "time", "length": "length", "tasks per hour": "rate"}
-"""Kinds of units of indicators that have units of their own; shares are in per cent."""
+from desim_warehouse.values.units import SECONDS, UnitNames
 
 
 def read_target(text: str, units: UnitNames | None = None) -> Target:
@@ -26,46 +20,35 @@ def read_target(text: str, units: UnitNames | None = None) -> Target:
         units: those of the model; None: not known yet, and the target has none.
 
     Raises:
-        StudyError: not a target, a unit of another kind, or a share outside 0 to 1.
+        StudyError: not a target, a unit of another kind, a share outside 0 to 1, or one that is met by doing worse.
     """
     if not isinstance(text, str):
         raise StudyError(f"target {shown(text):.60}: expected words such as 'on_time >= 95 %'")
-    written = _WITH_UNIT.fullmatch(text)
-    goal = parse_target(f"{written['bound']}{written['number']}" if written else text)
-    if look_up(goal.indicator) is None:
-        parse_target(goal.text, INDICATORS)  # says what is meant
-    if written:
-        amount = f"{written['number']} {written['unit']}"
-        goal = replace(goal, value=amount_of(goal.indicator, amount, units, f"target {text!r}"))
-    if find(goal.indicator).is_share and not 0 <= goal.value <= 1:
-        meant = f"; did you mean {goal.value:g} %?" if not written and 1 < goal.value <= 100 else ""  # noqa: PLR2004
-        raise StudyError(f"target {text!r}: {goal.indicator} is a share, expected a number from 0 to 1, or a %{meant}")
+    goal = parse_target(text, units)
+    _refuse_share(text, goal)
     _right_way_round(text, goal)
-    if written and find(goal.indicator).is_share and goal.sign > 0 and 0 < goal.value < 0.01:  # noqa: PLR2004
-        said, meant = f"{written['number']} {written['unit']}", f"{100 * float(written['number']):g} %"
-        raise StudyError(f"target {text!r}: {said} is hardly a target; did you mean {meant}?")
-    return replace(goal, unit=_unit(goal.indicator, units))
+    return goal
 
 
-def check_zone(indicator: str, zone: float, aim: float | None = None) -> None:
+def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> None:
     """Refuse an indifference zone in which nearly all designs lie.
 
     Args:
-        indicator: its name.
+        measure: the indicator.
         zone: in the indicator's unit.
         aim: the target; None: there is none, and only shares have a largest zone.
 
     Raises:
         StudyError: above a fifth of the target, or of all there is of a share.
     """
-    share = find(indicator).is_share
+    share = measure.is_share
     most = MOST_ZONE if share else math.inf if aim is None else MOST_ZONE * abs(aim)
     if zone <= most:
         return
     said = f"{zone:g} ({zone:.0%})" if share else f"{zone:g}"
     least = f"{most:.0%}" if share else f"{most:g}, a fifth of the target"
     meant = f"; did you mean {zone:g} %?" if share and 0 < zone <= 100 * MOST_ZONE else ""
-    raise StudyError(f"indifference zone {said} of {indicator}: expected at most {least}{meant}")
+    raise StudyError(f"indifference zone {said} of {measure.name}: expected at most {least}{meant}")
 
 
 def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> float:
@@ -75,17 +58,17 @@ def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> fl
         StudyError: no amount of the indicator, or one in which nearly all designs lie.
     """
     if zone is None:
-        zone = 0.01 if find(goal.indicator).is_share else 0.01 * abs(goal.value)
+        zone = 0.01 if goal.measure.is_share else 0.01 * abs(goal.value)
     if isinstance(zone, str):
-        zone = amount_of(goal.indicator, zone, units, "zone")
-    check_zone(goal.indicator, zone, goal.value)
-    least, largest = within(goal.indicator)
+        zone = amount_of(goal.measure, zone, units, "--zone")
+    check_zone(goal.measure, zone, goal.value)
+    least, largest = goal.measure.within
     return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
 
 
 def first_look(goal: Target, cap: int) -> int:
     """Replications at the first look at a design by default: at what has no upper end more, as it may be skewed."""
-    return min(FIRST if find(goal.indicator).is_share else FIRST_OF_MEANS, cap)
+    return min(FIRST if goal.measure.is_share else FIRST_OF_MEANS, cap)
 
 
 def too_short(text: str, model: Model) -> str:
@@ -102,9 +85,22 @@ def too_short(text: str, model: Model) -> str:
     )
 
 
+def _refuse_share(text: str, goal: Target) -> None:
+    """Refuse a target of a share that lies outside 0 to 1, or below 1 % where per cent were forgotten."""
+    if not goal.measure.is_share:
+        return
+    bare = not text.rstrip().endswith("%")
+    if not 0 <= goal.value <= 1:
+        meant = f"; did you mean {goal.value:g} %?" if bare and 1 < goal.value <= 100 else ""  # noqa: PLR2004
+        raise StudyError(f"target {text!r}: {goal.indicator} is a share, expected a number from 0 to 1, or a %{meant}")
+    if not bare and goal.sign > 0 and 0 < goal.value < 0.01:  # noqa: PLR2004
+        said = f"{100 * goal.value:g} %"
+        raise StudyError(f"target {text!r}: {said} is hardly a target; did you mean {10_000 * goal.value:g} %?")
+
+
 def _right_way_round(text: str, goal: Target) -> None:
     """Refuse a target that is met by doing worse."""
-    better = find(goal.indicator).better
+    better = goal.measure.better
     if better is None or (better == "more") == (goal.sign > 0):
         return
     turned = goal.sense.translate(str.maketrans("<>", "><"))
@@ -112,33 +108,3 @@ def _right_way_round(text: str, goal: Target) -> None:
     raise StudyError(
         f"target {text!r}: {better} {goal.indicator} is better, expected {turned}; did you mean {meant!r}?"
     )
-
-
-def amount_of(indicator: str, text: str, units: UnitNames | None, where: str) -> float:
-    """An amount of an indicator, such as `5 min` or `1 %`, in the unit in which runs give it.
-
-    Args:
-        indicator: its name.
-        text: a number, and a unit or none.
-        units: those of the model; None: not known yet.
-        where: the option or key as the user wrote it, for the message.
-
-    Raises:
-        StudyError: no number, or a unit of another kind.
-    """
-    kind = "share" if find(indicator).is_share else _KINDS.get(find(indicator).unit)
-    if kind != "share" and text.endswith("%"):
-        raise StudyError(f"{where}: {indicator} is no share, expected a number without %")
-    try:
-        if kind is None:
-            return float(text)
-        return quantity(text, kind, units or UnitNames())
-    except ValueError as error:
-        plain = f"not a number (got {text}), as {indicator} has no unit" if kind is None else str(error)
-        raise StudyError(f"{where}: {plain}") from None
-
-
-def _unit(indicator: str, units: UnitNames | None) -> str:
-    """The unit of a model in which an indicator is counted, where it is one of time or length."""
-    kind = find(indicator).unit
-    return "" if units is None else {"time": units.time, "length": units.length}.get(kind, "")

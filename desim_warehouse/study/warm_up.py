@@ -124,7 +124,7 @@ def settle_designs(
         for point in designs
         for r in range(PILOT)
     ]
-    handles = [executor.submit(one) for one in wanted]
+    handles = [executor.submit(plan.base, one) for one in wanted]
     for handle in executor.ended(handles):
         assert handle.outcome is not None  # nobody cancels it
         done(handle.outcome)

@@ -44,9 +44,11 @@ from desim_warehouse.world.robots.mixed_reach import MixedReach
 from desim_warehouse.world.robots.reach import Reach, may_do
 from desim_warehouse.world.robots.robot import Robot
 from desim_warehouse.world.robots.settled import (
+    OF_THIS_PROCESS,
     SEED,
     Fleet,
     SettledError,
+    SettledFleets,
     SettlingRun,
     Standing,
     any_of,
@@ -82,7 +84,7 @@ class World:
 
     `heed` is given the clock of every run that this takes, before it begins. `settles`: this is the run that nobody
     counts, in which batteries settle. `demand`: where tasks come from instead of the orders of the model, which has
-    been checked then.
+    been checked then. `fleets`: where settled fleets are looked up, and kept.
 
     Each part is given what it needs, and none knows the world.
     """
@@ -96,6 +98,7 @@ class World:
         demand: Callable[..., Orders] | None = None,
         heed: Callable[[Clock], object] | None = None,
         settles: bool = False,
+        fleets: SettledFleets = OF_THIS_PROCESS,
     ) -> None:
         self.model = model
         self.layout = model.floor
@@ -103,7 +106,7 @@ class World:
         if demand is None:
             refuse(model, self.layout)
         self.streams = Streams(seed)
-        start = _settled(model, self.streams, heed) if demand is None and not settles else None
+        start = _settled(model, self.streams, fleets, heed) if demand is None and not settles else None
         self.env = Clock()
         if heed is not None:
             heed(self.env)
@@ -456,30 +459,30 @@ class World:
         return f"; no robot's battery lasts for task {task.number}: {self.reach.why_none_lasts(views, task)}"
 
 
-_FLEETS: OrderedDict[Model, list[Fleet]] = OrderedDict()
-_KNOWN = 64
-"""Models of which it is known how their fleets stand in the long run."""
-
-
-def _settled(model: Model, streams: Streams, heed: Callable[[Clock], object] | None) -> Fleet | None:
+def _settled(
+    model: Model, streams: Streams, fleets: SettledFleets, heed: Callable[[Clock], object] | None
+) -> Fleet | None:
     """How the fleet stands at the start if its batteries are settled; None if they are not, or there is no long run."""
     if model.fleet.start_energy != "settled" or not has_long_run(model):
         return None
-    if model not in _FLEETS:
-        settling = SettlingRun(model)
-        if settling.model not in _FLEETS:  # runs of another length have the same
-            world = World(settling.model, SEED, heed=heed, settles=True)
-            settling.watch(world.env, world.robots)
-            try:
-                world.run()
-            except SettledError:
-                _FLEETS[settling.model] = settling.fleets
-            except (BatteryError, StallError):  # it has no long run; the run itself says how that ends
-                _FLEETS[settling.model] = []
-        _FLEETS[model] = _FLEETS[settling.model]
-        while len(_FLEETS) > _KNOWN:
-            _FLEETS.popitem(last=False)
-    return any_of(_FLEETS[model], streams) if _FLEETS[model] else None
+
+    def settle(settling: SettlingRun) -> Sequence[Fleet]:
+        world = World(settling.model, SEED, heed=heed, settles=True)
+        settling.watch(world.env, world.robots)
+        try:
+            world.run()
+        except SettledError:
+            return settling.fleets
+        except (BatteryError, StallError):  # the run itself says how that ends
+            pass
+        return ()
+
+    def waiting() -> None:
+        if heed is not None:
+            heed(Clock())
+
+    seen = fleets.of(model, settle, waiting)
+    return any_of(seen, streams) if seen else None
 
 
 def _policy(kind: str, spec: PolicySpec) -> Any:

@@ -1,10 +1,17 @@
-"""What axe-core says of the pages: nothing, on light and on dark ground, on a screen and on a phone."""
+"""What axe-core says of the pages: nothing, on light and on dark ground, on a screen and on a phone.
 
+Every day one page of each template, answers as `make_answers` has kept them; fresh answers of every question are for
+the long run.
+"""
+
+import shutil
 from importlib.resources import files
+from pathlib import Path
 
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.folders import ANSWER
 from desim_warehouse.questions import compare_words, input_words
 from desim_warehouse.questions.orient import worded
 from desim_warehouse.questions.plan import plan_fleet
@@ -23,6 +30,7 @@ from tests.report.test_days import by_hand
 
 AXE = "const [how, done] = arguments; axe.run(how).then((found) => done(found.violations))"
 EVERY = {"runOnly": ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "wcag22aa", "best-practice"]}
+KEPT_ANSWERS = Path(__file__).parent / "answers"
 UNFOLD = "for (const one of document.querySelectorAll('details')) one.open = true"
 
 
@@ -111,6 +119,19 @@ def an_answer_of_a_fit(folder):
     return of(input_words.fit(fit([2.0 + number % 7 for number in range(60)]), "picks.csv", "load_s", "s"), folder)
 
 
+def kept_answer(name, folder):
+    shutil.copy(KEPT_ANSWERS / f"{name}.json", folder / ANSWER)
+    return report(folder, folder / "page.html")
+
+
+def a_kept_plan(folder):
+    return kept_answer("plan", folder)
+
+
+def a_kept_reason(folder):
+    return kept_answer("why", folder)
+
+
 def an_answer_of_before(folder):
     return report(KEPT / "plan", folder / "page.html")
 
@@ -136,7 +157,10 @@ def a_report(folder):
     return report(people_run(), folder / "page.html")
 
 
-ANSWERS = (
+DAILY = (a_study, two_replays, a_report, a_validation, a_kept_plan, a_kept_reason, an_answer_of_before)
+LONG = (
+    a_study_of_words,
+    a_replay,
     an_answer_of_plan,
     an_answer_of_why,
     an_answer_of_size,
@@ -148,11 +172,10 @@ ANSWERS = (
     an_answer_of_directions,
     an_answer_of_a_warm_up,
     an_answer_of_a_fit,
-    an_answer_of_before,
 )
 
 
-@pytest.mark.parametrize("make", [a_study, a_study_of_words, a_replay, two_replays, a_report, a_validation, *ANSWERS])
+@pytest.mark.parametrize("make", [*DAILY, *(pytest.param(make, marks=pytest.mark.long) for make in LONG)])
 def test_axe_finds_nothing(browser, tmp_path, make):
     page = Opened(browser, make(tmp_path))
     browser.execute_script(files("axe_core_python").joinpath("axe.min.js").read_text("utf-8"))

@@ -15,18 +15,23 @@ from tests.browser.test_axe import AXE, EVERY
 from tests.docs.pages import ROOT
 
 READ = (
-    "index",
-    "pages",
-    "plan-a-warehouse",
     "gallery",
-    "examples",
-    "how-to/breakdowns",
     "how-to/own-layout",
     "reference/indicators",
-    "reference/check",
-    "source/CONTRIBUTING",
+    *(
+        pytest.param(page, marks=pytest.mark.long)
+        for page in (
+            "index",
+            "pages",
+            "plan-a-warehouse",
+            "examples",
+            "how-to/breakdowns",
+            "reference/check",
+            "source/CONTRIBUTING",
+        )
+    ),
 )
-"""Pages of every kind: pictures, tables, frames, code, signatures."""
+"""Pages of every kind, with pictures, code, tables; in the long run with frames and signatures, too."""
 STILL = "document.head.append(Object.assign(document.createElement('style'), {textContent: arguments[0]}))"
 HITS = "return [...document.querySelectorAll('.md-search-result__item > a:first-of-type')].map((hit) => hit.href)"
 

@@ -3,6 +3,7 @@
 import json
 import math
 
+import click
 import jsonschema
 import pytest
 from click.testing import CliRunner
@@ -141,3 +142,20 @@ def test_numbers_in_json_are_plain():
     for key in ("S", "C", "tasks", "moves", "rear_ends", "crossings", "rotations", "backlog"):
         assert isinstance(answer[key], int), key
     assert all(math.isfinite(value) for value in answer.values() if isinstance(value, float))
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_an_option_of_one_value_is_refused_where_it_is_typed_twice(name):
+    command = desim.get_command(click.Context(desim), name)
+    options = [one for one in command.params if isinstance(one, click.Option)]
+    single = [one for one in options if not one.multiple and not one.is_flag]
+    for option in single:
+        for spelling in (option.opts[0], option.opts[-1]):
+            refused = call(name, option.opts[0], "1", "model.yaml", f"{spelling}=2")
+            assert refused.exit_code == 2
+            assert refused.stderr.splitlines()[-1] == f"Error: {option.opts[0]}: typed twice, expected once"
+
+
+def test_flags_and_options_that_may_repeat_are_not_refused():
+    twice = ("--json", "--set", "fleet.size=2", "--set", "fleet.size=3", "--indicator", "T", "--json")
+    assert json.loads(call("run", MODEL, *twice).stdout)["T"] == json.loads(call("run", MODEL, *twice[3:]).stdout)["T"]

@@ -32,7 +32,7 @@ def test_the_model_goes_to_standard_output_and_the_table_to_the_other(tmp_path):
 def test_or_to_a_file_that_is_not_there_yet(tmp_path):
     path = tmp_path / "yard.yaml"
     said = call(YARD, "-o", str(path), "--fleet", "6", "--operation", "Weigh=unload")
-    assert said.stdout.splitlines()[0] == f"{path}: 8 nodes, 8 edges, 2 stations, 6 robots"
+    assert said.stdout.splitlines()[0] == f"{path}: 8 nodes, 8 edges, 17 x 20 m, 2 stations, 6 robots"
     model = dw.load(path)
     assert model.fleet.size == 6
     assert set(model.layout.stations) == {"table 1", "scales"}
@@ -79,7 +79,7 @@ def test_options_of_formats(tmp_path):
     path = str(write(tmp_path / "dock.lif.json", dock()))
     out = str(tmp_path / "dock.yaml")
     said = call(path, "-o", out, "--vehicle-type", "forklift", "--layout", "ground", "--strict", "--fleet", "2")
-    assert said.stdout.splitlines()[0] == f"{out}: 7 nodes, 7 edges, 1 station, 2 robots"
+    assert said.stdout.splitlines()[0] == f"{out}: 7 nodes, 7 edges, 21 x 8 m, 1 station, 2 robots"
     with pytest.raises(dw.ModelError, match="option 'strict': there is none for a plant model of openTCS"):
         call(YARD, "--strict")
     with pytest.raises(dw.ModelError, match="no layout 'attic'"):

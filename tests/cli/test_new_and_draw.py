@@ -32,7 +32,7 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
     said = call("new", file, *shlex.split("--aisles 8 --stations 3 --robots 12 --orders 200/h --chargers 4"))
     assert said.exit_code == 0
     counts = "8 aisles, 3 packing stations, 12 robots, 4 chargers"
-    assert said.stdout.startswith(f"60 x 40 m, {counts}, 200 orders an hour, due in 15 min.")
+    assert said.stdout.startswith(f"60 x 40 m, {counts}, 200 orders an hour = 4,800 orders a day, due in 15 min.")
     model = dw.load(file)
     blocks = model.layout.blocks
     assert (blocks.columns + 1, model.fleet.size, model.tasks.goods.poisson) == (8, 12, 200)
@@ -42,7 +42,7 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
     found = check(model)
     assert not found.findings
     assert found.calculation.power.chargers == 4
-    kpis = dw.simulate(model.replace({"run": {"length": 7200}})).kpis
+    kpis = dw.simulate(model.replace({"run": {"length": 3600}})).kpis
     assert kpis["on_time"] > 0.95
     assert model.tasks.goods.due_within == 900
 
@@ -85,6 +85,23 @@ def test_what_is_not_given_suffices_by_hand(orders):
         ("--size 20x5", "--size 20x5: too small, expected at least 7.2 m each way"),
         ("--robots 0", "--robots 0: out of range, expected 1 to 1000"),
         ("--stations 9 --aisles 8", "--stations 9: out of range, expected 1 to 8"),
+        ("--packers 1000000000 --stations 2", "--packers 1000000000: out of range, expected 1 to 20000"),
+        ("--orders 200000/h", "--orders 200000/h: too many, expected at most 100000/h"),
+        ("--inbound 4000/min", "--inbound 4000/min: too many, expected at most 100000/h"),
+        (
+            "--size 3000x3000",
+            (
+                "desim new:14:18: layout.blocks.block_depth: too large (got 2224440), expected at most 1,000,000 "
+                "(storage places)"
+            ),
+        ),
+        (
+            "--orders 20000/h --peak 10-11x20 --shifts 06-22",
+            (
+                "desim new:36:20: tasks.goods.poisson: too large (got 400000), expected at most 100,000 (tasks "
+                "arriving per hour (poisson))"
+            ),
+        ),
     ],
 )
 def test_what_cannot_be_is_said_at_its_option(tmp_path, words, said):
@@ -130,7 +147,10 @@ def test_asked_for_it_takes_a_working_day(tmp_path, monkeypatch):
     said = call("new", input="day.yaml\n30x20\n60/h\n10\n07-19\n11-12x2\n2\n20/h\n4\n1\n5\n\n")
     assert said.exit_code == 0, said.output
     assert "2 packers" in said.output
-    assert "60 orders an hour from 07:00 to 19:00 with 2 times as many from 11:00 to 12:00" in said.output
+    assert (
+        "60 orders an hour from 07:00 to 19:00 with 2 times as many from 11:00 to 12:00 = 780 orders a day"
+        in said.output
+    )
     assert set(dw.load("day.yaml").tasks.flows) == {"orders", "inbound"}
 
 

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.draft import Draft, draft
+from desim_warehouse.draft import Draft, draft, read_orders
+from desim_warehouse.feasibility.asked import orders_a_day
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.questions.check import check
 from desim_warehouse.working_day import Peak, WorkingDay, read_peak, read_shifts
@@ -31,8 +32,8 @@ def test_the_sentence_repeats_everything_that_it_took(drafted):
     people = station.servers * len(station.at)
     counted = f"13 aisles, {len(station.at)} packing stations, {people} packers, {model.fleet.size} robots"
     assert said.startswith(f"70 x 45 m, {counted}, ")
-    day = "420 orders an hour from 06:00 to 22:00 with 1.6 times as many from 11:30 to 13:00, due in 15 min"
-    assert f"{day}, 60 loads an hour put away." in said
+    day = "420 orders an hour from 06:00 to 22:00 with 1.6 times as many from 11:30 to 13:00 = 7,098 orders a day"
+    assert f"{day}, due in 15 min, 60 loads an hour = 960 a day put away." in said
 
 
 def test_orders_come_by_the_clock_and_as_many_as_were_said(drafted):
@@ -43,6 +44,37 @@ def test_orders_come_by_the_clock_and_as_many_as_were_said(drafted):
     assert sum(inbound.per_hour) == 16 * 60
     assert (model.run.start, model.run.length) == ("06:00", 16 * 3600)
     assert model.tasks.unload_time.mean == pytest.approx(20 * 480 / 450, rel=0.01)  # 30 min of break in 8 h
+
+
+@pytest.mark.parametrize(
+    ("orders", "shifts", "peak", "hourly"),
+    [
+        ("1600/d", "06-22", None, 100),
+        ("1600 / d", None, None, 1600 / 24),
+        ("1600/d", "06-22", "11:30-13x1.6", 1600 / (16 + 1.5 * 0.6)),
+        ("1600/d", "06-14,15-22", None, 1600 / 15),
+        ("100/h", "06-22", "11:30-13x1.6", 100),
+        ("2/min", "06-22", None, 120),
+    ],
+)
+def test_orders_of_a_day_come_in_its_hours(orders, shifts, peak, hourly):
+    open_from_to = read_shifts(shifts) if shifts else ()
+    day = WorkingDay(open_from_to, read_peak(peak, open_from_to) if peak else None)
+    assert read_orders(orders, day=day) == pytest.approx(hourly)
+    every, rates = day.rates(read_orders(orders, day=day))
+    if orders.endswith("d"):
+        assert sum(rates) * every / 60 == pytest.approx(1600)
+
+
+def test_a_draft_and_its_check_say_how_many_orders_a_day_has(tmp_path):
+    words = "--size 40x30 --orders 1600/d --shifts 06-22 --inbound 400/d --robots 12 --chargers 4"
+    said = CliRunner().invoke(desim, ("new", str(tmp_path / "w.yaml"), *words.split()), catch_exceptions=False)
+    assert "100 orders an hour from 06:00 to 22:00 = 1,600 orders a day" in said.output
+    assert "25 loads an hour = 400 a day put away." in said.output
+    model = dw.load(tmp_path / "w.yaml")
+    assert list(orders_a_day(model)) == ["asked for: orders 1,600, inbound 400 = 2,000 orders a day"]
+    around = model.replace({"tasks.flows": dw.UNSET, "tasks.goods": {"poisson": 50}, "tasks.unload_at": ["packing"]})
+    assert list(orders_a_day(around)) == ["asked for: 50 an hour = 1,200 orders a day"]
 
 
 def test_fleet_and_packers_are_for_the_busiest_hour(drafted):

@@ -32,6 +32,7 @@ def copy(tmp_path, monkeypatch):
 TAKE_LONG = {
     f"docs/how-to/{name}.md"
     for name in (
+        "a-working-day",
         "acceleration",
         "breakdowns",
         "calibrate",
@@ -48,7 +49,7 @@ TAKE_LONG = {
         "ten-questions",
     )
 }
-"""Pages of more than 10 s; every day their commands are read only, in the long run they are carried out."""
+"""Pages of over 3 s of processor; every day their commands are read only, in the long run they are carried out."""
 EACH = [
     pytest.param(page, id=_name(page), marks=[pytest.mark.long] if _name(page) in TAKE_LONG else [])
     for page in PAGES

@@ -116,6 +116,8 @@ NO_COST = {
     "tasks.flows.*.arrivals.orders.resample": "when tasks are known",
     "tasks.flows.*.due_within": "when a task is due",
     "tasks.flows.*.due_at": "when a task is due",
+    "tasks.flows.*.due_at.times": "when a task is due",
+    "tasks.flows.*.due_at.cut_off": "when a task is due",
     "pods.change_time": "with pods a task is a line, see tests/world/test_pods.py",
     "run.length": "how long is looked at",
     "run.warm_up": "how long is looked at",

@@ -80,6 +80,26 @@ def test_values_beyond_the_limits(overrides, said):
     assert said in one_message(MULTIBOTS, overrides)
 
 
+@pytest.mark.parametrize(
+    ("lines", "said"),
+    [
+        ([1, 10**9], "lines.1: too large (got 1000000000), expected at most 10,000 (lines of an order)"),
+        (10**6, "lines: too large (got 1000000), expected at most 10,000 (lines of an order)"),
+        ({"discrete": {"values": [1, 20_000]}}, "values.1: too large (got 20000), expected at most 10,000 (lines"),
+    ],
+)
+def test_orders_of_a_billion_lines(lines, said):
+    assert said in one_message(ROOT / "models" / "gallery" / "goods-to-person.yaml", {"tasks.flows.picks.lines": lines})
+
+
+def test_pods_on_which_there_are_billions_of_items():
+    model = ROOT / "models" / "gallery" / "goods-to-person.yaml"
+    changes = {"pods.count": 40, "pods.items": 1_000_000, "pods.per_pod": 900_000}
+    assert "pods.per_pod: too large (got 36000000), expected at most 2,000,000 (items on all" in one_message(
+        model, changes
+    )
+
+
 def test_blocks_of_too_many_nodes():
     assert "too large (got 2000000002), expected at most 100,000 (nodes" in one_message(
         TUTORIAL, {"layout.blocks.columns": 10**9}

@@ -14,7 +14,6 @@ import desim_warehouse as dw
 from desim_warehouse.answer.root_words import root
 from desim_warehouse.cli import desim
 from desim_warehouse.model.order_day import order_day
-from desim_warehouse.model.sections import order_file
 from desim_warehouse.outcome.chains import LANE, Root
 from desim_warehouse.questions.check import check
 from desim_warehouse.questions.run import load_run
@@ -318,7 +317,7 @@ def test_formulas_count_as_they_were_last_worked_out(hall, tmp_path):
 
 
 def test_a_workbook_that_unfolds_to_gigabytes_is_refused(hall, tmp_path, monkeypatch):
-    monkeypatch.setattr(order_file, "_LARGEST_WORDS", 1_000_000)
+    monkeypatch.setitem(LIMITS, "texts", (1_000_000, *LIMITS["texts"][1:]))
     path = tmp_path / "bomb.xlsx"
     path.write_bytes(book(("orders", [["release"], [1]])))
     with zipfile.ZipFile(path, "a", zipfile.ZIP_DEFLATED) as file, file.open("xl/sharedStrings.xml", "w") as words:

@@ -8,6 +8,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.model.order_day import order_day
+from desim_warehouse.values.fields import LIMITS
 from tests.model.test_order_day import book
 
 
@@ -169,3 +170,22 @@ def test_a_workbook_of_one_huge_cell_is_refused_before_it_is_opened(hall, tmp_pa
     assert "a cell or row longer than Excel writes them" in refused(
         tmp_path, hall, stuffed(wide, stored=True), "a.xlsx"
     )
+
+
+def test_a_workbook_whose_used_range_is_the_whole_sheet_is_read_by_its_cells(hall, tmp_path):
+    pytest.importorskip("openpyxl")
+    used = SHEET.format(60).replace("<sheetData>", '<dimension ref="A1:XFD1048576"/><sheetData>')
+    used = used.replace("</sheetData>", '<row r="9000"><c r="A9000"><v>90</v></c></row></sheetData>')
+    assert [line.release for line in read(tmp_path, hall, stuffed(used), "day.xlsx").lines] == [60, 90]
+    wide = used.replace("</sheetData>", '<row r="9001"><c r="XFD9001"><v>90</v></c></row></sheetData>')
+    assert "a row of 16,384 cells, expected at most 1,000" in refused(tmp_path, hall, stuffed(wide), "day.xlsx")
+
+
+def test_texts_in_parquet_that_take_gigabytes_are_refused_before_they_are_there(hall, tmp_path, monkeypatch):
+    monkeypatch.setitem(LIMITS, "texts", (300_000, LIMITS["texts"][1]))
+    long = parquet(release=[60, 70], order=["a", "x" * 400_000])
+    assert "too large when it is unfolded" in refused(tmp_path, hall, long, "day.parquet")
+    often = parquet(release=[60] * 50, order=["x" * 20_000] * 50)  # one text, written once
+    assert len(often) < 10_000
+    assert "50 rows have 1 MB of texts" in refused(tmp_path, hall, often, "day.parquet")
+    assert read(tmp_path, hall, parquet(release=[60, 70], order=["a", "b"]), "day.parquet").orders == 2

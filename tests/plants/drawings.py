@@ -107,6 +107,21 @@ def features(to=lambda at: at):
     return {"type": "FeatureCollection", "features": [*lines, *points]}
 
 
+def node_link(folder):
+    """The loop with its spurs as `networkx.node_link_data` writes it, with lengths that are called weight."""
+    spots = [*LOOP[:4], SPUR[1], BRANCH[1]]
+    work = {1: "load", 4: "unload", 5: "charge"}
+    nodes = [
+        {"id": rank, "x": at[0], "y": at[1], **({"role": work[rank]} if rank in work else {})}
+        for rank, at in enumerate(spots)
+    ]
+    ends = [(0, 1), (1, 2), (2, 3), (3, 0), (2, 4), (4, 2), (3, 5), (5, 3)]
+    links = [{"source": a, "target": b, "weight": math.dist(spots[a], spots[b])} for a, b in ends]
+    path = folder / "yard.json"
+    path.write_text(json.dumps({"directed": True, "multigraph": False, "graph": {}, "nodes": nodes, "links": links}))
+    return path
+
+
 def degrees(at):
     """Near Graz, 47 degrees north."""
     radius = 6_371_008.8
@@ -191,6 +206,6 @@ def rhcr(folder):
     return grids.written(folder, "round.grid", grids.ROUND)
 
 
-_ALL = (tables, graphml, geojson, dxf, opentcs, lif, rmf, rmf_site, movingai, kiva, ggo, lorr, rhcr)
+_ALL = (tables, graphml, node_link, geojson, dxf, opentcs, lif, rmf, rmf_site, movingai, kiva, ggo, lorr, rhcr)
 DRAWN = {one.__name__: one for one in _ALL}
 """What writes a small plant into a folder and gives its path, for every format that can be read."""

@@ -201,7 +201,7 @@ BOMB = "a: &a [x, x, x, x, x, x, x, x]\n" + "".join(
     [
         ("", "no levels"),
         ("[]", "no levels"),
-        ("levels: {}", "no levels"),
+        ("levels: {}", "a map of Open-RMF without levels: nothing is drawn yet"),
         ("levels: [1, 2]", "no levels"),
         ("levels: {L1: {}}", "no measurements"),
         ("levels: {L1: 5}", "not a level"),
@@ -341,7 +341,7 @@ def test_a_site_says_what_its_navigation_graph_would(tmp_path):
         (("navigation", "guided", "lanes", "70"), {"anchors": [4]}, "lane 70: not between two anchors"),
         (("navigation", "guided", "lanes"), [], "no lanes"),
         (("navigation", "guided", "lanes"), [1], "lanes: not an object"),
-        (("levels",), {}, "no levels"),
+        (("levels",), {}, "a map of Open-RMF without levels: nothing is drawn yet"),
     ],
     ids=str,
 )

@@ -11,7 +11,9 @@ import desim_warehouse as dw
 from desim_warehouse.answer import words
 from desim_warehouse.errors import NoIndicatorError
 from desim_warehouse.model.facts.day_parts import MOST, parts_of_the_day
+from desim_warehouse.outcome import measures
 from desim_warehouse.outcome.indicators import counted_in, look_up, split
+from desim_warehouse.outcome.parts import PartHistory
 from desim_warehouse.study.target import read_target
 from tests.world.test_flows import RING
 
@@ -90,6 +92,33 @@ def test_each_part_has_the_orders_that_come_in_it_and_those_of_them_on_time():
     parts = [name for name in run.kpis if name.startswith("tasks_due@")]
     assert sum(run.kpis[name] for name in parts) == run.kpis["tasks_due"]
     assert run.kpis["on_time@11:00-12:00"] < run.kpis["on_time"] < run.kpis["on_time@08:00-09:00"]
+
+
+def test_robots_and_servers_are_busy_in_stretches_of_a_run_as_its_states_say():
+    """The robot loads at the dock from 20 to 24 and unloads on a lane from 49 to 55; at 90 it is back, and idle."""
+    due = {"schedule": [{"at": 0}, {"at": 135}]}  # the second load takes until 225
+    flow = {"from": "dock", "to": {"popularity": {"weights": [1, 0]}}, "arrivals": due}
+    stations = {name: {**RING["layout"]["stations"][name], "servers": 1} for name in ("dock", "pack")}
+    layout = {**RING["layout"], "stations": stations}
+    tasks = {**RING["tasks"], "flows": {"in": flow}}
+    run = dw.simulate(dw.load({**RING, "layout": layout, "tasks": tasks}))
+    assert run.kpis["robots_busy"] == pytest.approx(180 / 225)
+    assert run.kpis["server_utilisation"] == pytest.approx(2 * 4 / (2 * 225))
+    some = PartHistory(run.history, lambda _: True, [(0, 22), (60, 100)])
+    assert measures.robots_busy(some) == pytest.approx((22 + 30) / 62)
+    assert measures.server_utilisation(some) == pytest.approx(2 / (2 * 62))
+
+
+def test_the_parts_of_a_day_add_up_to_the_utilisation_of_the_whole():
+    model = ring(QUIET_THEN_BUSY).replace({"layout.stations.pack.work_time": 30, "layout.stations.pack.workers": 1})
+    run = dw.simulate(model, 3)
+    for name in ("robots_busy", "server_utilisation", "worker_utilisation"):
+        parts = [run.kpis[f"{name}@{part}"] for part in parts_of_the_day(model)]  # of an hour each
+        assert math.fsum(parts) / 4 == pytest.approx(run.kpis[name])
+        assert parts[3] == max(parts)
+    # 80 s a task, and the robot is its own bottleneck in the last hour, when 60 tasks come
+    assert run.kpis["robots_busy@11:00-12:00"] > 0.95
+    assert words.target(read_target("robots_busy@11:00-12:00 <= 85 %")) == "robots busy at most 85 %, 11:00 to 12:00"
 
 
 def test_a_part_is_an_indicator_as_any_other():

@@ -115,3 +115,96 @@ def test_what_is_no_run_is_refused_with_a_clear_message(tmp_path, damage):
     with pytest.raises(dw.ReportError, match="no run can be read there") as refused:
         dw.load_run(folder)
     assert str(folder) in str(refused.value)
+
+
+FILES = ("run.json", "log.parquet", "kpis.json", "robots.csv")
+
+
+@pytest.mark.parametrize("name", FILES)
+def test_a_file_of_somebody_else_is_not_overwritten(tmp_path, name):
+    run = dw.simulate(dw.load(ODD), seed=11)
+    (tmp_path / name).write_text("mine")
+    (tmp_path / "notes.txt").write_text("mine, too")
+    words = f"{name} is a file of somebody else; expected another folder"
+    with pytest.raises(dw.ReportError, match=words):
+        run.save(tmp_path)
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted([name, "notes.txt"])
+    assert (tmp_path / name).read_text() == "mine"
+
+
+def test_a_run_is_written_again_beside_files_that_it_does_not_touch(tmp_path):
+    run = dw.simulate(dw.load(ODD), seed=11)
+    (tmp_path / "notes.txt").write_text("mine")
+    (tmp_path / "kpis.json").touch()  # nothing in it
+    run.save(tmp_path)
+    (tmp_path / "run.json").write_text((tmp_path / "run.json").read_text()[:-40])  # cut short, but ours
+    same(run, dw.load_run(run.save(tmp_path)))
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+
+
+def test_search_and_study_refuse_a_folder_of_somebody_else(tmp_path):
+    for name in ("answer.json", "results.parquet", "study.json", "runs.jsonl", "notes.txt"):
+        (tmp_path / name).write_text("mine")
+    words = (
+        "runs.jsonl, results.parquet, study.json and answer.json are files of somebody else; expected another folder"
+    )
+    with pytest.raises(dw.StudyError, match=words):
+        dw.Search(out=tmp_path)
+    assert {path.read_text() for path in tmp_path.iterdir()} == {"mine"}
+    (tmp_path / "runs.jsonl").write_text('damaged line\n0123abcd {"model": "x"}\n')  # a journal of ours makes it ours
+    dw.Search(out=tmp_path)
+
+
+def changed_table(folder, change):
+    """Another log.parquet, in a folder that does not say what was written, as 0.3.0 left it."""
+    table = pd.read_parquet(folder / "log.parquet")
+    change(table).to_parquet(folder / "log.parquet", index=False)
+    content = json.loads((folder / "run.json").read_text())
+    assert list(content.pop("sha256")) == ["log.parquet"]
+    (folder / "run.json").write_text(json.dumps(content))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda table: table[::-1], "not in order of time"),
+        (lambda table: table.assign(robot=table["robot"] + 3), "no such kind of row, robot, task or node"),
+        (lambda table: table.assign(robot=0.5), "no such kind of row, robot, task or node"),
+        (lambda table: table.assign(kind="gone"), "no such kind of row, robot, task or node"),
+        (lambda table: table.assign(node="gone"), "no such kind of row, robot, task or node"),
+        (lambda table: table.assign(edge="A>gone"), "'A>gone' is missing"),
+        (lambda table: table.drop(columns="time"), "not supported between"),
+        (lambda table: table.drop(columns="kind"), "no such kind of row"),
+        (lambda table: table.assign(time=table["time"] * 2), "not in order of time"),
+        (lambda table: table.assign(time=float("nan")), "not supported between"),
+        (lambda table: table.assign(task="one"), "not supported between"),
+    ],
+)
+def test_rows_that_no_run_of_the_model_has_are_refused_where_they_are_read(tmp_path, change, said):
+    folder = dw.simulate(dw.load(ODD), seed=11).save(tmp_path / "run")
+    changed_table(folder, change)
+    with pytest.raises(dw.ReportError, match=said):
+        dw.load_run(folder)
+
+
+def test_a_log_that_is_not_the_one_that_was_written_is_refused(tmp_path):
+    folder = dw.simulate(dw.load(ODD), seed=11).save(tmp_path / "run")
+    pd.read_parquet(folder / "log.parquet")[:-1].to_parquet(folder / "log.parquet", index=False)
+    with pytest.raises(dw.ReportError, match=r"log\.parquet is not as it was written"):
+        dw.load_run(folder)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [{"robots": []}, {"level": "some"}, {"end": -1.0}, {"end": None}, {"begin": "x"}, {"robots": None}, {"rows": 1}],
+)
+def test_what_stands_beside_the_rows_is_checked_too(tmp_path, change):
+    folder = dw.simulate(dw.load(ODD), seed=11).save(tmp_path / "run")
+    content = json.loads((folder / "run.json").read_text())
+    content["log"] |= change
+    (folder / "run.json").write_text(json.dumps(content))
+    if "rows" in change:  # not looked at
+        dw.load_run(folder)
+        return
+    with pytest.raises(dw.ReportError, match="no run can be read there"):
+        dw.load_run(folder)

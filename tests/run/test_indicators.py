@@ -57,6 +57,7 @@ def test_the_indicators_of_a_run_that_can_be_worked_out_by_hand():
             "energy_lowest": 0.818,
             "energy_drift_per_hour": (1 - 0.9115) / (150 / 3600),
             "charger_utilisation": 18.2 / 150,
+            "robots_busy": (73 + 5 + 18.2) / 150,  # drives, handles and is charged
             "charger_wait": 0,
         }
     )
@@ -82,6 +83,7 @@ def test_the_second_robot_waits_for_the_charger_while_the_first_is_charged():
     got = dw.simulate(two_in_turn()).kpis
     assert got["charger_wait"] == pytest.approx(60)
     assert got["charger_utilisation"] == pytest.approx(123 / 150)
+    assert got["robots_busy"] == pytest.approx((123 + 60 + 1) / 300)  # charging, a queue for it, and a drive from 149
     assert got["energy_lowest"] == pytest.approx(0.37)
     assert got["energy_drift_per_hour"] == pytest.approx((554.5 + 586.5) / 2000 / (150 / 3600))
     assert "station_wait" not in got

@@ -1,4 +1,4 @@
-"""Which due times count, and as what: each counts once, when it is met or missed, whichever comes first.
+"""Which due times count, and as what: those in the counted time, its end included, once each.
 
 In the square of `ring.py` a good is delivered 68 after the robot sets out, and the robot is home 60 later.
 """
@@ -36,17 +36,19 @@ def counted(run):
     [
         (80, 200, 50, (1, 1, 0)),  # done before it is due
         (68, 200, 50, (1, 1, 0)),  # done at the instant at which it is due
-        (80, 200, 70, (None, None, None)),  # done in the warm-up, due after it
+        (80, 200, 70, (1, 1, 0)),  # done in the warm-up, due after it
         (60, 200, 50, (1, 0, 8)),  # due and then done
         (50, 200, 50, (1, 0, 18)),  # due as the warm-up ends
         (49, 200, 50, (None, None, None)),  # due in the warm-up, done after it
         (60, 65, 0, (1, 0, 5)),  # due and not done: late up to the end
-        (65, 65, 0, (None, None, None)),  # due at the very end: it may still be done then
+        (65, 65, 0, (1, 0, 0)),  # due at the very end and not done
+        (68, 68, 0, (1, 1, 0)),  # due and done at the very end
+        (69, 68, 0, (None, None, None)),  # done, and due after the end
         (66, 65, 0, (None, None, None)),  # not due yet
         (None, 200, 0, (None, None, None)),
     ],
 )
-def test_a_due_time_counts_when_it_is_met_or_missed(due, length, warm_up, found):
+def test_a_due_time_counts_where_it_falls_in_the_counted_time(due, length, warm_up, found):
     run = with_goods((0, due), (1000, None), length=length, warm_up=warm_up)
     assert counted(run) == found
 
@@ -88,6 +90,28 @@ def test_due_at_the_next_departure_counts_from_then_on():
     assert run.kpis["tasks_due:out"] == run.kpis["tasks_due"] == 4
     assert run.kpis["on_time:out"] == run.kpis["on_time"] == sum(time <= 150 for time in done) / 4
     assert len(done) < 4
+
+
+def test_the_lorry_that_leaves_as_the_run_ends_is_missed_by_what_is_not_loaded():
+    """Four tasks at 0, done one after the other: at the end at 200 as many stand on the floor as a moment before."""
+    flow = {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 4}]}}
+    for due, length in ((200, 200), (199.9, 200), (200, 200.1)):
+        run = dw.simulate(dw.load(RING, {"tasks.flows": {"out": {**flow, "due_at": [due]}}, "run.length": length}))
+        in_time = sum(task.done <= due for task in run.history.done)
+        assert 0 < in_time < 4
+        assert (run.kpis["tasks_due"], run.kpis["on_time"]) == (4, in_time / 4)
+    late = dw.simulate(dw.load(RING, {"tasks.flows": {"out": {**flow, "due_at": [200.1]}}, "run.length": 200}))
+    assert "on_time" not in late.kpis  # neither those done count, nor those that may be done until then
+
+
+def test_what_is_due_soon_is_not_judged_by_what_was_quick():
+    """Due within 120 of releases at 0 to 300, in a run of 300: those released after 180 count in no way."""
+    flow = {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 20 * n, "tasks": 1} for n in range(15)]}}
+    model = dw.load(RING, {"tasks.flows": {"out": {**flow, "due_within": 120}}, "run.length": 300})
+    run = dw.simulate(model)
+    counted = [task for task in run.history.tasks.values() if task.released <= 180]
+    assert run.kpis["tasks_due"] == len(counted) == 10
+    assert run.kpis["on_time"] == sum(task.done <= task.due for task in counted) / 10
 
 
 def test_work_is_due_too():

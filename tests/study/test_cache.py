@@ -32,9 +32,9 @@ def simulated(monkeypatch):
     done = []
     run = Simulator.run
 
-    def counted(self, wanted, *limits):
+    def counted(self, base, wanted, *limits):
         done.append((dict(wanted.overrides), wanted.seed))
-        return run(self, wanted, *limits)
+        return run(self, base, wanted, *limits)
 
     monkeypatch.setattr(Simulator, "run", counted)
     return done
@@ -241,36 +241,38 @@ def test_runs_that_may_end_otherwise_next_time_are_not_kept():
         assert [again.missing("model", seed) for seed in (0, 1)] == [True, False]
 
 
-COMMAND = ["best", str(MULTIBOTS), "--vary", "fleet.size=1..6", "--indicator", "T", "--delta", "1", "--quiet"]
-COMMAND += ["--set", "tasks.goods={random: 8}", "--first", "50", "--cap", "100"]
+def command(fleets, first):
+    """A race of fleets of one robot and more, with so many runs of each before the first look."""
+    vary = ["best", str(MULTIBOTS), "--vary", f"fleet.size=1..{fleets}", "--indicator", "T", "--delta", "1", "--quiet"]
+    return [*vary, "--set", "tasks.goods={random: 8}", "--first", str(first), "--cap", str(2 * first)]
 
 
-def started(*more):
-    return subprocess.Popen([*DESIM, *COMMAND, *more], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+def started(arguments, *more):
+    return subprocess.Popen([*DESIM, *arguments, *more], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
 def lines():
     return sum(path.read_bytes().count(b"{") // 2 for path in journals())
 
 
-def answer():
-    done = CliRunner().invoke(desim, COMMAND)
+def answer(arguments):
+    done = CliRunner().invoke(desim, arguments)
     assert done.exit_code == 0, done.output
     return done.stdout
 
 
-STOPPED = [
-    (signal.SIGKILL, "2"),
-    *(pytest.param(*one, marks=pytest.mark.long) for one in [(signal.SIGKILL, "auto"), (signal.SIGINT, "1")]),
-]
+LONG = [(6, 50, signal.SIGKILL, "2"), (6, 50, signal.SIGKILL, "auto"), (6, 50, signal.SIGINT, "1")]
 
 
 @posix
-@pytest.mark.parametrize(("number", "workers"), STOPPED)
-def test_a_command_that_was_stopped_loses_nothing_that_ended(simulated, number, workers):
-    process = started("--workers", workers)
+@pytest.mark.parametrize(
+    ("fleets", "first", "number", "workers"),
+    [(2, 10, signal.SIGKILL, "1"), *(pytest.param(*each, marks=pytest.mark.long) for each in LONG)],
+)
+def test_a_command_that_was_stopped_loses_nothing_that_ended(simulated, fleets, first, number, workers):
+    process = started(command(fleets, first), "--workers", workers)
     end = time.monotonic() + PATIENCE
-    while lines() < 60:
+    while lines() < first:
         assert time.monotonic() < end
         time.sleep(0.01)
     process.send_signal(number)
@@ -280,22 +282,23 @@ def test_a_command_that_was_stopped_loses_nothing_that_ended(simulated, number, 
         assert "finished runs are kept in the cache; the same command resumes" in said
     kept = lines()
     whole, resumed = (
-        dw.Study(MULTIBOTS, {"fleet.size": range(1, 7)}, changes={"tasks.goods": {"random": 8}}) for _ in range(2)
+        dw.Study(MULTIBOTS, {"fleet.size": range(1, fleets + 1)}, changes={"tasks.goods": {"random": 8}})
+        for _ in range(2)
     )
-    expected = race(whole, "T", 1, search=dw.Search(first=50, cap=100, cache=False))
+    expected = race(whole, "T", 1, search=dw.Search(first=first, cap=2 * first, cache=False))
     simulated.clear()
-    assert race(resumed, "T", 1, search=dw.Search(first=50, cap=100)) == expected
+    assert race(resumed, "T", 1, search=dw.Search(first=first, cap=2 * first)) == expected
     assert len(simulated) == len(resumed.rows) - kept
 
 
 @pytest.mark.long
 @posix
 def test_two_commands_on_one_cache_at_once_answer_as_one():
-    both = [started("--workers", "1"), started("--workers", "2")]
+    both = [started(command(6, 50), "--workers", number) for number in "12"]
     said = [process.communicate(timeout=PATIENCE) for process in both]
     assert [process.returncode for process in both] == [0, 0], said
     assert said[0] == said[1]
-    assert said[0][0] == answer()
+    assert said[0][0] == answer(command(6, 50))
 
 
 def test_a_second_plan_of_the_same_question_takes_under_two_seconds(tmp_path):

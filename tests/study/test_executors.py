@@ -12,11 +12,13 @@ import pytest
 import desim_warehouse as dw
 from desim_warehouse.run.stop import StoppedError, StopSignal
 from desim_warehouse.study.execution import make_executor
+from desim_warehouse.study.execution.kept_fleets import KeptFleets
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import Wanted
 
 from .conftest import MULTIBOTS, PATIENCE, wait_for
 
+BASE = dw.load(MULTIBOTS)
 LONG = {"tasks.goods": {"saturated": 12}, "run.length": 10**9, "log": "tasks"}
 """A run of many minutes."""
 SHORT = {"tasks.goods": {"random": 4}}
@@ -28,12 +30,12 @@ pytestmark = pytest.mark.usefixtures("two_processors")
 
 def executor(workers, said=None):
     say = pytest.fail if said is None else said.append
-    return closing(make_executor(dw.load(MULTIBOTS), workers, None, None, say, Interrupts()))
+    return closing(make_executor(workers, None, None, say, Interrupts(), KeptFleets()))
 
 
 def times(executor, runs):
     """T of each run by its seed."""
-    handles = [executor.submit(run) for run in runs]
+    handles = [executor.submit(BASE, run) for run in runs]
     return {handle.wanted.seed: handle.outcome.values["T"] for handle in executor.ended(handles)}
 
 
@@ -73,7 +75,7 @@ def test_a_running_simulation_is_stopped_and_its_process_goes_on(monkeypatch):
     with executor(2) as pool:
         times(pool, short(range(8)))  # both processes are at work from here on
         before = {worker.process.pid for worker in pool.workers}
-        handle = pool.submit(Wanted(1, LONG, 0))
+        handle = pool.submit(BASE, Wanted(1, LONG, 0))
         thread, told = watched(pool, handle)
         wait_for(lambda: simulating(pool, handle))
         time.sleep(0.3)
@@ -91,7 +93,7 @@ def test_a_running_simulation_is_stopped_and_its_process_goes_on(monkeypatch):
 
 def test_a_run_in_this_process_is_stopped_by_another_thread():
     with executor(1) as alone:
-        handle = alone.submit(Wanted(1, LONG, 0))
+        handle = alone.submit(BASE, Wanted(1, LONG, 0))
         thread, told = watched(alone, handle)
         wait_for(lambda: handle in alone.stops)
         time.sleep(0.2)
@@ -107,7 +109,7 @@ def test_a_run_in_this_process_is_stopped_by_another_thread():
 @pytest.mark.parametrize("workers", WORKERS)
 def test_a_run_that_waits_is_never_begun_and_one_that_has_ended_keeps_its_outcome(workers):
     with executor(workers) as made:
-        done, waiting = made.submit(short([1])[0]), made.submit(Wanted(1, LONG, 0))
+        done, waiting = made.submit(BASE, short([1])[0]), made.submit(BASE, Wanted(1, LONG, 0))
         waiting.cancel()
         assert list(made.ended([waiting])) == [waiting]
         assert list(made.ended([done])) == [done]
@@ -120,7 +122,7 @@ def test_a_run_that_waits_is_never_begun_and_one_that_has_ended_keeps_its_outcom
 def test_a_process_that_does_not_heed_is_killed_and_replaced(parking):
     with executor(2) as pool:
         times(pool, short(range(8)))
-        deaf = pool.submit(Wanted(1, {**SHORT, "policies.parking": parking("block")}, 0))
+        deaf = pool.submit(BASE, Wanted(1, {**SHORT, "policies.parking": parking("block")}, 0))
         wait_for(lambda: simulating(pool, deaf))
         time.sleep(0.3)
         before = len(multiprocessing.active_children())

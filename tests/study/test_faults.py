@@ -19,10 +19,12 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
+from desim_warehouse.folders import JOURNAL
+from desim_warehouse.study.execution.kept_fleets import KeptFleets
 from desim_warehouse.study.execution.pool import Worker
 from desim_warehouse.study.execution.shared import BATCH_TIME, Batches, Handle
 from desim_warehouse.study.execution.signals import Interrupts
-from desim_warehouse.study.execution.store import JOURNAL, Store
+from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.execution.work import Simulator, Wanted
 
 from .conftest import MULTIBOTS, PATIENCE, ample, wait_for
@@ -97,26 +99,29 @@ def test_kill_9_of_the_whole_study_at_random_instants_loses_nothing(tmp_path, wo
     assert finished(made.table).equals(finished(study(200).run().table))
 
 
-def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path):
+@pytest.mark.parametrize(
+    ("replications", "workers", "targets"), [(30, 2, [10]), pytest.param(100, 3, [30, 120], marks=pytest.mark.long)]
+)
+def test_a_killed_worker_is_replaced_and_its_runs_are_done_again(tmp_path, replications, workers, targets):
     options = {"stdout": subprocess.DEVNULL, "stderr": subprocess.PIPE, "text": True}
-    process = subprocess.Popen(command(tmp_path, 100, 3), **options)
-    for target in (30, 120):
+    process = subprocess.Popen(command(tmp_path, replications, workers), **options)
+    for target in targets:
         wait_for(lambda least=target: lines(tmp_path) > least)
         wait_for(lambda: len(children(process.pid)) >= 2)
         os.kill(children(process.pid)[0], signal.SIGKILL)
     _, said = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0
     assert "a worker process died; its runs are retried" in said
-    assert lines(tmp_path) == 300
+    assert lines(tmp_path) == 3 * replications
     table = pd.read_parquet(tmp_path / "results.parquet")
-    assert finished(table).equals(finished(study(100).run().table))
+    assert finished(table).equals(finished(study(replications).run().table))
 
 
 def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     process = subprocess.Popen(
-        command(tmp_path, 20_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
+        command(tmp_path, 5_000, 2), stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True
     )
-    wait_for(lambda: lines(tmp_path) > 100 and children(process.pid))
+    wait_for(lambda: lines(tmp_path) > 20 and children(process.pid))
     workers = children(process.pid)
     os.killpg(process.pid, signal.SIGINT)  # as a terminal does: to the workers too
     _, said = process.communicate(timeout=PATIENCE)
@@ -125,7 +130,7 @@ def test_ctrl_c_ends_at_once_and_keeps_what_is_done(tmp_path):
     assert "Traceback" not in said
     wait_for(lambda: not any(alive(pid) for pid in workers))
     with Store(tmp_path, pytest.fail) as store:
-        assert len(store.runs) == lines(tmp_path) > 100
+        assert len(store.runs) == lines(tmp_path) > 20
     assert len(pd.read_parquet(tmp_path / "results.parquet")) == lines(tmp_path)
 
 
@@ -185,7 +190,7 @@ START_UP = [
     ("1", "study.StudyRunner.__init__"),
     ("1", "record.write_record"),
     ("1", "execution.work.Simulator.__init__"),
-    ("1", "execution.work.simulate"),
+    ("1", "execution.work.RunData.simulated"),
     ("2", "execution.pool.Pool.__init__"),
     ("2", "execution.pool.Worker.__init__"),
     ("2", "execution.pool.Pool._receive"),
@@ -355,7 +360,7 @@ def test_a_stuck_run_in_a_batch_is_found_a_second_later_than_one_that_is_alone(r
     now = 100.0
     worker = Worker()
     try:
-        worker.begun, worker.handles = True, [Handle(Wanted(0, {}, seed), id) for seed in range(runs)]
+        worker.begun, worker.handles = True, [Handle(None, Wanted(0, {}, seed), id) for seed in range(runs)]
         for now in (100.0, 102.9, 103.1, 103.9, 104.1, 1000.0):
             assert worker.late(1.0) == (seconds is not None and now > 100 + seconds)
             assert not worker.late(None)
@@ -369,13 +374,13 @@ def test_a_batch_whose_runs_take_longer_than_thought_is_handed_in_half_done(monk
     base = study(1).plan.base
     batches, told = Batches(), SimpleQueue()
     for seed in range(5):
-        handle = Handle(Wanted(0, {}, seed), id)
+        handle = Handle(base, Wanted(0, {}, seed), id)
         handle.tell(told)
         batches.add(handle)
-    simulator = Simulator(base)
+    simulator = Simulator(KeptFleets())
     batches.run_time = 0.0001
     while handles := batches.take(1):
-        outcomes = simulator.batch([handle.wanted for handle in handles])
+        outcomes = simulator.batch(base, [handle.wanted for handle in handles])
         assert len(outcomes) == 1
         batches.finish(handles, outcomes)
     assert [told.get().wanted.seed for _ in range(5)] == [0, 1, 2, 3, 4]
@@ -396,11 +401,11 @@ def test_a_script_needs_no_main_guard(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
         f"import desim_warehouse as dw\n"
-        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..6'}}, replications=30, changes={CHANGES!r})\n"
+        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..6'}}, replications=4, changes={CHANGES!r})\n"
         f"print(len(study.run(workers=2).table), study.notes)\n"
     )
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=PATIENCE)
-    assert done.stdout == "180 []\n"
+    assert done.stdout == "24 []\n"
     assert not done.stderr
 
 
@@ -416,14 +421,15 @@ def test_a_study_in_a_working_directory_that_was_deleted_says_what_to_do(tmp_pat
     assert len(study(1).run().table) == 3
 
 
-def test_studies_in_threads_of_one_process_are_apart(tmp_path):
+@pytest.mark.parametrize(("names", "runs"), [("ab", 5), pytest.param("abc", 30, marks=pytest.mark.long)])
+def test_studies_in_threads_of_one_process_are_apart(tmp_path, names, runs):
     main = sys.modules["__main__"]
-    with ThreadPoolExecutor(3) as threads:
-        made = list(threads.map(lambda name: study(30).run(workers=2, out=tmp_path / name), "abc"))
+    with ThreadPoolExecutor(len(names)) as threads:
+        made = list(threads.map(lambda name: study(runs).run(workers=2, out=tmp_path / name), names))
     assert sys.modules["__main__"] is main
-    alone = finished(study(30).run().table)
+    alone = finished(study(runs).run().table)
     assert all(finished(each.table).equals(alone) for each in made)
-    assert [lines(tmp_path / name) for name in "abc"] == [90, 90, 90]
+    assert [lines(tmp_path / name) for name in names] == [3 * runs] * len(names)
 
 
 @pytest.mark.long

@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.folders import gallery
-from desim_warehouse.outcome.targets import Target
+from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.study.fleet.most import APART, RUNS, most_steps
 from desim_warehouse.study.statistics.judge import Budget
 from desim_warehouse.study.statistics.procedure import follow
@@ -20,7 +20,7 @@ ALWAYS = {  # as much work as they can do
     "layout.bays.parking.places": 10,
 }
 SHORT = {**ALWAYS, "run.length": "1 h"}
-AT_LEAST, AT_MOST = Target("throughput_per_hour", ">=", 600.0), Target("cycle_time_mean", "<=", 90.0)
+AT_LEAST, AT_MOST = parse_target("throughput_per_hour >= 600"), parse_target("cycle_time_mean <= 90")
 
 
 def most(does, robots=range(1, 41), target=AT_LEAST, zone=5.0, runs=1000):

@@ -98,8 +98,16 @@ def busy_from_nine():
     return base.replace({"tasks": tasks, "run": {"start": "08:00", "length": 10_800}})
 
 
-def test_the_worst_hour_of_a_day_is_said_and_is_the_peak():
-    found = plan_fleet(busy_from_nine(), "on_time >= 70 %", strategies={}, robots="2..5", chargers="1")
+@pytest.mark.parametrize(
+    "how",
+    [
+        {"robots": "3..4", "search": dw.Search(first=3, cap=6)},
+        pytest.param({"robots": "2..5"}, marks=pytest.mark.long),
+    ],
+    ids=["few runs", "many"],
+)
+def test_the_worst_hour_of_a_day_is_said_and_is_the_peak(how):
+    found = plan_fleet(busy_from_nine(), "on_time >= 70 %", strategies={}, chargers="1", **how)
     hours = found.today.hours
     assert [one.named for one in hours] == ["08:00 to 09:00", "09:00 to 09:30", "09:30 to 11:00"]
     assert [one.orders for one in hours] == pytest.approx([60, 90, 90], rel=0.2)
@@ -111,25 +119,34 @@ def test_the_worst_hour_of_a_day_is_said_and_is_the_peak():
     assert f'--target "{AT_NINE} >= 0.7"' in table.note
 
 
-def test_the_worst_hour_may_be_the_target():
+@pytest.mark.parametrize(
+    ("share", "some"),
+    [
+        (80, {"robots": "3..4", "search": dw.Search(first=5, cap=20)}),
+        pytest.param(85, {"robots": "1..6"}, marks=pytest.mark.long),
+    ],
+    ids=["few runs", "many"],
+)
+def test_the_worst_hour_may_be_the_target(share, some):
     """The fleet that is enough over all is not for the peak, which one more robot at least is."""
-    how = {"strategies": {}, "robots": "1..6", "chargers": "1"}
-    over_all, peak = (plan_fleet(busy_from_nine(), f"{name} >= 85 %", **how) for name in ("on_time", AT_NINE))
+    how = {"strategies": {}, "chargers": "1", **some}
+    over_all, peak = (plan_fleet(busy_from_nine(), f"{name} >= {share} %", **how) for name in ("on_time", AT_NINE))
     assert peak.today.best.robots > over_all.today.best.robots
     assert peak.answer.answer[0].count("09:00 to 09:30") == 1
     with pytest.raises(StudyError, match="no run has it, did you mean 'on_time@09:"):
         plan_fleet(busy_from_nine(), "on_time@09:00-10:00 >= 85 %", **how)
 
 
-def test_years_are_a_table_and_equal_separate_plans(small):
+@pytest.mark.parametrize("years", [1, pytest.param(2, marks=pytest.mark.long)])
+def test_years_are_a_table_and_equal_separate_plans(small, years):
     how = {"strategies": {}, "robots": "1..5", "chargers": "1", "search": dw.Search(first=4, cap=8)}
-    found = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=2, **how)
-    alone = [plan_fleet(small.replace({"tasks.demand": 1.6**n}), "on_time >= 80 %", **how) for n in range(3)]
+    found = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=years, **how)
+    alone = [plan_fleet(small.replace({"tasks.demand": 1.6**n}), "on_time >= 80 %", **how) for n in range(years + 1)]
     assert [one.best.counts for one in found.demands] == [one.today.best.counts for one in alone]
     assert found.runs < sum(one.runs for one in alone)
     table, *_ = found.answer.tables
     assert table.head == ("year", "orders an hour", "robots", "chargers")
-    assert [row[:2] for row in table.rows] == [("today", "60"), ("1", "96"), ("2", "153.6")]
+    assert [row[:2] for row in table.rows] == [("today", "60"), ("1", "96"), ("2", "153.6")][: years + 1]
     assert "Year by year" in printed(found.answer)
     larger = next(n for n, one in enumerate(found.demands) if one.best.counts != found.today.best.counts)
     [lasts] = [line for line in found.answer.answer if line.startswith("The fleet for today is ")]
@@ -179,7 +196,7 @@ def test_the_command_takes_options_and_files_of_them(tmp_path, monkeypatch):
     (tmp_path / "other.yaml").write_text((tmp_path / "w.yaml").read_text())
     (tmp_path / "options.yaml").write_text("B: other.yaml\nC: {fleet.robot.speed: 1}\n")
     plan = (
-        "desim plan w.yaml --target 'on_time >= 80 %' --quiet --robots 2..3 --chargers 1 --first 2 --cap 4 --json "
+        "desim plan w.yaml --target 'on_time >= 80 %' --quiet --robots 3 --chargers 1 --first 2 --cap 4 --json "
         "--set run.length=3600 --set run.warm_up=600 --set fleet.start_energy=1 --set battery.consumption=0.0001"
     )
     status, out, err = pages.run_desim(

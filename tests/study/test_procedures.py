@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.outcome.indicators import INDICATORS
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study import procedures
 from desim_warehouse.study.procedures import race, smallest
@@ -113,7 +114,7 @@ def test_what_cannot_be_asked_is_told(call, message):
 
 @pytest.mark.parametrize("text", ["on_time >= 0.95", "on_time >= 95 %", "on_time ≥ 95%"])
 def test_a_target_for_a_share_is_a_number_or_a_percentage(text):
-    assert procedures.read_target(text) == Target("on_time", ">=", 0.95)
+    assert procedures.read_target(text) == Target(INDICATORS["on_time"], ">=", 0.95)
 
 
 def test_a_failed_run_ends_a_procedure_with_its_error(parking):

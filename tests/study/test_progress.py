@@ -9,6 +9,7 @@ import desim_warehouse as dw
 from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.study.execution import progress
 from desim_warehouse.study.execution.progress import Progress
+from desim_warehouse.study.fleet.first_answer import first_answer
 
 
 @pytest.mark.parametrize(
@@ -59,7 +60,19 @@ def test_a_terminal_shows_what_a_plan_knows_so_far(monkeypatch):
     shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", terminal.getvalue())
     best = found.today.best.robots
     assert re.search(rf"today: {best} robots?: met", shown)
+    assert re.search(r"by the scout \d robots?, about \d fleets? to judge", shown)
     assert re.search(rf"today: {best} robots?; growth: \d robots?: (met|not met|open)", shown)
+
+
+def test_the_first_answer_of_a_plan_counts_the_fleets_to_be_judged():
+    """Of 3 robots with 1 charger, and 2 with 2, which failed, both are judged, beside 3 robots with 2 chargers."""
+    designs = [(robots, chargers) for robots in (2, 3, 4) for chargers in (1, 2)]
+    line = first_answer(
+        designs, lambda one: one, {designs.index((3, 1)), designs.index((2, 2))}, lambda n: str(designs[n])
+    )
+    assert line == "by the scout (3, 2), about 3 fleets to judge"
+    assert first_answer(designs, lambda one: one, (), str) == "by the scout 0, about 1 fleet to judge"
+    assert first_answer(designs, lambda one: one, {5}, str) == "by the scout no fleet is enough"
 
 
 def stopped(stream, *, shown):

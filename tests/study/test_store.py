@@ -12,7 +12,8 @@ import pandas as pd
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.study.execution.store import JOURNAL, FolderLock, Store
+from desim_warehouse.folders import JOURNAL
+from desim_warehouse.study.execution.store import FolderLock, Store
 from desim_warehouse.study.execution.work import Outcome
 
 from .conftest import MULTIBOTS

@@ -101,7 +101,7 @@ def test_a_finished_study_runs_nothing(tmp_path, monkeypatch):
     def never(*args, **kwargs):
         raise AssertionError("a run was simulated")
 
-    monkeypatch.setattr("desim_warehouse.study.execution.work.simulate", never)
+    monkeypatch.setattr("desim_warehouse.run.RunData.simulated", never)
     again = study(replications=2).run(out=tmp_path, workers=2, cluster="tcp://127.0.0.1:1")
     assert again.table.equals(first.table)
 

@@ -99,6 +99,7 @@ def careful(number):
     return dw.load({**mapping, "fleet": {**mapping["fleet"], "robot": robot}}).replace({"log": "all"})
 
 
+@pytest.mark.slow
 def test_the_auditor_sees_robots_that_do_not(monkeypatch):
     models = [careful(number) for number in range(0, 40, 4)]
     assert [audit(dw.simulate(model)) for model in models] == [[]] * len(models)

@@ -33,11 +33,18 @@ def halls(robots):
 
 
 @pytest.mark.parametrize(
-    ("robots", "least"), [(2, 43), (4, 86), (8, 165), pytest.param(24, 500, marks=pytest.mark.slow)]
+    ("robots", "least", "length"),
+    [
+        (2, 43, 6000),
+        (4, 86, 6000),
+        (8, 165, 6000),
+        (24, 500, 2000),
+        pytest.param(24, 500, 6000, marks=pytest.mark.long),
+    ],
 )
-def test_a_bridge_between_two_halls_carries_nearly_what_robots_do_that_never_wait(robots, least):
+def test_a_bridge_between_two_halls_carries_nearly_what_robots_do_that_never_wait(robots, least, length):
     """A round takes 167 s: two robots do 43 an hour, eight 172. One at a time on the bridge they would do 33 in all."""
-    run = dw.simulate(dw.load(halls(robots)), 0)
+    run = dw.simulate(dw.load(halls(robots), {"run.length": length, "run.warm_up": length / 3}), 0)
     assert run.kpis["throughput_per_hour"] >= least
     assert audit(run) == []
 
@@ -53,7 +60,7 @@ def core(robots, length, seed=0):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("length", [1800.0, pytest.param(5400.0, marks=pytest.mark.long)])
+@pytest.mark.parametrize("length", [600.0, *(pytest.param(each, marks=pytest.mark.long) for each in (1800.0, 5400.0))])
 def test_a_one_way_core_with_twenty_bridges_has_no_knee_at_a_hundred_robots(length):
     run = core(100, length)
     assert run.kpis["throughput_per_hour"] >= 1450

@@ -80,6 +80,7 @@ def rounds(share):
     return run.kpis["tasks"]
 
 
+@pytest.mark.slow
 def test_few_delays_cost_little():
     """A round of 18 and two stops take 22. A delay of 1, with its stop, costs 3 at most, at twelve nodes a round."""
     assert rounds(0) == pytest.approx(20_000 / 22, abs=1)

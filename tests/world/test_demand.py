@@ -53,6 +53,7 @@ def test_random_goods_are_the_seed_s():
     assert goods(play(1, tasks__goods={"random": 40})) != goods(play(2, tasks__goods={"random": 40}))
 
 
+@pytest.mark.slow
 def test_every_good_is_first_as_often_as_any_other():
     first = Counter(goods(play(seed, tasks__goods={"random": 5}))[0] for seed in range(400))
     # 400 draws, 20 classes of 5 goods: 20 each expected

@@ -28,6 +28,7 @@ def drafted():
     return dw.Model.model_validate(read_yaml(draft(Draft((16, 14), orders=60)), "draft").data)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("policy", [InOrder, Nearest, NearestAging, EarliestDue, Hungarian])
 def test_it_is_asked_less_often_and_nothing_else_changes(policy, monkeypatch, tmp_path):
     names = {InOrder: "in-order", NearestAging: "nearest-aging", EarliestDue: "earliest-due"}
@@ -67,6 +68,7 @@ def asked(monkeypatch):
     return asked
 
 
+@pytest.mark.slow
 def test_a_station_with_hours_asks_no_more_of_each_task_when_the_list_is_longer(asked):
     """Six robots before one station that closes at night: with four times the tasks, four times the questions."""
     questions = []

@@ -44,6 +44,7 @@ def test_robots_that_are_under_way_go_on_with_the_next_task_and_the_others_rest(
     assert [row[1] for row in run.record.rows if row[1] == "parked"] == []
 
 
+@pytest.mark.slow
 def test_a_floor_with_too_many_robots_does_more_with_fewer_of_them_under_way():
     all_out = dw.simulate(dw.load(crowded(60)))
     capped = dw.simulate(dw.load(crowded(60), {"traffic.most_out": 30}))

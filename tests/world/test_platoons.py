@@ -52,6 +52,7 @@ def test_nobody_waits_in_a_ring_that_is_not_full():
     assert waits == []
 
 
+@pytest.mark.slow
 def test_an_edge_of_two_to_four_d_holds_one_robot_less_than_it_has_places_for():
     """The price of claiming the node and room to stand beyond it at the stop line: see docs/why.md."""
     fits, _ = flow(24, edges=24)  # edges of 2.5 D hold one robot each

@@ -12,11 +12,12 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.hours import nobody_at_work
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.zones import edges_of
+from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.facts.demand import arrival_rate, demand, order_files
 from desim_warehouse.model.facts.disturbances import at_times, never_in_run
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.schema import reading
-from desim_warehouse.model.sections.flows import OrdersArrivals, Profile, ScheduleArrivals, StorageEnd
+from desim_warehouse.model.sections.flows import OrdersArrivals, Profile, ScheduleArrivals, StorageEnd, mean_rate
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.orders import summary
 from desim_warehouse.values.calendars import DAY, Shifts, Stretches, clock_of, seconds_of, without
@@ -28,6 +29,7 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.model.sections.flows import FlowSpec
     from desim_warehouse.values.calendars import Stretch
 
 LONGEST_BREAK = 6 * 3600.0
@@ -58,6 +60,7 @@ def warnings(model: Model) -> Iterator[Finding]:
 
 def notes(model: Model, layout: Layout) -> Iterator[Finding]:
     """Notes on times that may be meant as they are."""
+    yield from after_last_departure(model)
     yield from _profiles(model)
     yield from _closed_goods(model, layout)
 
@@ -208,7 +211,10 @@ def _due(model: Model) -> Iterator[Finding]:
     counted = run.end - run.warm_up
     for place, within, _ in _within(model):
         if within >= counted:
-            text = f"tasks are due after {amount(within)} {unit}, as long as the run is counted, {amount(counted)}"
+            text = (
+                f"tasks are due after {amount(within)} {unit}, as long as the run is counted, {amount(counted)}: none "
+                "that comes in the counted time falls due in it"
+            )
             yield Finding("NEVER_LATE", place, text, f"due_within is in {unit}; or a longer run")
         window = policies.batching.params.get("window", 0.0) if policies.batching.name == "time-window" else 0.0
         for key, wait in (("batching.window", window), ("interval", policies.interval)):
@@ -216,17 +222,55 @@ def _due(model: Model) -> Iterator[Finding]:
                 text = f"tasks may wait {amount(wait)} {unit} for it, and are due after {amount(within)}"
                 yield Finding("WAITS_BEYOND_DUE", f"policies.{key}", text, f"a shorter one, in {unit}")
     for name, flow in model.tasks.flows.items():
-        if flow.due_at and min(flow.due_at) >= run.end:
-            text = f"the first due time is {amount(min(flow.due_at))} {unit}, and the run ends at {amount(run.end)}"
-            yield Finding(
-                "NEVER_LATE", f"tasks.flows.{name}.due_at", text, f"times in {unit} from the start of the run"
+        if flow.due_at:
+            yield from _departures(model, f"tasks.flows.{name}.due_at", flow)
+
+
+def _departures(model: Model, place: str, flow: FlowSpec) -> Iterator[Finding]:
+    """Departures that nothing can miss, or that are meant by the clock."""
+    run, unit, timetable = model.run, model.units.time, model.timetable(flow)
+    by_clock = math.isfinite(timetable.period)
+    last = timetable.last(run.end)
+    if last is None:
+        text = f"the first due time is {amount(timetable.times[0])} {unit}, and the run ends at {amount(run.end)}"
+        cure = "a longer run" if by_clock else f"times in {unit} from the start of the run"
+        yield Finding("NEVER_LATE", place, text, cure)
+    elif not by_clock and flow.never_ends and last < run.end / 2:
+        text = f"tasks come until {amount(run.end)} {unit}, and those after {amount(last)} are never due"
+        yield Finding("NEVER_LATE", place, text, f"times in {unit} from the start of the run, on to its end")
+    if clock_of(run.start) and not by_clock and model.units.has_seconds:
+        clocks = [time_of_day(model, time) for time in timetable.times]
+        text = (
+            f"{amount(timetable.times[0])} {unit} counts from the start of the run at {run.start}: that is {clocks[0]} "
+            "by the clock"
+        )
+        said = ", ".join(f"'{one}'" for one in dict.fromkeys(clocks))
+        yield Finding("DUE_CLOCK", place, text, f"by the clock, every day: due_at: [{said}], or as you mean it")
+
+
+def after_last_departure(model: Model) -> Iterator[Finding]:
+    """How many orders of each flow come after the last departure of the run, and so are not counted as due."""
+    run, hour = model.run, model.units.hour
+    for name, flow in model.tasks.flows.items():
+        timetable = model.timetable(flow)
+        last = timetable.last(run.end) if math.isfinite(run.end) else None
+        if last is None:
+            continue
+
+        def asked(until: float, flow: FlowSpec = flow) -> float:
+            rate = mean_rate(flow, until, hour, run.start, model.hours(flow.hours)) if until > 0 else 0.0
+            return (rate or 0.0) * until / hour * model.tasks.demand
+
+        whole = asked(run.end)
+        late = whole - asked(last - timetable.cut_off)
+        if round(late):
+            when = (
+                f"{time_of_day(model, last)} by the clock"
+                if math.isfinite(timetable.period)
+                else f"{amount(last)} {model.units.time}"
             )
-        elif flow.due_at and flow.never_ends and max(flow.due_at) < run.end / 2:
-            text = (
-                f"tasks come until {amount(run.end)} {unit}, and those after {amount(max(flow.due_at))} are never due"
-            )
-            cure = f"times in {unit} from the start of the run, on to its end"
-            yield Finding("NEVER_LATE", f"tasks.flows.{name}.due_at", text, cure)
+            text = f"about {late:,.0f} of {whole:,.0f} tasks come too late for the last departure of the run, {when}"
+            yield Finding("LAST_DEPARTURE", f"tasks.flows.{name}.due_at", f"{text}: they count in no share on time")
 
 
 # What may be meant

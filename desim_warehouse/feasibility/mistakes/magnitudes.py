@@ -302,9 +302,12 @@ def _numbers(value: Any, usual: Usual) -> Iterator[tuple[str, float]]:
         yield "", float(mean_of(value))
     elif isinstance(value, Mapping):
         yield from ((f".{name}", float(number)) for name, number in value.items())
-    elif isinstance(value, tuple) and value:
+    elif isinstance(value, tuple):
         numbers = [number for item in value for _, number in _numbers(item, usual)]
-        yield from [("", max(numbers))] if usual.instant else (("", number) for number in numbers)
+        if usual.instant and numbers:
+            yield "", max(numbers)
+        elif not usual.instant:
+            yield from (("", number) for number in numbers)
 
 
 def _unusual(place: str, value: float, usual: Usual, kind: str, units: Units, since: float = 0.0) -> Iterator[Finding]:

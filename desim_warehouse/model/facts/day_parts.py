@@ -48,10 +48,10 @@ def parts_of_the_day(model: Model) -> dict[str, list[Stretch]]:
     parts: list[Stretch] = []
     for one, _ in found:
         parts += _by_the_hour(model, one) if one[1] - one[0] > LONG * model.units.hour else [one]
-    named = _by_thetime_of_day(model, (one for one in parts if expected(one) > 0))
+    named = _by_the_clock(model, (one for one in parts if expected(one) > 0))
     if len(named) <= MOST:
         return named
-    return _by_thetime_of_day(model, (one for one in _by_the_hour(model, (begin, end)) if expected(one) > 0))
+    return _by_the_clock(model, (one for one in _by_the_hour(model, (begin, end)) if expected(one) > 0))
 
 
 def _by_the_hour(model: Model, stretch: Stretch) -> list[Stretch]:
@@ -62,7 +62,7 @@ def _by_the_hour(model: Model, stretch: Stretch) -> list[Stretch]:
     return list(pairwise([begin, *((n + first) * hour for n in full), end]))
 
 
-def _by_thetime_of_day(model: Model, stretches: Iterable[Stretch]) -> dict[str, list[Stretch]]:
+def _by_the_clock(model: Model, stretches: Iterable[Stretch]) -> dict[str, list[Stretch]]:
     found: dict[str, list[Stretch]] = {}
     for begin, end in stretches:
         found.setdefault(f"{time_of_day(model, begin)}-{time_of_day(model, end)}", []).append((begin, end))

@@ -19,6 +19,7 @@ from pydantic import (
 
 from desim_warehouse.errors import got, nearest, spoken
 from desim_warehouse.layout.spec import NodeOrStation, NodesOfStations
+from desim_warehouse.model.sections.departures import DUE_AT, DueAt
 from desim_warehouse.model.sections.goods import DUE, PopularityRule, is_drawn
 from desim_warehouse.model.sections.lines import Lines, lines_in_words, mean_lines, shares_of
 from desim_warehouse.values.calendars import ALWAYS, CalendarName, Hours, clock_of
@@ -308,8 +309,11 @@ class FlowSpec(Part):
     due_within: Annotated[Duration | None, DUE] = Field(
         None, title="time until due", description="due so long after release"
     )
-    due_at: Annotated[tuple[Time, ...], Usual("1 min", instant=True)] = Field(
-        (), title="times due", description="due at the next of these times, such as departures of lorries"
+    due_at: Annotated[DueAt, DUE_AT] = Field(
+        (),
+        title="times due",
+        description="due at the next of these times, such as departures of lorries: by the clock, every day (`10:00`), "
+        "or from the start of the run (`4 h`), in order",
     )
     priority: Annotated[
         Annotated[Integer, form("number")] | Annotated[tuple[PriorityShare, ...], Field(min_length=1), form("shares")],
@@ -371,13 +375,6 @@ class FlowSpec(Part):
             whose = f"robots of {spoken(kinds, 'or')}" if kinds else "robots"
             raise wrong(f"no robot carries it (got {got(load_type)}), {whose} carry {spoken(there)}{hint}")
         return load_type
-
-    @field_validator("due_at")
-    @classmethod
-    def _in_order(cls, times: tuple[float, ...]) -> tuple[float, ...]:
-        if list(times) != sorted(times):
-            raise wrong(f"not in order (got {got(times)}), expected the earliest time first")
-        return times
 
     @model_validator(mode="after")
     def _whole(self) -> FlowSpec:

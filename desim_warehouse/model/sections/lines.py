@@ -7,10 +7,13 @@ from typing import TYPE_CHECKING, Annotated
 from pydantic import AfterValidator, Field
 
 from desim_warehouse.errors import got
-from desim_warehouse.values.fields import NUMBER, SECTION, Count, Forms, Part, Weights, by_type, form, wrong
+from desim_warehouse.values.fields import NUMBER, SECTION, Count, Forms, Part, Weights, by_type, form, limited, wrong
 
 if TYPE_CHECKING:
     from numpy.random import Generator
+
+
+LineCount = Annotated[Count, limited("lines")]
 
 
 def _in_order(pair: tuple[int, int]) -> tuple[int, int]:
@@ -22,7 +25,7 @@ def _in_order(pair: tuple[int, int]) -> tuple[int, int]:
 class LineCounts(Part):
     """Some numbers of lines, and how often each comes in comparison with the others."""
 
-    values: tuple[Count, ...] = Field(min_length=1, description="numbers of lines")
+    values: tuple[LineCount, ...] = Field(min_length=1, description="numbers of lines")
     weights: Weights = Field((), description="one for each; default: all alike")
 
 
@@ -33,8 +36,8 @@ class DiscreteLines(Part):
 
 
 Lines = Annotated[
-    Annotated[Count, form("number")]
-    | Annotated[tuple[Count, Count], AfterValidator(_in_order), form("between")]
+    Annotated[LineCount, form("number")]
+    | Annotated[tuple[LineCount, LineCount], AfterValidator(_in_order), form("between")]
     | Annotated[DiscreteLines, form("discrete")],
     Forms(
         "a whole number, [least, most], or {discrete: {values: [1, 2], weights: [3, 1]}}",

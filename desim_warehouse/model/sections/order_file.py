@@ -32,6 +32,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS, OrdersFile
+from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
@@ -58,12 +59,10 @@ They are looked for where a file has no column `release`, so in none that is wri
 """
 _HEAD = 20  # rows in which the header is looked for
 _SAMPLE = 65_536  # bytes that show how a file is written
-_LARGEST_SHEET = 1_000_000_000  # bytes that a workbook may unfold to
 _LARGEST_PART = 10_000_000  # bytes from which on a part of it may not unfold to too many times its size
 _FOLDED = 100  # times; sheets of orders are some 5 to 25
 _LARGEST_CELL = 1_000_000  # bytes; Excel writes 32,767 characters at most
 _LARGEST_ROW = 20  # megabytes
-_LARGEST_WORDS = 200_000_000  # bytes of its texts and formats, which are held in memory
 BEYOND = "\0beyond"
 """The column of a chunk with what stands in cells beyond the header."""
 _ROW = re.compile(rb"<(?:\w+:)?(?:row|si)\b")
@@ -133,6 +132,7 @@ def _table(path: Path, spec: OrdersFile) -> Table:
 
             with parquet.ParquetFile(path) as file:
                 found = _headed(path, spec, [file.schema_arrow.names])
+                _check_groups(file)
                 for rank in found.columns:
                     _check_kind(path, file.schema_arrow.field(rank))
                 return found
@@ -168,7 +168,7 @@ def chunks(spec: OrdersFile, table: Table) -> Iterator[pd.DataFrame]:
         if _is(path, ".parquet", ".pq"):
             from pyarrow import parquet
 
-            with parquet.ParquetFile(path) as file:
+            with parquet.ParquetFile(path, read_dictionary=_of_text(path)) as file:
                 names = [file.schema_arrow.names[rank] for rank in table.columns]
                 begin = 1
                 for batch in file.iter_batches(CHUNK, columns=names):
@@ -193,12 +193,44 @@ def _check_kind(path: Path, field: Any) -> None:
         raise ModelError([f"{path}: {text}"])
 
 
+def _of_text(path: Path) -> list[str]:
+    """The columns of a Parquet file that are read with each text once, so that a long one is not there many times."""
+    from pyarrow import parquet, types
+
+    schema = parquet.read_schema(path)
+    kinds = types.is_string, types.is_large_string, types.is_binary, types.is_large_binary
+    return [field.name for field in schema if any(is_text(field.type) for is_text in kinds)]
+
+
+def _check_groups(file: Any) -> None:
+    """Refuse a Parquet file with a column that would take gigabytes of memory; raises ValueError."""
+    groups = map(file.metadata.row_group, range(file.metadata.num_row_groups))
+    columns = (group.column(rank) for group in groups for rank in range(group.num_columns))
+    if any(column.total_uncompressed_size > LIMITS["texts"][0] for column in columns):
+        raise ValueError("too large when it is unfolded")
+
+
+def _bytes_of(column: Any) -> int:
+    """The bytes of all texts of a column, each as often as it is there."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    if not pa.types.is_dictionary(column.type):
+        return int(column.nbytes)
+    words = column.dictionary
+    if not (pa.types.is_binary(words.type) or pa.types.is_string(words.type)):
+        return int(column.nbytes)
+    return int(compute.sum(compute.take(compute.binary_length(words), column.indices)).as_py() or 0)
+
+
 def _texts(batch: Any) -> Any:
     """Rows of Parquet with bytes as the text that they are; raises ValueError for bytes that are none."""
     import pyarrow as pa
 
     kinds = pa.types.is_binary, pa.types.is_large_binary, pa.types.is_fixed_size_binary
     columns = []
+    if (size := sum(map(_bytes_of, batch.columns))) > LIMITS["texts"][0]:
+        raise ValueError(f"{len(batch):,} rows have {size / 1e6:,.0f} MB of texts")
     for name, column in zip(batch.schema.names, batch.columns, strict=True):
         plain = column.dictionary_decode() if pa.types.is_dictionary(column.type) else column
         try:
@@ -370,13 +402,16 @@ def _sheet(spec: OrdersFile) -> Iterator[tuple[Any, ...]]:
             raise ModelError([f"{path}: no sheet {got(name)}, expected one of its {len(names)} sheets{hint}"])
         below = _merged(path, names.index(name) + 1)
         above: dict[int, tuple[int, Any]] = {}
-        for rank, row in enumerate(book[name].iter_rows(values_only=True), 1):
-            cells = list(row)
+        sheet = book[name]
+        sheet.reset_dimensions()  # which the file says, and with which rows of nothing are 16,384 cells
+        for rank, row in enumerate(sheet.iter_rows(values_only=True), 1):
+            cells = _without_end(row)
             for column, (last, value) in list(above.items()):
                 if rank > last:
                     del above[column]
-                elif column < len(cells) and cells[column] is None:
-                    cells[column] = value
+                else:
+                    cells += [None] * (column + 1 - len(cells))
+                    cells[column] = value if cells[column] is None else cells[column]
             for column, last in below.get(rank, ()):
                 if column < len(cells):
                     above[column] = last, cells[column]
@@ -387,6 +422,16 @@ def _sheet(spec: OrdersFile) -> Iterator[tuple[Any, ...]]:
         book.close()
 
 
+def _without_end(row: Sequence[Any]) -> list[Any]:
+    """The cells of a row up to the last that has anything in it; raises ValueError for more than a table has."""
+    width = len(row)
+    while width and row[width - 1] is None:
+        width -= 1
+    if width > LIMITS["columns"][0]:
+        raise ValueError(f"a row of {width:,} cells, expected at most {LIMITS['columns'][0]:,}")
+    return list(row[:width])
+
+
 def _check_sizes(path: Path) -> None:
     """Refuse a workbook that would take gigabytes of memory; raises ValueError."""
     with zipfile.ZipFile(path) as file:
@@ -394,7 +439,7 @@ def _check_sizes(path: Path) -> None:
         sizes = {name: part.file_size for name, part in parts.items()}
         folded = any(part.file_size > max(_LARGEST_PART, _FOLDED * part.compress_size) for part in parts.values())
         at_once = sum(sizes.get(f"xl/{name}.xml", 0) for name in ("sharedStrings", "styles", "workbook"))
-        if folded or sum(sizes.values()) > _LARGEST_SHEET or at_once > _LARGEST_WORDS:
+        if folded or sum(sizes.values()) > LIMITS["sheet"][0] or at_once > LIMITS["texts"][0]:
             raise ValueError("too large when it is unfolded")
         for name, size in sizes.items():
             if size > _LARGEST_CELL and name.startswith(("xl/worksheets/", "xl/sharedStrings")):

@@ -6,7 +6,6 @@ order are sorted by their release, in memory. What is wrong is summed up by kind
 
 from __future__ import annotations
 
-import hashlib
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -50,12 +49,6 @@ class Summary:
     stored: int = 0
     raw: tuple[str, ...] = ()
     options: tuple[str, ...] = ()
-
-
-def sha256(path: Path) -> str:
-    """The SHA-256 of a file: the same orders, the same model."""
-    with path.open("rb") as file:
-        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def read(spec: OrdersFile, how: Reading) -> Iterator[OrderLine]:

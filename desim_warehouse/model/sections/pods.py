@@ -22,6 +22,7 @@ from desim_warehouse.values.fields import (
     Time,
     Usual,
     Whole,
+    at_most,
     by_type,
     form,
     known,
@@ -153,6 +154,7 @@ class PodsSpec(Part):
         if self.items > self.count * self.per_pod:
             text = f"{got(self.items)} items, {self.count} pods hold {self.count * self.per_pod}"
             raise wrong(f"{text}, expected at most as many", "items")
+        at_most("stock", self.count * self.per_pod, "per_pod")
         given = () if isinstance(self.popularity, str) else self.popularity.weights
         if given and len(given) != self.items:
             raise wrong(f"{len(given)} weights for {self.items} items, expected one for each", "popularity", "weights")

@@ -32,7 +32,7 @@ _HELD = {
 def sentences(run: RunData) -> list[str]:
     """The run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
-    lasts = wrong or _keeps_up(run)
+    lasts = wrong or [*_keeps_up(run), *_departures(run)]
     return [_delivered(run), *lasts, *_halts(run), _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
 
 
@@ -120,6 +120,16 @@ def _against(judged: Lasting) -> str:
     if judged.scarce:
         return f", and {numbers.PERCENT.value(judged.asked)} of what {judged.scarce} can give is asked for"
     return f", {judged.grown:,} more without a robot than as counting began"
+
+
+def _departures(run: RunData) -> list[str]:
+    """How long before its departure the latest order came that was in time, where lorries or the like leave."""
+    lead = run.kpis.get("departure_lead", math.nan)
+    if not math.isfinite(lead):
+        return []
+    if not lead:
+        return ["No task missed its departure."]
+    return [f"Tasks that came more than {numbers.duration(lead, run.model.units.time)} before a departure made it."]
 
 
 def _halts(run: RunData) -> list[str]:

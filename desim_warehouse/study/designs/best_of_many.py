@@ -127,7 +127,7 @@ def search_designs(
 
     Source: `designs.local_search`; verdicts: see `Judge`.
     """
-    find(indicator)
+    measure = find(indicator)
     more = more_is_better(indicator) if maximise is None else maximise
     runs = search.runs or SEARCH_RUNS
     factors = [_factor(model, key, values, search.seed) for key, values in (vary or {}).items()]
@@ -138,9 +138,10 @@ def search_designs(
         raise StudyError(f"{runs} runs: too few to search designs, expected at least {FEWEST_RUNS}")
     space = _space(model, factors, place_chargers, directions=directions)
     if delta is not None:
-        check_zone(indicator, delta)
+        check_zone(measure, delta)
     goal = None if target is None else read_target(target, model.units.names)
-    return _DesignSearch(space, indicator, more, goal, search).outcome(delta)
+    with search.together() as together:
+        return _DesignSearch(space, indicator, more, goal, together).outcome(delta)
 
 
 def _space(model: Model, factors: Sequence[Factor], place_chargers: int | None, *, directions: bool) -> DesignSpace:

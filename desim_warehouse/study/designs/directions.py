@@ -173,7 +173,13 @@ def search_directions(model: Model, indicator: str, search: Search = USUAL) -> S
     runs = search.runs or SEARCH_RUNS
     if runs < FEWEST_RUNS:
         raise StudyError(f"{runs} runs: too few to search directions, expected at least {FEWEST_RUNS}")
-    floor = Floor(model)
+    with search.together() as together:
+        return _found(Floor(model), indicator, runs, together, maximise=maximise)
+
+
+def _found(floor: Floor, indicator: str, runs: int, search: Search, *, maximise: bool) -> SearchedDirections:
+    """The best directions of a floor, judged where they differ from those drawn."""
+    model = floor.model
     judged = runs // _JUDGED
     scout = _study(model, {_DRAWN: {}}, "search", search.seed + 1, search)
     ranked = _searched(floor, scout, indicator, replace(search.under("search"), runs=runs - judged), maximise=maximise)

@@ -3,7 +3,8 @@
 The results are the same. A run is submitted, which gives a `Handle`, and is simulated in any process (`work`). `pool`
 has the worker processes, whose own code is `worker`, and says when they are worth it; `threads` keeps numerical
 libraries to one in each. `shared` hands out runs, in a thread of its own. `signals` makes Ctrl-C safe. `store` keeps
-finished runs in a folder, or in the user's `cache`.
+finished runs in a folder, or in the user's `cache`, with the `kept_fleets` that settled. A `crew` is all of it that a
+command has.
 """
 
 from __future__ import annotations
@@ -18,6 +19,7 @@ from desim_warehouse.study.execution.signals import Interrupts
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
+    from desim_warehouse.study.execution.kept_fleets import KeptFleets
     from desim_warehouse.study.execution.work import Handle, Wanted
 
 
@@ -30,8 +32,11 @@ class Executor(Protocol):
     Processes and connections are made when the first run is wanted.
     """
 
-    def submit(self, run: Wanted) -> Handle:
-        """Have a run simulated; `Handle.cancel`, from any thread, stops it or has it never begun."""
+    def submit(self, base: Model, run: Wanted) -> Handle:
+        """Have a run of a design of a base model simulated.
+
+        `Handle.cancel`, from any thread, stops it or has it never begun.
+        """
         ...
 
     def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
@@ -47,16 +52,17 @@ class Executor(Protocol):
 
 
 def make_executor(
-    base: Model,
     workers: int | str,
     cluster: str | None,
     timeout: float | None,
     say: Callable[[str], None],
     interrupts: Interrupts,
+    fleets: KeptFleets,
 ) -> Executor:
-    """The executor for designs of a base model: `cluster`, else worker processes, else this process.
+    """The executor of a command: on `cluster`, else in worker processes, else in this process.
 
-    `timeout` is in seconds a run. Messages about workers that were lost go to `say`.
+    `timeout` is in seconds a run. Messages about workers that were lost go to `say`. Processes of this machine share
+    the settled `fleets`; those of a cluster have their own.
 
     Raises:
         StudyError: where the number of workers is out of range.
@@ -65,19 +71,19 @@ def make_executor(
     if cluster is not None:
         from desim_warehouse.study.execution.cluster import Cluster
 
-        return Cluster(base, cluster, count, timeout, say, interrupts)
+        return Cluster(cluster, count, timeout, say, interrupts)
     from desim_warehouse.study.execution.work import Serial
 
     if count > 1:
         from desim_warehouse.study.execution.pool import Pool
 
-        pool = Pool(base, count, timeout, say, interrupts)
+        pool = Pool(count, timeout, say, interrupts, fleets)
         if workers == "auto":
             from desim_warehouse.study.execution.pool import Auto
 
-            return Auto(Serial(base, timeout, interrupts), pool)
+            return Auto(Serial(timeout, interrupts, fleets), pool)
         return pool
-    return Serial(base, timeout, interrupts)
+    return Serial(timeout, interrupts, fleets)
 
 
 def worker_count(workers: int | str) -> int:

@@ -2,7 +2,8 @@
 
 The folder is named by the variable DESIM_CACHE, else it is `desim-warehouse` where the system has caches. In it
 
-    runs-PROGRAM/MODEL.jsonl    the finished runs of a model, each a line of a journal (see `journal`)
+    runs-PROGRAM/MODEL.jsonl            the finished runs of a model, each a line of a journal (see `store`)
+    runs-PROGRAM/settled-MODEL.jsonl    how its fleet stands in the long run (see `kept_fleets`)
 
 PROGRAM is the digest of our code and of the packages that results depend on, MODEL that of a model and the code of its
 own policies. Files are only appended to, a whole line at a time, so commands may share the folder, and a kill loses
@@ -14,11 +15,13 @@ from __future__ import annotations
 
 import errno
 import hashlib
+import json
 import os
 import platform
 import stat
 import sys
-from collections.abc import Callable
+import zlib
+from collections.abc import Callable, Mapping
 from functools import cache
 from importlib import metadata
 from pathlib import Path
@@ -71,13 +74,30 @@ def cache_folder() -> Path:
     return Path(usual).absolute() / "desim-warehouse"
 
 
+def sealed(content: Mapping[str, object]) -> bytes:
+    """A line of a journal, which begins with its checksum."""
+    text = json.dumps(content, separators=(",", ":")).encode()
+    return b"%08x %s\n" % (zlib.crc32(text), text)
+
+
+def intact(line: bytes) -> bytes:
+    """The text of a line of a journal; raises ValueError where it is damaged."""
+    text = line[9:]
+    if int(line[:8], 16) != zlib.crc32(text):
+        raise ValueError("damaged")
+    return text
+
+
 class Cache:
     """The runs that the user's cache has of each model. It says once where it cannot be used, and is then empty."""
 
-    def __init__(self, say: Callable[[str], None]) -> None:
+    def __init__(self, say: Callable[[str], None], folder: Path | None = None) -> None:
+        """Open the user's cache; `folder`: another folder of journals, which is there."""
         self.say = say
         self.written = 0  # bytes since the last sweep
-        self.folder: Path | None = None
+        self.folder = folder
+        if folder is not None:
+            return
         try:
             root = cache_folder()
             make_folder(root, mode=0o700)

@@ -7,7 +7,7 @@ import pickle
 import queue
 from collections.abc import Callable, Sequence
 from contextlib import ExitStack, suppress
-from typing import Any
+from typing import Any, cast
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
@@ -16,6 +16,7 @@ from desim_warehouse.study.execution.process import safe_path
 from desim_warehouse.study.execution.shared import SharedExecutor
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import Handle, Outcome, Simulator, Wanted
+from desim_warehouse.world.robots.settled import SettledFleets
 
 _AHEAD = 3  # batches for each thread of the cluster
 _POLL = 1.0  # seconds
@@ -23,19 +24,24 @@ _WAIT = 10  # seconds for a scheduler to answer
 _BATCH_TIME = 0.25  # seconds of work in a batch: a scheduler takes some milliseconds for each
 
 
-def make_simulator(base: bytes, version: str) -> Simulator:
+def make_simulator(version: str) -> Simulator:
     """On a worker: made once and kept there. Every worker makes its own."""
     if version != __version__:
         raise StudyError(
             f"a worker of the cluster has desim-warehouse {__version__}, the study {version}: "
             "the results would be mixed up; install the same version on all machines"
         )
-    return Simulator(pickle.loads(base))  # noqa: S301 - our own model, from our own process
+    return Simulator(SettledFleets())
 
 
-def simulate_batch(simulator: Simulator, batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
+def read_base(base: bytes) -> Model:
+    """On a worker: a base model, read once and kept there."""
+    return cast("Model", pickle.loads(base))  # noqa: S301 - our own model, from our own process
+
+
+def simulate_batch(simulator: Simulator, base: Model, batch: Sequence[Wanted], timeout: float | None) -> list[Outcome]:
     """On a worker: simulate a batch."""
-    return simulator.batch(batch, timeout)
+    return simulator.batch(base, batch, timeout)
 
 
 class Cluster(SharedExecutor):
@@ -43,7 +49,6 @@ class Cluster(SharedExecutor):
 
     def __init__(
         self,
-        base: Model,
         address: str,
         workers: int,
         timeout: float | None,
@@ -51,7 +56,6 @@ class Cluster(SharedExecutor):
         interrupts: Interrupts,
     ) -> None:
         super().__init__(interrupts)
-        self.base = base
         self.address = address
         self.workers = workers
         self.timeout = timeout
@@ -60,6 +64,7 @@ class Cluster(SharedExecutor):
         self.local: Any = None
         self.threads = 0
         self.simulator: Any = None
+        self.bases: list[tuple[Model, Any]] = []  # sent to the cluster
         self.handed_out: dict[str, tuple[Any, list[Handle]]] = {}
         self.finished: queue.SimpleQueue[Any] = queue.SimpleQueue()  # None: something else is to be done
         self._children = ExitStack()
@@ -79,7 +84,8 @@ class Cluster(SharedExecutor):
             if not handles:
                 break
             runs = [handle.wanted for handle in handles]
-            future = self.client.submit(simulate_batch, self.simulator, runs, self.timeout, pure=False)
+            base = self._sent(handles[0].base)
+            future = self.client.submit(simulate_batch, self.simulator, base, runs, self.timeout, pure=False)
             self.handed_out[future.key] = (future, handles)
             future.add_done_callback(self.finished.put)
         try:
@@ -139,9 +145,18 @@ class Cluster(SharedExecutor):
                 "expected an address such as tcp://10.0.0.1:8786, or local"
             ) from error
         self.threads = self._threads()
-        self.simulator = self.client.submit(make_simulator, pickle.dumps(self.base), __version__)
+        self.simulator = self.client.submit(make_simulator, __version__)
         if not self.threads:
             self.say(f"cluster {self.address}: no workers yet; waiting for them")
+
+    def _sent(self, base: Model) -> Any:
+        """A base model on the cluster, sent there the first time."""
+        for known, there in self.bases:
+            if known is base:
+                return there
+        sent = self.client.submit(read_base, pickle.dumps(base))
+        self.bases.append((base, sent))
+        return sent
 
     def _threads(self) -> int:
         """How many runs the cluster can do at a time."""

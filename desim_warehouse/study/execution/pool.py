@@ -27,6 +27,7 @@ from typing import Any
 from desim_warehouse.errors import StudyError, reason
 from desim_warehouse.model import Model
 from desim_warehouse.study.execution import worker as child
+from desim_warehouse.study.execution.kept_fleets import KeptFleets
 from desim_warehouse.study.execution.process import safe_path
 from desim_warehouse.study.execution.shared import SharedExecutor
 from desim_warehouse.study.execution.signals import Interrupts
@@ -55,6 +56,7 @@ class Worker:
         self.begun = False  # it is ready for batches
         self.handles: list[Handle] = []
         self.batches = 0  # sent to it
+        self.bases: list[Model] = []  # sent to it
         self.since = monotonic()
         self.told_to_stop: float | None = None  # when one of these runs was last to be stopped
         try:
@@ -75,7 +77,12 @@ class Worker:
         """Have it simulate a batch."""
         self.handles, self.told_to_stop = handles, None
         self.batches += 1
-        self.send([handle.wanted for handle in handles])
+        base = handles[0].base
+        number = next((n for n, one in enumerate(self.bases) if one is base), None)
+        if number is None:
+            self.bases.append(base)
+        runs = [handle.wanted for handle in handles]
+        self.send(child.Batch(len(self.bases) - 1, base, runs) if number is None else child.Batch(number, None, runs))
 
     def stop(self, handle: Handle) -> None:
         """Have it stop a run, or not begin it."""
@@ -125,10 +132,15 @@ class Pool(SharedExecutor):
     """The executor that simulates in `count` processes, which begin when they are needed and stay until `close`."""
 
     def __init__(
-        self, base: Model, count: int, timeout: float | None, say: Callable[[str], None], interrupts: Interrupts
+        self,
+        count: int,
+        timeout: float | None,
+        say: Callable[[str], None],
+        interrupts: Interrupts,
+        fleets: KeptFleets,
     ) -> None:
         super().__init__(interrupts)
-        self.base = base
+        self.fleets = fleets
         self.count = count
         self.timeout = timeout
         self.say = say
@@ -224,7 +236,7 @@ class Pool(SharedExecutor):
         if kind == "failed":
             raise StudyError(f"a worker process failed ({content}); try --workers 1")
         if kind == "hello":
-            worker.send((self.base, self.timeout))
+            worker.send((self.fleets.folder, self.timeout))
             return
         worker.begun = True
         self.false_starts = 0
@@ -293,9 +305,9 @@ class Auto:
         self.pool = pool
         self.left = ALONE if pool.timeout is None else 0.0  # a pool can kill what runs too long
 
-    def submit(self, run: Wanted) -> Handle:
+    def submit(self, base: Model, run: Wanted) -> Handle:
         """Have a run simulated, as soon as somebody waits for it."""
-        return Handle(run, self._stop)
+        return Handle(base, run, self._stop)
 
     def ended(self, handles: Sequence[Handle]) -> Generator[Handle]:
         """These runs, each as soon as it has ended; raises as `Pool.ended`."""

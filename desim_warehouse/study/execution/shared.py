@@ -10,10 +10,14 @@ from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Generator, Sequence
 from queue import Empty, SimpleQueue
+from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.work import Handle, Outcome, Wanted
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
 
 BATCH_TIME = 0.1  # seconds of work in a batch: much longer than handing it over, too short to be missed
 _MOST = 200
@@ -46,7 +50,7 @@ class Batches:
         self.waiting.append(handle)
 
     def take(self, workers: int, seconds: float = BATCH_TIME) -> list[Handle]:
-        """The next runs for one of `workers` workers, or none if all are handed out."""
+        """The next runs, of one base model, for one of `workers` workers, or none if all are handed out."""
         while self.alone:
             handle = self.alone.popleft()
             if not handle.ended:
@@ -56,13 +60,15 @@ class Batches:
         if self.run_time is not None:
             fair = len(self.waiting) // (2 * workers)  # so that all workers end at about the same time
             number = max(1, min(int(seconds / max(self.run_time, 1e-6)), fair, _MOST))
-        found: list[Handle] = []
-        while self.waiting and len(found) < number:
+        batch: list[Handle] = []
+        while self.waiting and len(batch) < number:
+            if batch and self.waiting[0].base is not batch[0].base:
+                break
             handle = self.waiting.popleft()
             if not handle.ended:  # it was cancelled
-                found.append(handle)
-        self.out += len(found)
-        return found
+                batch.append(handle)
+        self.out += len(batch)
+        return batch
 
     def finish(self, handles: Sequence[Handle], outcomes: Sequence[Outcome]) -> None:
         """These runs are finished. Those without an outcome were not begun, and are put back."""
@@ -112,9 +118,9 @@ class SharedExecutor(ABC):
         self._thread: threading.Thread | None = None
         self._beginning = threading.Lock()
 
-    def submit(self, run: Wanted) -> Handle:
+    def submit(self, base: Model, run: Wanted) -> Handle:
         """Have a run simulated."""
-        handle = Handle(run, self.stop)
+        handle = Handle(base, run, self.stop)
         self.add(handle)
         return handle
 

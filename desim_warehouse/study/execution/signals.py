@@ -20,7 +20,7 @@ class Interrupts:
     """Remembers Ctrl-C: Python drops what is raised while it closes a generator, as it does after every run.
 
     Only signals that raise KeyboardInterrupt anyway are handled: SIGINT, and SIGTERM where its handler is `interrupt`.
-    Both belong to the main thread. A study in another thread handles none.
+    Both belong to the main thread. A study in another thread handles none. It can be entered several times in turn.
     """
 
     def __init__(self) -> None:
@@ -29,6 +29,7 @@ class Interrupts:
         self.handlers: dict[signal.Signals, Callable[[int, FrameType | None], object]] = {}  # that were there before
 
     def __enter__(self) -> Self:
+        self.handlers.clear()
         if threading.current_thread() is threading.main_thread():
             for number in (signal.SIGINT, signal.SIGTERM):
                 handler = signal.getsignal(number)

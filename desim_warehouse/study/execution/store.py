@@ -21,8 +21,6 @@ import errno
 import json
 import os
 import platform
-import sys
-import zlib
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -34,9 +32,9 @@ from pydantic import BaseModel, Field
 
 from desim_warehouse._version import __version__
 from desim_warehouse.errors import StudyError, reason
-from desim_warehouse.folders import make_folder
-from desim_warehouse.run.folder import RUN
-from desim_warehouse.study.execution.cache import Cache
+from desim_warehouse.folders import JOURNAL, LOCK, RUN, make_folder
+from desim_warehouse.study.execution.cache import Cache, intact, sealed
+from desim_warehouse.study.execution.locks import lock
 from desim_warehouse.study.execution.work import Outcome
 
 
@@ -49,10 +47,10 @@ class FolderLock:
         Raises:
             StudyError: where another study holds it: which process, on which machine.
         """
-        self.path = folder / ".lock"
+        self.path = folder / LOCK
         self.file = os.open(self.path, os.O_RDWR | os.O_CREAT, 0o644)
         try:
-            _lock(self.file)
+            lock(self.file)
         except OSError:
             holder = self._holder()
             os.close(self.file)
@@ -75,20 +73,6 @@ class FolderLock:
         os.close(self.file)
 
 
-if sys.platform == "win32":
-    import msvcrt
-
-    def _lock(file: int) -> None:
-        msvcrt.locking(file, msvcrt.LK_NBLCK, 1)
-
-else:
-    import fcntl
-
-    def _lock(file: int) -> None:
-        fcntl.flock(file, fcntl.LOCK_EX | fcntl.LOCK_NB)
-
-
-JOURNAL = "runs.jsonl"
 _SYNC = 0.5  # seconds of results that a power cut may lose; a kill loses none
 
 
@@ -238,9 +222,7 @@ class Store:
     def _take(self, line: bytes) -> bool:
         """Take a line of the journal, and return False if it is damaged."""
         try:
-            if int(line[:8], 16) != zlib.crc32(line[9:]):
-                return False
-            data = json.loads(line[9:])
+            data = json.loads(intact(line))
             if b"\\u" in line:
                 json.dumps(data, ensure_ascii=False).encode()  # fails at a lone surrogate, which no table holds
             entry = Entry.model_validate(data)
@@ -291,8 +273,7 @@ def _line(model: str, seed: int, outcome: Outcome) -> bytes:
         entry["deterministic"] = True
     if outcome.error is not None:
         entry |= {"error": outcome.error, "final": outcome.final}
-    text = json.dumps(entry, separators=(",", ":")).encode()
-    return b"%08x %s\n" % (zlib.crc32(text), text)
+    return sealed(entry)
 
 
 def _runs(count: int) -> str:

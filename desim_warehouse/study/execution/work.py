@@ -16,9 +16,12 @@ from desim_warehouse.run import RunData
 from desim_warehouse.run.stop import StoppedError, StopSignal
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
+from desim_warehouse.world.robots.settled import UNSETTLED
 
 if TYPE_CHECKING:
     from queue import SimpleQueue
+
+    from desim_warehouse.world.robots.settled import SettledFleets
 
 
 ENOUGH = 1.0  # seconds after which a batch is returned as far as it has got
@@ -31,7 +34,8 @@ class Wanted(NamedTuple):
     """A run to simulate: the changes that its design makes to the base model, and its seed.
 
     `spans`: into how many equal parts its length is divided to tell how deliveries settle, 0 if that is not wanted.
-    `floor`: whether the floor is to be watched for a while.
+    `floor`: whether the floor is to be watched for a while. `scout`: whether it only points the way, so that batteries
+    need not settle before it.
     """
 
     design: int
@@ -39,6 +43,7 @@ class Wanted(NamedTuple):
     seed: int
     spans: int = 0
     floor: bool = False
+    scout: bool = False
 
 
 class Outcome(NamedTuple):
@@ -64,9 +69,10 @@ class Handle:
     It is used from any thread.
     """
 
-    __slots__ = ("_stop", "_told", "cancelled", "outcome", "wanted")
+    __slots__ = ("_stop", "_told", "base", "cancelled", "outcome", "wanted")
 
-    def __init__(self, wanted: Wanted, stop: Callable[[Handle], None]) -> None:
+    def __init__(self, base: Model, wanted: Wanted, stop: Callable[[Handle], None]) -> None:
+        self.base = base
         self.wanted = wanted
         self.outcome: Outcome | None = None
         self.cancelled = False
@@ -106,39 +112,49 @@ class Handle:
         return True
 
 
-class Simulator:
-    """Simulates designs of a base model, and keeps the last few models."""
+class _Design(NamedTuple):
+    """A design of a base model, and its own model."""
 
-    def __init__(self, base: Model) -> None:
+    base: Model
+    overrides: Mapping[str, Any]
+    model: Model
+
+
+class Simulator:
+    """Simulates designs of base models, and keeps the last few models."""
+
+    def __init__(self, fleets: SettledFleets) -> None:
         import networkx as nx  # noqa: F401 - here, so that the first run takes no longer than others
         import numpy.random  # noqa: F401 - the same
 
         import desim_warehouse.world  # noqa: F401 - the same
 
-        self.base = base
-        self.models: dict[int, tuple[Mapping[str, Any], Model]] = {}
+        self.fleets = fleets
+        self.models: dict[tuple[int, int], _Design] = {}  # by base and design
 
-    def model(self, wanted: Wanted) -> Model:
+    def model(self, base: Model, wanted: Wanted) -> Model:
         """The model of a wanted run."""
-        known = self.models.get(wanted.design)
-        if known is not None and known[0] == wanted.overrides:
-            return known[1]
-        model = self.base.replace(wanted.overrides) if wanted.overrides else self.base
+        name = id(base), wanted.design
+        known = self.models.get(name)
+        if known is not None and known.base is base and known.overrides == wanted.overrides:
+            return known.model
+        model = base.replace(wanted.overrides) if wanted.overrides else base
         if len(self.models) >= _KEPT:
             self.models.pop(next(iter(self.models)), None)
-        self.models[wanted.design] = (wanted.overrides, model)
+        self.models[name] = _Design(base, wanted.overrides, model)
         return model
 
-    def run(self, wanted: Wanted, timeout: float | None = None, stop: StopSignal | None = None) -> Outcome:
+    def run(self, base: Model, wanted: Wanted, timeout: float | None = None, stop: StopSignal | None = None) -> Outcome:
         """Simulate one run. Whatever goes wrong in it is its outcome."""
         begin = perf_counter()
         try:
-            model = self.model(wanted)
+            model = self.model(base, wanted)
             if wanted.floor:
                 model = model.replace({"log": "all"})
             begin = perf_counter()
+            fleets = UNSETTLED if wanted.scout else self.fleets
             with nullcontext() if timeout is None else TimeLimit(timeout):
-                run = RunData.simulated(model, wanted.seed, stop)
+                run = RunData.simulated(model, wanted.seed, stop, fleets=fleets)
         except StoppedError:
             return Outcome({}, _since(begin), "cancelled", final=False)
         except TimeOutError:
@@ -160,16 +176,20 @@ class Simulator:
         )
 
     def batch(
-        self, batch: Sequence[Wanted], timeout: float | None = None, stops: Sequence[StopSignal] = ()
+        self,
+        base: Model,
+        batch: Sequence[Wanted],
+        timeout: float | None = None,
+        stops: Sequence[StopSignal] = (),
     ) -> list[Outcome]:
         """Simulate several runs, one after the other, or fewer where they take longer than expected.
 
-        `stops`: who may stop each of them.
+        `base`: of their designs. `stops`: who may stop each of them.
         """
         outcomes = []
         end = monotonic() + ENOUGH
         for wanted, stop in zip_longest(batch, stops):
-            outcomes.append(self.run(wanted, timeout, stop))
+            outcomes.append(self.run(base, wanted, timeout, stop))
             if monotonic() > end:
                 break
         return outcomes
@@ -178,16 +198,16 @@ class Simulator:
 class Serial:
     """The executor that simulates in this process, one run after the other."""
 
-    def __init__(self, base: Model, timeout: float | None, interrupts: Interrupts) -> None:
-        self.base = base
+    def __init__(self, timeout: float | None, interrupts: Interrupts, fleets: SettledFleets) -> None:
+        self.fleets = fleets
         self.timeout = timeout
         self.interrupts = interrupts
         self.simulator: Simulator | None = None
         self.stops: dict[Handle, StopSignal] = {}  # of runs that are simulated now
 
-    def submit(self, run: Wanted) -> Handle:
+    def submit(self, base: Model, run: Wanted) -> Handle:
         """Have a run simulated, as soon as somebody waits for it."""
-        return Handle(run, self.stop)
+        return Handle(base, run, self.stop)
 
     def stop(self, handle: Handle) -> None:
         """Stop a run that was cancelled, if it is simulated now."""
@@ -199,13 +219,13 @@ class Serial:
         """These runs, which are simulated now, in this order."""
         if self.simulator is None:
             with self.interrupts.held():
-                self.simulator = Simulator(self.base)
+                self.simulator = Simulator(self.fleets)
             self.interrupts.heed()
         for handle in handles:
             stop = self.stops[handle] = StopSignal()
             try:
                 if not handle.ended:
-                    handle.end(self.simulator.run(handle.wanted, self.timeout, stop))
+                    handle.end(self.simulator.run(handle.base, handle.wanted, self.timeout, stop))
             finally:
                 del self.stops[handle]
             yield handle

@@ -17,6 +17,7 @@ from desim_warehouse.study.execution.process import alone
 if TYPE_CHECKING:
     from multiprocessing.connection import Connection
 
+    from desim_warehouse.model import Model
     from desim_warehouse.run.stop import StopSignal
     from desim_warehouse.study.execution.work import Wanted
 
@@ -24,27 +25,28 @@ _END_WITH_PARENT = 1  # PR_SET_PDEATHSIG of Linux
 
 
 def main(parent: Connection[Any, Any]) -> None:
-    """Take the base model and the time-out, then answer batches until the parent ends.
+    """Take the place of settled fleets and the time-out, then answer batches until the parent ends.
 
-    It sends ("hello", None) when it waits for the model, which may be too long for a process that does not read. Then
+    It sends ("hello", None) when it waits for these. Then
     come ("ready", []), ("done", outcomes) after each batch, and ("failed", text) for an error of ours. Meanwhile it is
     told which runs are to be stopped.
     """
     _prepare()
     process = os.getpid()
     try:
+        from desim_warehouse.study.execution.kept_fleets import KeptFleets
         from desim_warehouse.study.execution.work import Simulator
 
         parent.send(("hello", None))
-        base, timeout = parent.recv()
-        simulator = Simulator(base)
+        place, timeout = parent.recv()
+        simulator = Simulator(KeptFleets(place))
         gc.freeze()
         gc.enable()
         parent.send(("ready", []))
         given: SimpleQueue[Given | None] = SimpleQueue()
         threading.Thread(target=_listen, args=(parent, given), daemon=True).start()
         while (batch := given.get()) is not None:
-            outcomes = simulator.batch(batch.runs, timeout, batch.stops)
+            outcomes = simulator.batch(batch.base, batch.runs, timeout, batch.stops)
             if os.getpid() != process:  # a policy forked: the copy has nothing to say
                 os._exit(0)
             parent.send(("done", outcomes))
@@ -54,26 +56,41 @@ def main(parent: Connection[Any, Any]) -> None:
         parent.send(("failed", f"{type(error).__name__}: {error}"))
 
 
+class Batch(NamedTuple):
+    """What a worker is given at once: designs of one base model, which comes along the first time.
+
+    Base models are known by the order in which they came.
+    """
+
+    number: int
+    base: Model | None
+    runs: list[Wanted]
+
+
 class Given(NamedTuple):
     """A batch, and what stops each of its runs."""
 
+    base: Model
     runs: list[Wanted]
     stops: list[StopSignal]
 
 
 def _listen(parent: Connection[Any, Any], given: SimpleQueue[Given | None]) -> None:
-    """Pass on batches; a pair is the number of a batch and the place in it of a run to be stopped."""
+    """Pass on batches; else a message is the number of a batch and the place in it of a run to be stopped."""
     from desim_warehouse.run.stop import StopSignal
 
-    count, last = 0, Given([], [])
+    bases: list[Model] = []
+    count, stops = 0, list[StopSignal]()
     with suppress(EOFError, OSError):
         while True:
             message = parent.recv()
-            if isinstance(message, list):
-                count, last = count + 1, Given(message, [StopSignal() for _ in message])
-                given.put(last)
+            if isinstance(message, Batch):
+                if message.base is not None:
+                    bases.append(message.base)
+                count, stops = count + 1, [StopSignal() for _ in message.runs]
+                given.put(Given(bases[message.number], message.runs, stops))
             elif message[0] == count:
-                last.stops[message[1]].ask()
+                stops[message[1]].ask()
     given.put(None)
 
 

@@ -15,6 +15,9 @@ from desim_warehouse.study.table import Row
 DAYS = 10
 """Days that are looked at by the hour, at least."""
 ON_TIME = "on_time"
+DEPARTURE_LEAD = "departure_lead"
+SURE = 0.95
+"""Part of the days on which an order that comes so early is in time."""
 
 
 @dataclass(frozen=True)
@@ -32,6 +35,20 @@ class Hour:
     def named(self) -> str:
         """It by the clock: `11:30 to 13:00`."""
         return said_part(split(self.indicator)[2])
+
+
+@dataclass(frozen=True)
+class Lead:
+    """How long before its departure an order has to come to be in time on `SURE` of `days` days that were run."""
+
+    time: float
+    days: int
+
+
+def lead_of(days: Sequence[Row]) -> Lead | None:
+    """The lead before departures at a design that was run on some days; None where nothing departs."""
+    leads = sorted(lead for row in days if math.isfinite(lead := row.value(DEPARTURE_LEAD)))
+    return Lead(leads[math.ceil(SURE * len(leads)) - 1], len(leads)) if leads else None
 
 
 def by_hour(model: Model, days: Sequence[Row], confidence: float) -> tuple[Hour, ...]:

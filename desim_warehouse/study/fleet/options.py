@@ -84,6 +84,12 @@ def compare_options(models: Mapping[str, Model], target: str, *, search: Search 
     """
     if len(models) < 2:  # noqa: PLR2004
         raise StudyError(f"options {list(models)}: expected at least two to compare")
+    with search.together() as together:
+        return _compared(models, target, together, **how)
+
+
+def _compared(models: Mapping[str, Model], target: str, search: Search, **how: Any) -> ComparedOptions:
+    """Plans of several models, and the days on which their fleets are compared."""
     each = replace(search, confidence=1 - (1 - search.confidence) / (len(models) + 1))
     plans: dict[str, FleetSizes] = {}
     left = search.runs or PLAN_RUNS
@@ -142,7 +148,7 @@ def _could_save(plan: FleetSizes) -> float:
 def _misses(counts: tuple[int, ...], sized: Sized, plan: FleetSizes) -> bool:
     """Whether a design, or where more never does worse one that is larger, was shown to miss the target."""
     return any(
-        (within_counts(counts, one.counts) if not sized.worse else counts == one.counts)
+        (within_counts(counts, one.counts) if sized.ordered else counts == one.counts)
         for one in sized.below
         if one.vetoed or _shown_to_miss(one, plan)
     )

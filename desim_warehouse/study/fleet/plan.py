@@ -17,14 +17,14 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
-from desim_warehouse.outcome.indicators import within
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
 from desim_warehouse.study.fleet.designs import Designs, more_demand
+from desim_warehouse.study.fleet.first_answer import first_answer
 from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
-from desim_warehouse.study.fleet.hours import DAYS, by_hour
+from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
@@ -88,6 +88,13 @@ class _Planner:
     """What is known of other demands, with which runs are shared; see `_known`."""
     known: str = ""
     """What is known of the demands before, as people who wait see it."""
+    believed: str = ""
+    """What the scouts of this one say, until more is known."""
+
+    @property
+    def more_helps(self) -> bool:
+        """Whether more robots are guessed to do no worse."""
+        return self.target.more_helps
 
     def judge(self, study: StudyEngine, runner: StudyRunner, exact: bool) -> Judge:
         """Who judges the designs of a study."""
@@ -109,7 +116,9 @@ class _Planner:
     def follow(self, study: StudyEngine, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
         with study.session(self.search.under(study.plan.name)) as runner:
-            runner.progress.tell(self.known)
+            if self.believed:
+                runner.progress.print(f"{study.plan.name}: {self.believed}")
+            runner.progress.tell(f"{self.known}{self.believed}")
             return study.carry_out(
                 runner,
                 lambda exact: make(self.judge(study, runner, exact), runner),
@@ -161,11 +170,11 @@ class _Planner:
         """The cheapest design for a demand; for a year's, with what is known of other years."""
         changes = {**changes, **more_demand(self.model, growth)}
         ranges = self.designs.counts(growth)
-        most = self._most(ranges, changes, name) if self.model.pods is not None else None
+        most = self._most(ranges, changes, name) if self.model.pods is not None and self.more_helps else None
         ranges[0] = [size for size in ranges[0] if most is None or size <= most.up_to]
         counts = list(itertools.product(*ranges))
         study = self.study(name, self.designs.factors(ranges), changes)
-        known = NOTHING if year is None else self._known(growth, counts)
+        known = NOTHING if year is None or not self.more_helps else self._known(growth, counts)
         found, doubts = self._cheapest(study, counts, known)
         if year is not None:
             self._share(growth, found, doubts, counts)
@@ -208,6 +217,9 @@ class _Planner:
             year,
             frozenset(counts[number] for number in known.failing),
             most,
+            None if best is None else lead_of(study.results.by_point[best.verdict.value]),
+            not self.more_helps,
+            found.against,
         )
 
     def _used(
@@ -292,17 +304,22 @@ class _Planner:
     def _cheapest(self, study: StudyEngine, counts: list[Counts], known: Earlier) -> tuple[Cheapest, set[int]]:
         """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
         where = self.search.under(f"{study.plan.name} scout")
-        doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
+        doubts: set[int] | None = set()
+        if self.more_helps:
+            doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: verdict_steps([], judge))
             return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
+        self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
         found: Cheapest = self.follow(
             study,
             lambda judge, _: self._with_its_days(
-                cheapest_meeting_steps(counts, self.designs.key, judge, doubts, known=known), judge
+                cheapest_meeting_steps(counts, self.designs.key, judge, doubts, fewer=not self.more_helps, known=known),
+                judge,
             ),
         )
+        self.believed = ""
         found = self._as_cheap(study, found, counts, known)
         if found.design is not None:
             self.known += f"{study.plan.name}: {_named(study.points[found.design])}; "
@@ -343,7 +360,7 @@ class _Planner:
         to_tell = None
         if not verdict.closed:
             values = [row.measured(self.target.indicator) for row in rows]
-            to_tell = runs_to_tell(values, self.target, verdict.level, within(self.target.indicator))
+            to_tell = runs_to_tell(values, self.target, verdict.level, self.target.measure.within)
         why = _first_flat(rows).partition(": ")[2]
         return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
 
@@ -473,5 +490,6 @@ def size_fleet(
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
     zone = indifference(goal, zone, model.units.names)
-    planner = _Planner(model, goal, zone, Designs(model, *sides), search, Budget(search.runs or PLAN_RUNS))
-    return planner.plan(times, strategies, yearly=years is not None)
+    with search.together() as together:
+        planner = _Planner(model, goal, zone, Designs(model, *sides), together, Budget(search.runs or PLAN_RUNS))
+        return planner.plan(times, strategies, yearly=years is not None)

@@ -10,7 +10,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.study.fleet.capped import Capped
-from desim_warehouse.study.fleet.hours import Hour
+from desim_warehouse.study.fleet.hours import Hour, Lead
 from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
@@ -74,7 +74,10 @@ class Sized:
     `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
     `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
     `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
+    `fewer`: fewer robots were guessed to do no worse, from the target's indicator. `against`: the smallest and the
+    largest design contradict the guess, so that designs were judged one by one.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
+    `lead`: how long before a departure orders have to come at `best`; None where nothing departs.
     """
 
     name: str
@@ -95,6 +98,14 @@ class Sized:
     year: int | None = None
     failed_before: frozenset[Counts] = frozenset()
     most: Most | None = None
+    lead: Lead | None = None
+    fewer: bool = False
+    against: bool = False
+
+    @property
+    def ordered(self) -> bool:
+        """Whether a larger design is taken to do no worse than a smaller one."""
+        return not (self.worse or self.against or self.fewer)
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@
 | how many replications?                          | `precision.replications_needed`, `precision.check_precision` |
 | does a design differ from today's?              | `comparison.paired`, `comparison.compare`                    |
 | which design is best?                           | `selection.kn_steps`                                         |
-| does a design meet a target?                    | `judge.Judge`, `judge.judged`, `targets.parse_target`        |
+| does a design meet a target?                    | `judge.Judge`, `judge.judged`                                |
 | what is the smallest fleet that does it?        | `cheapest.smallest_meeting_steps`                            |
 | does it meet the target, asked after every run? | `judge.looked_at`                                            |
 | how many robots and chargers together?          | `cheapest.cheapest_meeting_steps`, `cheapest.scout_steps`    |

@@ -77,7 +77,8 @@ class Cheapest:
     the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`:
     designs with one more of a count than the answer, those with more of the others than the first that rule out designs
     with as much of them as the answer, or the largest where it fails and does worse than one with half of the first
-    count; where one of them does worse, no design was ruled out by another.
+    count; where one of them does worse, no design was ruled out by another. `against`: the largest and the smallest
+    design contradict the guess of which is better, so cheaper ones were judged one after the other.
     """
 
     design: int | None
@@ -89,6 +90,7 @@ class Cheapest:
     zone: float
     open: tuple[int, ...] = ()
     larger: tuple[Larger, ...] = ()
+    against: bool = False
 
     @property
     def close(self) -> tuple[int, ...]:
@@ -162,6 +164,7 @@ def cheapest_meeting_steps(
     doubted: Iterable[int] = (),
     *,
     scan: bool = False,
+    fewer: bool = False,
     known: Earlier = NOTHING,
 ) -> Procedure[Cheapest]:
     """The cheapest design whose mean indicator meets the target, and that no cheaper one does by more than its zone.
@@ -172,18 +175,20 @@ def cheapest_meeting_steps(
         judge: knows the target, and has judged nothing yet.
         doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
         scan: judge all designs, the cheapest first, until one meets the target: none is ruled out by another.
+        fewer: more of a count is guessed to do worse, not better.
         known: what other demands have shown; the designs that fail by it are not judged, nor are larger ones compared.
 
     Source: see `Judge`.
-    Assumes: as `Judge`; that no design does worse than one with less of all counts. Where one that was compared does
-    (`Cheapest.larger`), the cheaper ones are judged one after the other, the cheapest first.
+    Assumes: as `Judge`; that no design does worse than one with less of all counts, or better where `fewer`. Where one
+    that was compared does (`Cheapest.larger`), or the smallest and the largest are against it (`Cheapest.against`), the
+    cheaper ones are judged one after the other, the cheapest first.
     """
     if not designs or any(a == b for i, a in enumerate(designs) for b in designs[:i]):
         raise StudyError(f"designs {list(designs)[:6]!r}: expected at least one, none twice")
     before = judge.budget.spent
     proof = _Proof(designs, cost, judge, set(doubted), known)
     try:
-        yield from proof.scan(proof.order) if scan else proof.steps()
+        yield from proof.scan(proof.order) if scan else proof.fewest() if fewer else proof.steps()
     except RunsEndedError:
         proof.end_early()
     return Cheapest(
@@ -196,6 +201,7 @@ def cheapest_meeting_steps(
         judge.zone,
         tuple(proof.open),
         proof.larger,
+        proof.against,
     )
 
 
@@ -212,13 +218,15 @@ class _Proof:
         self.best: int | None = None
         self.open: list[int] = []
         self.larger: tuple[Larger, ...] = ()
+        self.top = max(self.order, key=lambda n: designs[n])
         self.monotone = True
+        self.fewer = False
+        self.against = False
         self.halves = True
 
     def steps(self) -> Procedure[None]:
         """Judge candidates until a design meets the target and no cheaper one is left that might."""
-        designs = self.designs
-        top = max(self.order, key=lambda n: designs[n])
+        top = self.top
         while self.best is None and top not in self.failing:
             yield from self._try(next((n for n in self.order if not self._ruled_out(n, self.doubts)), top))
         yield from self._rule_out()
@@ -231,6 +239,28 @@ class _Proof:
             yield from self._compare(self._named_beside_most(self.best))
         if any(one.worse for one in self.larger):
             yield from self.scan(self._before_best())
+        elif self.best is None and (yield from self._meets(self.order[0])):
+            self.monotone, self.against = False, True
+
+    def fewest(self) -> Procedure[None]:
+        """Judge designs from the cheapest on, where more is taken to be worse, until one meets the target.
+
+        Those with as much of all counts as one that misses it are left out, and those with no more than one that cannot
+        last. Where none meets it, the largest is judged: if it does, all cheaper ones are judged by themselves.
+        """
+        self.monotone, self.fewer = False, True
+        for number in self.order:
+            if not self._worse_than_failing(number) and (yield from self._meets(number)):
+                return
+        if self.top not in self.failing and (yield from self._meets(self.top)):
+            self.against = True
+            yield from self.scan(self._before_best())
+
+    def _worse_than_failing(self, number: int) -> bool:
+        """Whether a design has no less of any count than one that misses the target, or no more than a vetoed one."""
+        vetoed, one = set(self.judge.vetoed), self.designs[number]
+        missed = (n for n in self.failing - vetoed if self._told(n))
+        return self._covers(number, vetoed) or any(within_counts(self.designs[n], one) for n in missed)
 
     def _rule_out(self) -> Procedure[None]:
         """Judge designs cheaper than the best until none is left that nothing rules out, and its larger neighbours."""
@@ -362,6 +392,8 @@ class _Proof:
     def needed(self) -> tuple[int, ...]:
         """The failing designs that rule out designs cheaper than the best and are not ruled out by another."""
         among = self.failing & set(self._before_best())
+        if self.fewer:
+            return tuple(sorted(among, key=self.order.index))
         kept = ruling_out(self.designs, among, set(filter(self._told, among))) - self.known.failing
         return tuple(sorted(kept, key=self.order.index))
 
@@ -400,7 +432,8 @@ class Sizing(Generic[V]):
     `smallest` is None if no design was shown to meet the target. `below` is the decision about its neighbour: that it
     "fails" makes the answer the smallest, "undecided" says so in `note`, and it is None if there is no neighbour.
     `vetoed` fail whatever their runs say of the target, with the reason. `falls` lists pairs of values of which the
-    larger one does worse: then each smaller design was judged by itself.
+    larger one does worse: then each smaller design was judged by itself. `against`: so it was because the smallest and
+    the largest contradict the guess of which is better.
     """
 
     smallest: V | None
@@ -411,6 +444,7 @@ class Sizing(Generic[V]):
     runs: int
     confidence: float
     vetoed: tuple[tuple[V, str], ...] = ()
+    against: bool = False
 
     @property
     def note(self) -> str:
@@ -432,11 +466,13 @@ class Sizing(Generic[V]):
         if self.falls:
             pairs = ", ".join(f"{b} than with {a}" for a, b in self.falls)
             parts.append(f"it does worse with {pairs}, so each smaller one was judged by itself")
+        if self.against:
+            parts.append("the smallest and the largest contradict what usually holds")
         return "; ".join(parts)
 
 
 def smallest_meeting_steps(
-    values: Sequence[V], judge: Judge, doubted: Collection[int] = (), *, scan: bool = False
+    values: Sequence[V], judge: Judge, doubted: Collection[int] = (), *, scan: bool = False, fewer: bool = False
 ) -> Procedure[Sizing[V]]:
     """The first of `values` (fleet sizes, say) whose mean indicator meets the target: yields positions in `values`.
 
@@ -445,6 +481,7 @@ def smallest_meeting_steps(
         judge: knows the target, and has judged nothing yet.
         doubted: positions of those that a search with other runs found to fail (`scout_steps`).
         scan: judge all from the smallest, which needs no response that only rises.
+        fewer: larger ones are guessed to do worse.
 
     Raises:
         StudyError: no or repeated values, or a run whose value is not finite.
@@ -453,7 +490,9 @@ def smallest_meeting_steps(
     """
     if not values or any(a == b for i, a in enumerate(values) for b in values[:i]):
         raise StudyError(f"values to search {list(values)!r}: expected at least one, none twice")
-    found = yield from cheapest_meeting_steps(line(len(values)), lambda design: design, judge, doubted, scan=scan)
+    found = yield from cheapest_meeting_steps(
+        line(len(values)), lambda design: design, judge, doubted, scan=scan, fewer=fewer
+    )
     return _sizing(values, found, judge.target)
 
 
@@ -475,4 +514,5 @@ def _sizing(values: Sequence[V], found: Cheapest, target: Target) -> Sizing[V]:
         found.runs,
         found.confidence,
         tuple((values[number], why) for number, why in found.vetoed.items()),
+        found.against,
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 from simpy.core import StopSimulation
 from simpy.events import Event
 
-from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.errors import PolicyError, StallError, shown
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Allocation, RobotView, Situation, Task
@@ -35,6 +35,9 @@ if TYPE_CHECKING:
 
 VAIN = 1000
 """After this many openings in a row at which no task could be given out, none ever will be."""
+DECLINED = 20
+"""After this many decisions for each robot in a row that give nothing out, while none has a task, none ever will:
+robots that draw energy at rest have been charged several times by then."""
 RETURNS = 100
 """A task that is given back so often will never be done."""
 
@@ -87,7 +90,7 @@ class Dispatcher:
         self._passing: set[int] = set()
         self._seen: dict[int, RobotView] = {}
         self._decides_at = self._looks_at = math.inf
-        self._vain = 0
+        self._vain = self._declined = 0
         self._pods: Pods | None = None
 
     def carry(self, pods: Pods) -> None:
@@ -318,6 +321,7 @@ class Dispatcher:
         """Carry out a decision: pairs of robot number and task number, checked one by one."""
         self.waiting = False
         given: set[int] = set()
+        before = len(self.open)
         for pair in pairs:
             try:
                 number, task_number = (int(part) for part in pair)
@@ -338,6 +342,24 @@ class Dispatcher:
         if self.free and self.reach.batteries:
             self._charge_the_short()
         self._look_again()
+        self._declined = self._declined + 1 if len(self.open) == before and self._is_at_rest() else 0
+        if self._declined > DECLINED * len(self.robots):
+            raise StallError(self._nothing_given_out())
+
+    def _is_at_rest(self) -> bool:
+        """Whether only a decision can change anything: all tasks are known, no robot has one, and nothing is closed."""
+        if not self.open or self.released != self.demand.total or any(robot.job is not None for robot in self.robots):
+            return False
+        on_duty = all(self.departures.duty.has(robot.number) for robot in self.robots)
+        return on_duty and math.isinf(self.reach.openings.due) and math.isinf(self._looks_at)
+
+    def _nothing_given_out(self) -> str:
+        who = "the answers" if self.allocation is None else type(self.allocation).__name__
+        return (
+            f"stalled at time {self.env.now:g}: {self.done} of {self.demand.total} tasks are done; policies.allocation "
+            f"({who}) gave out none of {len(self.open)} open tasks in {self._declined} decisions in a row, while "
+            f"robots rested and were charged; open tasks: {list(self.open)[:10]}"
+        )
 
     def _charge_the_short(self) -> None:
         """Robots at rest whose energy does not let them take the first open task charge, or wait until they can."""

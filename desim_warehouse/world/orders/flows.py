@@ -120,6 +120,7 @@ class _Flow:
         self.released = self.open = self._orders = 0
         self.ended = False
         self.load_type = spec.load_type or ""
+        self.timetable = model.timetable(spec)
         self.items = None if model.pods is None else self._drawn_items(model.pods.item_shares)
         self._via = tuple(StopPlace(layout.nodes_of(name)) for name in spec.via)
         self._how = reading(model, layout)
@@ -298,7 +299,7 @@ class _Flow:
     def _due(self, now: float) -> float | None:
         if self.spec.due_within is not None:
             return now + self.spec.due_within
-        return next((time for time in self.spec.due_at if time >= now), None)
+        return self.timetable.next(now)
 
     def _priority(self) -> int:
         given = self.spec.priority

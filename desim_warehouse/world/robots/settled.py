@@ -15,7 +15,8 @@ three runs of six hours every time and not once for each model.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections import OrderedDict
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, NamedTuple
 
 from simpy.events import Timeout
@@ -103,6 +104,60 @@ class SettlingRun:
             math.fsum(robot.battery.drawn(now) for robot in robots) >= len(robots) * self._between[kind]
             for kind, robots in kinds.items()
         )
+
+
+_KNOWN = 64
+"""Models whose settled fleets a process remembers."""
+
+
+class SettledFleets:
+    """The settled fleets of models: each model's are worked out once, and this process remembers those of the last."""
+
+    def __init__(self) -> None:
+        self._known: OrderedDict[Model, Sequence[Fleet]] = OrderedDict()
+
+    def of(
+        self, model: Model, settle: Callable[[SettlingRun], Sequence[Fleet]], waiting: Callable[[], object]
+    ) -> Sequence[Fleet]:
+        """The settled fleets of a model, none where it has no long run.
+
+        Args:
+            model: its batteries begin settled.
+            settle: simulates a settling run.
+            waiting: called now and then while another process settles the same fleet; may raise to end the wait.
+        """
+        if model not in self._known:
+            settling = SettlingRun(model)
+            if settling.model not in self._known:  # runs of another length have the same
+                self._known[settling.model] = self.once(settling.model, lambda: settle(settling), waiting)
+            self._known[model] = self._known[settling.model]
+            while len(self._known) > _KNOWN:
+                self._known.popitem(last=False)
+        return self._known[model]
+
+    def once(
+        self, model: Model, settle: Callable[[], Sequence[Fleet]], waiting: Callable[[], object]
+    ) -> Sequence[Fleet]:
+        """What the settling run of a model sees, which is simulated now; other places look it up before."""
+        del model, waiting
+        return settle()
+
+
+class Unsettled(SettledFleets):
+    """No settled fleets: each run draws levels between where charging begins and ends, as where work ends."""
+
+    def of(
+        self, model: Model, settle: Callable[[SettlingRun], Sequence[Fleet]], waiting: Callable[[], object]
+    ) -> Sequence[Fleet]:
+        """None, of any model."""
+        del model, settle, waiting
+        return ()
+
+
+UNSETTLED = Unsettled()
+"""Of runs that only point the way: with robots fuller by ten points on_time moves by 0.001, and settling costs runs."""
+OF_THIS_PROCESS = SettledFleets()
+"""Shared with no other process."""
 
 
 def has_long_run(model: Model) -> bool:

@@ -6,13 +6,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from desim_warehouse.errors import StudyError
-from desim_warehouse.outcome.targets import Target
+from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.study.statistics.cheapest import Earlier, cheapest_meeting_steps, scout_steps
 from desim_warehouse.study.statistics.judge import Budget, Judge, verdict_steps
 from desim_warehouse.study.statistics.procedure import follow
 
 GRID = [(robots, chargers) for robots in range(1, 9) for chargers in range(1, 5)]
-ENOUGH = Target("on_time", ">=", 0.9)
+ENOUGH = parse_target("on_time >= 0.9")
 
 
 def fewest(design):
@@ -215,7 +215,7 @@ def test_one_more_that_does_worse_has_the_cheaper_designs_judged_one_by_one():
     """A second charger brings a queue, so no design with two is enough but the largest."""
     designs = [(first, second) for first in range(1, 6) for second in (1, 2)]
     means = {design: 0.9 + 0.05 * design[0] - 0.2 * (design[1] == 2) + 0.3 * (design == (5, 2)) for design in designs}
-    judge = Judge(Target("on_time", ">=", 1), first=4, cap=4, deterministic=True)
+    judge = Judge(parse_target("on_time >= 1"), first=4, cap=4, deterministic=True)
     steps = cheapest_meeting_steps(designs, lambda design: (design[1], design[0]), judge)
     found = follow(steps, lambda number, _: means[designs[number]])
     assert designs[found.design] == (2, 1)
@@ -227,7 +227,7 @@ def test_fewer_robots_are_not_ruled_out_by_more_chargers_with_which_they_do_wors
     """Three robots are enough with one charger only: each further one brings a slot far from the work."""
     designs = [(first, second) for first in range(1, 6) for second in (1, 2, 3)]
     means = {design: 0.81 + 0.05 * design[0] - 0.03 * (design[1] - 1) * (design[0] < 4) for design in designs}
-    judge = Judge(Target("on_time", ">=", 0.95), first=4, cap=4, deterministic=True)
+    judge = Judge(parse_target("on_time >= 0.95"), first=4, cap=4, deterministic=True)
     doubted = [number for number, design in enumerate(designs) if means[design[0], 3] < 0.95]  # by a scout
     steps = cheapest_meeting_steps(designs, lambda design: design, judge, doubted)
     found = follow(steps, lambda number, _: means[designs[number]])
@@ -237,7 +237,7 @@ def test_fewer_robots_are_not_ruled_out_by_more_chargers_with_which_they_do_wors
 
 def test_the_larger_designs_are_left_where_the_runs_end():
     designs = [(1, 1), (2, 1), (1, 2), (2, 2)]
-    judge = Judge(Target("on_time", ">=", 1), first=1, cap=1, deterministic=True, budget=Budget(2))
+    judge = Judge(parse_target("on_time >= 1"), first=1, cap=1, deterministic=True, budget=Budget(2))
     found = follow(cheapest_meeting_steps(designs, lambda design: design, judge), lambda *_: 2.0)
     assert designs[found.design] == (1, 1)
     assert len(found.larger) == 1

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from desim_warehouse.outcome.targets import Target
+from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.study.statistics.intervals import TaskShare
 from desim_warehouse.study.statistics.judge import looked_at, looks, looks_by
 
-AT_LEAST = Target("on_time", ">=", 0.95)
-NORMAL = Target("throughput_per_hour", ">=", 200.0)
+AT_LEAST = parse_target("on_time >= 0.95")
+NORMAL = parse_target("throughput_per_hour >= 200")
 MOST = 30
 
 
@@ -55,7 +55,7 @@ def test_looks_use_no_more_error_than_there_is_however_long_it_goes_on():
 
 def test_a_verdict_that_fell_stands_whatever_comes():
     good = [1.0, 1.1, 0.9, 1.0, 1.05] * 2
-    target = Target("x", ">=", 0.0)
+    target = parse_target("T >= 0")
     first = looked_at(good, target, 0.95, within=ANYTHING)
     later = looked_at(good + [-50.0] * 25, target, 0.95, within=ANYTHING)
     assert (first.verdict, later.verdict) == ("meets", "meets")

@@ -1,0 +1,31 @@
+"""Which is the latest order that still makes a departure: the words of a plan."""
+
+from __future__ import annotations
+
+import math
+
+from desim_warehouse.answer import numbers
+from desim_warehouse.model import Model
+from desim_warehouse.model.facts.day_parts import time_of_day
+from desim_warehouse.study.fleet.hours import SURE, Lead
+
+_FEW = math.ceil(1 / (1 - SURE))
+"""With fewer days the share of days on which a lead is enough is not told."""
+
+
+def in_time(model: Model, lead: Lead) -> str:
+    """A sentence, with a blank before it, on orders that make their departure, with an example by the clock."""
+    days = f"In {SURE:.0%} of days".replace("%", " %") if lead.days >= _FEW else f"On all {lead.days} days run"
+    if not lead.time:
+        return f" {days} no order misses its departure."
+    before = numbers.duration(lead.time, model.units.time)
+    return f" {days} orders that come more than {before} before a departure make it{_example(model, lead.time)}."
+
+
+def _example(model: Model, lead: float) -> str:
+    """The last departure by the clock, with the latest order that makes it; empty without one by the clock."""
+    tables = [model.timetable(flow) for flow in model.tasks.flows.values() if flow.due_at]
+    last = next((table.last(model.run.end) for table in tables if math.isfinite(table.period)), None)
+    if last is None:
+        return ""
+    return f": until {time_of_day(model, last - lead - model.units.hour / 120)} for {time_of_day(model, last)}"

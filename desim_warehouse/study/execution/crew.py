@@ -1,0 +1,51 @@
+"""What simulates for a command, all its studies included: processes that start once, and the fleets that settled."""
+
+from __future__ import annotations
+
+from contextlib import ExitStack
+from typing import TYPE_CHECKING
+
+from desim_warehouse.study.execution import make_executor
+from desim_warehouse.study.execution.kept_fleets import FleetsOfACommand
+from desim_warehouse.study.execution.signals import Interrupts
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from desim_warehouse.study.execution import Executor
+
+
+class Crew:
+    """The executors of a command, one for each time-out, and its settled fleets; `close` ends all."""
+
+    def __init__(self, workers: int | str, cluster: str | None, *, cache: bool) -> None:
+        self.workers = workers
+        self.cluster = cluster
+        self.interrupts = Interrupts()
+        """Entered by a study while it is under way."""
+        self.fleets = FleetsOfACommand(cache=cache)
+        self._executors: dict[float | None, Executor] = {}
+        self._told: Callable[[str], None] = lambda _: None
+
+    def executor(self, timeout: float | None, say: Callable[[str], None]) -> Executor:
+        """The executor for runs that may take so many seconds, and who is told of workers lost from now on.
+
+        Raises:
+            StudyError: where the number of workers is out of range.
+        """
+        self._told = say
+        if timeout not in self._executors:
+            self._executors[timeout] = make_executor(
+                self.workers, self.cluster, timeout, self._say, self.interrupts, self.fleets
+            )
+        return self._executors[timeout]
+
+    def close(self) -> None:
+        """End all processes and connections, whatever they are doing."""
+        with self.interrupts, ExitStack() as ending:
+            ending.callback(self.fleets.close)
+            for executor in self._executors.values():
+                ending.callback(executor.close)
+
+    def _say(self, text: str) -> None:
+        self._told(text)

@@ -1,0 +1,102 @@
+"""Settled fleets beside the finished runs of the user's cache: a design settles once, whichever process asks first.
+
+Each is a line in a journal of its own, `settled-MODEL.jsonl`, under the digest of the model of its settling run; see
+`cache` for what is damaged, full or read-only. A process that wants one that another is working out waits for it. If
+that process is killed, the lock goes with it, and one of those that wait begins anew.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from functools import cached_property
+from pathlib import Path
+from tempfile import TemporaryDirectory
+
+from desim_warehouse.model import Model
+from desim_warehouse.study.execution.cache import Cache, intact, sealed
+from desim_warehouse.study.execution.locks import turn
+from desim_warehouse.world.robots.settled import Fleet, SettledFleets, Standing
+
+_PATIENCE = 120.0
+"""Seconds after which a process no longer waits for another, which may have been halted."""
+_LOCKS = 2
+"""Digits of a digest that name its lock: 256 files at most, and hardly ever one for two designs of a question."""
+
+
+class KeptFleets(SettledFleets):
+    """Settled fleets that processes share which keep them in one folder of journals; without one, of this process."""
+
+    def __init__(self, folder: Path | None = None) -> None:
+        super().__init__()
+        self._folder = folder
+
+    @property
+    def folder(self) -> Path | None:
+        """Where they are kept, None where they cannot be."""
+        return None if self.cache is None else self.cache.folder
+
+    @cached_property
+    def cache(self) -> Cache | None:
+        """The cache that has them."""
+        return None if self._folder is None else Cache(_in_silence, self._folder)
+
+    def once(
+        self, model: Model, settle: Callable[[], Sequence[Fleet]], waiting: Callable[[], object]
+    ) -> Sequence[Fleet]:
+        """What the settling run of a model sees, looked up, or simulated by one process at a time."""
+        if self.cache is None or self.cache.folder is None:
+            return settle()
+        digest = model.digest()
+        kept = _kept(self.cache, digest)
+        if kept is not None:
+            return kept
+        with turn(self.cache.folder / f".settling-{digest[:_LOCKS]}", _PATIENCE, waiting):
+            kept = _kept(self.cache, digest)  # of the process that was waited for
+            if kept is not None:
+                return kept
+            fleets = settle()
+            self.cache.keep(f"settled-{digest}", sealed({"model": digest, "fleets": fleets}))
+        return fleets
+
+
+class FleetsOfACommand(KeptFleets):
+    """Settled fleets in the user's cache, or, without it, in a folder that goes with the command."""
+
+    def __init__(self, *, cache: bool) -> None:
+        super().__init__()
+        self._cached = cache
+        self._own: TemporaryDirectory[str] | None = None
+
+    @cached_property
+    def cache(self) -> Cache | None:
+        """The cache that has them, made when the first is wanted."""
+        if self._cached:
+            return Cache(_in_silence)
+        try:
+            self._own = TemporaryDirectory(prefix="desim-", ignore_cleanup_errors=True)
+            folder = Path(self._own.name, "runs")
+            folder.mkdir()
+        except OSError:  # no room: each process has its own fleets
+            return None
+        return Cache(_in_silence, folder)
+
+    def close(self) -> None:
+        """Remove the folder of the command."""
+        if self._own is not None:
+            self._own.cleanup()
+
+
+def _kept(cache: Cache, digest: str) -> Sequence[Fleet] | None:
+    """The settled fleets of a model in a cache, None where there are none that are intact."""
+    for line in reversed(cache.lines(f"settled-{digest}")):
+        with suppress(ValueError, KeyError, TypeError):
+            content = json.loads(intact(line))
+            if content["model"] == digest:
+                return [tuple(Standing(*robot) for robot in fleet) for fleet in content["fleets"]]
+    return None
+
+
+def _in_silence(_: str) -> None:
+    """Who keeps runs says what is wrong with the cache."""

@@ -1,0 +1,108 @@
+"""What does each test cost? Processor time, with the programs and browsers that it starts; none may outgrow its mark.
+
+A test without the mark `long` takes at most 3 s of processor, one of the inner loop, without `slow`, 1 s. A session in
+which one takes more than `LENIENCY` times as much fails, and names it. Over 3 s it is a proof, to be marked so, with a
+small twin for every day. The clock has no say, so a busy machine changes little. A fixture that tests share counts for
+none of them, as they run in random order; it may take ten times as much. `python -m pytest --costs build/costs.csv
+tests/world` writes the costs down.
+"""
+
+import csv
+import math
+import os
+from pathlib import Path
+
+import pytest
+
+LIMITS = {"not slow": 1.0, "not long": 3.0}
+"""Seconds of processor that a test may take where tests with a mark are left out; the first that holds."""
+SHARED = 10
+"""How many times as much a fixture may take that tests share: a site, a study."""
+LENIENCY = 2.0
+"""By what factor a crowded processor, whose caches others use, may be slower than a quiet one."""
+_PROCESSES = Path("/proc")
+
+
+def spent():
+    """Seconds of processor of this process and of all that it started; of what still runs, where /proc lists that."""
+    return sum(os.times()[:4]) + sum(map(_of_running, _children(_PROCESSES / "self")))
+
+
+def _children(process):
+    try:
+        return [pid for thread in (process / "task").iterdir() for pid in (thread / "children").read_text().split()]
+    except OSError:  # it has just ended, or the system has no such files
+        return []
+
+
+def _of_running(pid):
+    process = _PROCESSES / pid
+    of_children = sum(map(_of_running, _children(process)))
+    try:
+        fields = (process / "stat").read_text().rpartition(")")[2].split()
+    except OSError:
+        return 0.0
+    return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK") + of_children
+
+
+class Costs:
+    """Measures where tests run, and judges in the process that reports them."""
+
+    def __init__(self, config, limits=LIMITS):
+        self.config = config
+        chosen = config.getoption("markexpr")
+        self.limit = next((seconds for left_out, seconds in limits.items() if left_out in chosen), math.inf)
+        self.begin = self.shared = 0.0
+        self.item = None
+        self.of_tests, self.of_fixtures = {}, {}
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_runtest_setup(self, item):
+        self.item, self.begin, self.shared = item, spent(), 0.0
+        return (yield)
+
+    @pytest.hookimpl(wrapper=True, tryfirst=True)
+    def pytest_fixture_setup(self, fixturedef):
+        begin, before = spent(), self.shared
+        result = yield
+        if fixturedef.scope != "function":
+            cost = spent() - begin
+            self.shared = before + cost  # fixtures that it asked for itself are part of it
+            self.item.user_properties.append(("fixture", (f"{fixturedef.baseid}::{fixturedef.argname}", cost)))
+        return result
+
+    @pytest.hookimpl(tryfirst=True)
+    def pytest_runtest_teardown(self, item):
+        item.user_properties.append(("processor", spent() - self.begin - self.shared))
+
+    def pytest_runtest_logreport(self, report):
+        if report.when == "teardown":
+            properties = dict(report.user_properties)
+            self.of_tests[report.nodeid] = properties["processor"]
+            self.of_fixtures |= [value for name, value in report.user_properties if name == "fixture"]
+
+    def outgrown(self):
+        """Name and seconds of processor of what took much more than it may, the dearest first."""
+        most = LENIENCY * self.limit
+        return [each for each in self.dearest() if each[1] > most * (SHARED if each[0] in self.of_fixtures else 1)]
+
+    def dearest(self):
+        """Seconds of processor of each test and each shared fixture, the dearest first, with their names."""
+        return sorted({**self.of_tests, **self.of_fixtures}.items(), key=lambda each: -each[1])
+
+    def pytest_sessionfinish(self, session):
+        if self.outgrown() and session.exitstatus == pytest.ExitCode.OK:
+            session.exitstatus = pytest.ExitCode.TESTS_FAILED
+        if self.config.getoption("costs"):
+            with Path(self.config.getoption("costs")).open("w", encoding="utf-8", newline="") as file:
+                rows = ((f"{cost:.2f}", name) for name, cost in self.dearest())
+                csv.writer(file).writerows([("seconds", "test"), *rows])
+
+    def pytest_terminal_summary(self, terminalreporter):
+        total = sum(cost for _, cost in self.dearest())
+        terminalreporter.write_line(f"tests took {total:.0f} s of processor")
+        for name, cost in self.outgrown():
+            terminalreporter.write_line(
+                f"OUTGROWN {name} took {cost:.1f} s of processor. A test has at most {self.limit:g}, "
+                f"what tests share {SHARED * self.limit:g}: make it smaller, or mark it (CONTRIBUTING.md)"
+            )

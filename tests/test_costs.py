@@ -1,0 +1,92 @@
+"""Processor time of tests: what counts for them, and that a session fails where one has outgrown its mark."""
+
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import pytest
+
+from tests.costs import Costs, spent
+
+ROOT = Path(__file__).parent.parent
+CONFTEST = """
+from tests.costs import Costs
+
+def pytest_addoption(parser):
+    parser.addoption("--costs")
+
+def pytest_configure(config):
+    config.pluginmanager.register(Costs(config, limits={"not long": 0.1}))
+"""
+TESTS = """
+import subprocess, sys, time
+import pytest
+
+def work():
+    begin = time.process_time()
+    while time.process_time() < begin + 0.3:
+        pass
+
+@pytest.fixture(scope="module")
+def shared():
+    work()
+
+def test_cheap():
+    time.sleep(0.5)
+
+def test_dear():
+    work()
+
+def test_program():
+    subprocess.run([sys.executable, "-c", "from test_some import work; work()"], check=True)
+
+def test_shares(shared):
+    pass
+
+@pytest.mark.long
+def test_proof():
+    work()
+"""
+
+
+@pytest.mark.skipif(not Path("/proc/self/task").is_dir(), reason="no /proc, which lists programs that run")
+def test_a_program_counts_while_it_runs_and_after_it_has_ended():
+    before = spent()
+    with subprocess.Popen([sys.executable, "-c", "while True: pass"]) as program:
+        while spent() < before + 0.1:
+            time.sleep(0.02)
+        program.kill()
+    assert spent() > before + 0.09
+
+
+@pytest.mark.parametrize(
+    ("chosen", "outgrown"),
+    [("not long and not slow", ["dear", "site", "test_slow"]), ("not long", ["dear"]), ("", [])],
+)
+def test_a_fixture_may_take_ten_times_as_much_and_the_inner_loop_has_less(chosen, outgrown):
+    costs = Costs(SimpleNamespace(getoption=lambda _: chosen))
+    costs.of_tests = {"test_cheap": 1.0, "test_slow": 5.0}
+    costs.of_fixtures = {"site": 25.0, "dear": 61.0}
+    assert [name for name, _ in costs.outgrown()] == outgrown
+
+
+def test_what_outgrows_its_mark_fails_the_session(tmp_path):
+    (tmp_path / "conftest.py").write_text(CONFTEST)
+    (tmp_path / "test_some.py").write_text(TESTS)
+    (tmp_path / "pytest.ini").write_text(f"[pytest]\nmarkers = long: a proof\npythonpath = {ROOT} {tmp_path}\n")
+    plugins = [part for name in ("cacheprovider", "hypothesispytest", "randomly") for part in ("-p", f"no:{name}")]
+    command = [sys.executable, "-m", "pytest", *plugins, "-n", "1", "--costs", "costs.csv", "-m", "not long"]
+    daily = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False)
+    assert daily.returncode == pytest.ExitCode.TESTS_FAILED
+    assert "4 passed" in daily.stdout
+    named = {line.split()[1] for line in daily.stdout.splitlines() if line.startswith("OUTGROWN")}
+    assert named == {"test_some.py::test_dear", "test_some.py::test_program"}
+    rows = [line.split(",") for line in (tmp_path / "costs.csv").read_text().splitlines()[1:]]
+    assert {name for _, name in rows} == {
+        *named,
+        *(f"test_some.py::{name}" for name in ("shared", "test_cheap", "test_shares")),
+    }
+    costs = [float(cost) for cost, _ in rows]
+    assert costs == sorted(costs, reverse=True)
