@@ -15,7 +15,7 @@ Verdict = Standing | Literal["estimate", "first run", "early"]
 _APART: dict[Verdict, str] = {
     "estimate": "Quick estimate",
     "first run": "First run",
-    "early": WORDS["open"],
+    "early": "First runs",
     "met": "Target met",
     "known": "Simulated",
 }

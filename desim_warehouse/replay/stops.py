@@ -69,6 +69,7 @@ def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> d
     if most is None or not most.share:
         return None
     begin = max(history.begin, scale.start)
+    said = most.sentence if scale.end >= history.end else f"Of the whole run: {most.sentence}"
     kind = "chargers" if most.name == CHARGERS else "station"
     among = {
         number: one.utilisation(history.begin, history.end)
@@ -76,10 +77,10 @@ def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> d
         if one.kind == kind and most.name in {CHARGERS, one.zone}
     }
     if not among:
-        return {"said": most.sentence, "time": begin}
+        return {"said": said, "time": begin}
     number = max(among, key=among.__getitem__)
     _, time, _ = _most(places[number].queue, scale)
-    return {"said": most.sentence, "time": time or begin, "place": number}
+    return {"said": said, "time": time or begin, "place": number}
 
 
 def _longest_wait(history: History, scale: MapScale) -> dict[str, Any] | None:
