@@ -87,8 +87,10 @@ def spur(places, size):
 
 @pytest.mark.parametrize(("places", "size", "told"), [(1, 2, True), (1, 6, True), (2, 2, False), (1, 1, False)])
 def test_one_slot_for_a_fleet_is_a_warning_with_what_it_costs(places, size, told):
-    found = [one for one in check(spur(places, size)).findings if one.code == "ONE_AT_WORK"]
+    findings = check(spur(places, size)).findings
+    found = [one for one in findings if one.code == "ONE_AT_WORK"]
     assert bool(found) == told
+    assert not (told and any(one.code == "STATION_PLACES" for one in findings))  # said once
     if told:
         assert found[0].level == "warning"
         assert found[0].text.startswith(f"1 slot for {size} robots: 1 of {size} works at a time")
@@ -96,3 +98,8 @@ def test_one_slot_for_a_fleet_is_a_warning_with_what_it_costs(places, size, told
         does, could = (float(part.split()[-1]) for part in parts)
         assert could > 1.5 * does
         assert does == pytest.approx(39, abs=2)  # as simulated
+
+
+def test_one_slot_of_a_bay_for_two_robots_is_refused_as_ever():
+    findings = check(spur(2, 2).replace({"layout.bays.p.places": 1, "fleet.start": ["D"]})).findings
+    assert {"TOO_FEW_PLACES", "BAY_CROWDED"} & {one.code for one in findings}
