@@ -181,8 +181,8 @@ def _worked_out(words: Draft) -> Draft:
         )
         if value is not None and not 0 < value <= most
     ]
-    if packers > (most := max(stations, 1) * LIMITS["robots"][0]):
-        problems.append(f"--packers {packers}: out of range, expected 1 to {most}")
+    if packers > (limit := max(stations, 1) * LIMITS["robots"][0]):
+        problems.append(f"--packers {packers}: out of range, expected 1 to {limit}")
     elif 0 < stations <= floor.aisles and packers % stations:
         text = f"not as many at each of {stations} packing stations"
         problems.append(f"--packers {packers}: {text}, expected a multiple of {stations}")
@@ -270,8 +270,8 @@ def _full_in_the_morning(words: Draft, given: int | None) -> Draft:
 
 def _model(words: Draft) -> Model:
     """The model of a complete draft."""
-    from desim_warehouse.model.parse import read_yaml
-    from desim_warehouse.model.schema import OUTLINE, valid
+    from desim_warehouse.model.parse import read_yaml, valid
+    from desim_warehouse.model.schema import OUTLINE
 
     return valid(read_yaml(_text(words), "desim new"), Model, OUTLINE)
 

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 
 _TOTAL = re.compile(r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$")  # SAP has stars
-_HOUR = 3600.0
+_HOUR, _DAY = 3600.0, 86_400.0
 
 
 @dataclass(frozen=True)
@@ -144,7 +144,8 @@ def order_day(
     if quantity is None and "quantity" in table.titles:
         loads = f"{pieces_per_load} on a load" if pieces_per_load else "all of a row on one load"
         assumed.append(f"'{table.titles['quantity']}' counts pieces, {loads}")
-    assumed += [*day.readings(), *_priorities(table, lines), *_turned(loaded, lines)]
+    assumed += [*day.readings(), *_dates_alone(table, day, how, lines), *_priorities(table, lines)]
+    assumed += _turned(loaded, lines)
     return OrderDay(
         tuple(sorted(lines, key=attrgetter("release"))),
         day.pieces,
@@ -171,6 +172,14 @@ def _without_orders(path: Path) -> Model:
         if isinstance(flow, dict) and isinstance(flow.get("arrivals"), dict) and "orders" in flow["arrivals"]
     }
     return model_of(document, overrides)
+
+
+def _dates_alone(table: Table, day: _Day, how: Reading, lines: list[OrderLine]) -> list[str]:
+    """That dates have no time of day, where none of them has."""
+    start = clock(how.start)
+    if day.midnight is None or not lines or any((start + line.release * how.seconds) % _DAY for line in lines):
+        return []
+    return [f"dates in '{table.titles['release']}' have no time of day: all orders of a day come at 00:00"]
 
 
 def _priorities(table: Table, lines: list[OrderLine]) -> list[str]:
@@ -251,7 +260,9 @@ class _Day:
             *(
                 f"'{called[name]}' is as on the clock of the hall: {zone} is left out"
                 for name, zone in self.found.zones.items()
+                if name not in self.found.ways
             ),
+            *(f"'{called[name]}' {way}" for name, way in self.found.ways.items()),
             *(f"points in '{called[name]}' stand between thousands" for name in sorted(self.found.thousands)),
         ]
 

@@ -172,18 +172,22 @@ def _table(folder: Path, content: dict[str, Any]) -> pd.DataFrame:
 
 def _rows(table: pd.DataFrame, layout: Layout) -> list[Any]:
     """The rows of a log, with the edges of the layout; raises ValueError where they name another."""
+    import pandas as pd
+
     from desim_warehouse.outcome.log import LogRow
 
     edges = _edges(layout)
     numbers = table.pop(NUMBER) if NUMBER in table else None
     table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
     table = table.astype(object).where(table.notna(), None)
+    named: list[tuple[str, str] | None]
     if numbers is None:
         by_name: dict[str | None, tuple[str, str] | None] = {">".join(edge): edge for edge in edges}
         by_name[None] = None
-        table["edge"] = [by_name[name] for name in table["edge"]]
+        named = [by_name[name] for name in table["edge"]]
     else:
-        table["edge"] = [None if number < 0 else edges[number] for number in numbers]
+        named = [None if number < 0 else edges[number] for number in numbers]
+    table["edge"] = pd.Series(named, index=table.index, dtype=object)
     return [tuple(row) for row in table.to_numpy().tolist()]
 
 

@@ -89,9 +89,7 @@ def test_values_beyond_the_limits(overrides, said):
     ],
 )
 def test_orders_of_a_billion_lines(lines, said):
-    assert said in one_message(
-        ROOT / "models" / "gallery" / "goods-to-person.yaml", {"tasks.flows.picks.lines": lines}
-    )
+    assert said in one_message(ROOT / "models" / "gallery" / "goods-to-person.yaml", {"tasks.flows.picks.lines": lines})
 
 
 def test_pods_on_which_there_are_billions_of_items():

@@ -486,8 +486,9 @@ class Problems:
     """What is wrong with a file, summed up by kind: how often, with which values, first where.
 
     A kind is a column, "" for whole rows, and what is wrong. By column also how the file is read: the mark of
-    `decimals`, whether points stand between `thousands` for all that is known, the time zone that is left out. `forms`:
-    what cells are like that `desim orders` would have written otherwise.
+    `decimals`, whether points stand between `thousands` for all that is known, the time zone that is left out, and in
+    which of two `ways` its times are read. `forms`: what cells are like that `desim orders` would have written
+    otherwise.
     """
 
     file: str
@@ -496,6 +497,7 @@ class Problems:
     decimals: dict[str, str] = field(default_factory=dict)
     thousands: set[str] = field(default_factory=set)
     zones: dict[str, str] = field(default_factory=dict)
+    ways: dict[str, str] = field(default_factory=dict)
     forms: dict[str, None] = field(default_factory=dict)
 
     def add(self, column: str, wrong: str, expected: str, rows: Sequence[int], values: Iterable[Any]) -> None:
