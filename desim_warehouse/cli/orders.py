@@ -79,6 +79,8 @@ def _show(file: str, day: OrderDay) -> None:
     click.echo(f"busiest hour: {_clock(begin)} to {_clock(begin + 3600)}, {number_of(trips, 'trip')}")
     if first - day.start >= 2 * 3600:
         click.echo(f"the run starts at {_clock(day.start)}: nobody works until then; run.start says when it does")
+    if day.unread:
+        click.echo(f"not read: {', '.join(day.unread)}")
     for one in day.assumed:
         click.echo(f"assumed: {one}")
 
