@@ -20,6 +20,7 @@ from desim_warehouse.fleet_log.table import DROP, PICK, FleetLog
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.run import RunData
+from desim_warehouse.values.dates import Slashes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -156,6 +157,7 @@ def validate(
     *,
     orders: Sequence[str | Path] = (),
     runs: int = RUNS,
+    dates: Slashes | None = None,
 ) -> Validation:
     """Hold a model against real days: simulate each of them and see whether it is like the others.
 
@@ -164,6 +166,7 @@ def validate(
         logs: a day each, as for `calibrate`.
         orders: the orders of each day, one file for each log; none: those of the model.
         runs: how often each day is simulated, at least 39.
+        dates: how 03/02/2026 is meant in trips.
 
     Raises:
         ReportError: fewer runs, not as many files of orders as logs, or logs that cannot be read.
@@ -174,7 +177,7 @@ def validate(
     if orders and len(orders) != len(logs):
         raise ReportError(f"{len(orders)} files of orders for {len(logs)} logs, expected one for each")
     base = as_model(model)
-    read = read_logs(logs)
+    read = read_logs(logs, dates)
     parts, real, simulated = [], [], []
     for day, log in enumerate(read):
         changed = base.replace(as_they_are(base, Path(orders[day])) if orders else {})
