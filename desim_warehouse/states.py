@@ -382,6 +382,8 @@ CHARGED = names(lambda state: state.draws is None)
 """In which a robot is charged."""
 RESTING = names(lambda state: state.phase is Phase.REST)
 """In which nothing is drawn from the battery in a slot with a charger."""
+OFF_DUTY = frozenset(name for name, state in STATES.items() if state.phase is Phase.REST) - {AT_START}
+"""In which it rests outside its hours."""
 TOO_LOW = frozenset(name for name, state in STATES.items() if state.queue == CHARGER)
 """In which it waits for a charger where there is none, too low to work."""
 

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
-from desim_warehouse.outcome.resources import busy_share, servers_in_use, standing
+from desim_warehouse.outcome.resources import busy_share, off_duty, servers_in_use, standing
 from desim_warehouse.states import staff
 
 if TYPE_CHECKING:
@@ -40,7 +40,7 @@ def busiest(history: History, kpis: Mapping[str, float]) -> Busiest | None:
     """Compare robots, chargers, workers and the servers of each group of stations; None where no time was counted."""
     model = history.model
     used = {
-        "robots": busy_share([kpis[name] for name in standing(model)], kpis.get("share_on_break", 0.0)),
+        "robots": busy_share([kpis[name] for name in standing(model)], off_duty(kpis)),
         CHARGERS: kpis.get("charger_utilisation", math.nan),
         "workers": kpis.get("worker_utilisation", math.nan),
         **servers_in_use(history),

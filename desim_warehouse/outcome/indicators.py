@@ -17,7 +17,7 @@ from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
 from desim_warehouse.outcome import account, measures
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.parts import PartHistory, by_day_part, of_flow
-from desim_warehouse.states import APART, AT_START, OPERATING, TIMES, WAITING, State
+from desim_warehouse.states import APART, AT_START, OPERATING, SERVER, STATES, TIMES, WAITING, State
 
 Unit = Literal[
     "time",
@@ -48,7 +48,7 @@ AT = "@"
 """Between an indicator and the part of the day that it is of."""
 _STRETCH = re.compile(r"\d\d:\d\d-\d\d:\d\d")
 
-_MORE_OF = {AT_START, "queueing", WAITING.name, *APART}
+_MORE_OF = {AT_START, WAITING.name, *APART, *(name for name, state in STATES.items() if state.queue == SERVER)}
 """States in which a larger fleet usually spends more of its time: idle, in queues and in traffic."""
 _JUDGED = {
     False: (

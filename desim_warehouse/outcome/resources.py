@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
 from desim_warehouse.outcome.account import pieces
 from desim_warehouse.outcome.history import History
-from desim_warehouse.states import SHOWN, TIMES, Place
+from desim_warehouse.states import OFF_DUTY, SHOWN, TIMES, Place
 from desim_warehouse.values.calendars import ALWAYS, Hours
 
 if TYPE_CHECKING:
@@ -29,14 +29,19 @@ def standing(model: Model) -> tuple[str, ...]:
     return tuple(f"share_{name}" for name, state in TIMES.items() if state.draws == "standing" and state.applies(model))
 
 
-def busy_share(stands: Iterable[float], off_duty: float) -> float:
+def busy_share(stands: Iterable[float], away: float) -> float:
     """The share of their time on duty for which robots are busy, by the shares of `standing`; nan without such time."""
-    return on_duty(1 - math.fsum(stands), off_duty)
+    return on_duty(1 - math.fsum(stands), away)
 
 
-def on_duty(share: float, off_duty: float) -> float:
+def off_duty(kpis: Mapping[str, float]) -> float:
+    """The share of their time for which robots rest outside their hours, by the indicators of a run."""
+    return math.fsum(kpis.get(f"share_{name}", 0.0) for name in OFF_DUTY)
+
+
+def on_duty(share: float, away: float) -> float:
     """A share of all time as one of the time on duty; nan without such time."""
-    return share / (1 - off_duty) if off_duty < 1 else math.nan
+    return share / (1 - away) if away < 1 else math.nan
 
 
 @dataclass(frozen=True)

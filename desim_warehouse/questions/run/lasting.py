@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import WarehouseError
-from desim_warehouse.outcome.resources import on_duty, standing, use_of_stations
+from desim_warehouse.outcome.resources import off_duty, on_duty, standing, use_of_stations
 from desim_warehouse.run.examined import examined
 from desim_warehouse.states import TIMES, Phase
 
@@ -104,7 +104,7 @@ def _of_robots(run: RunData) -> float:
     kpis, model = run.kpis, run.model
     back = [f"share_{name}" for name, state in TIMES.items() if state.phase is Phase.TO_BAY and state.applies(model)]
     free = math.fsum(kpis[name] for name in (*_at_rest(run), *back))
-    return on_duty(1 - free, kpis.get("share_on_break", 0.0))
+    return on_duty(1 - free, off_duty(kpis))
 
 
 def _at_rest(run: RunData) -> list[str]:
