@@ -71,8 +71,9 @@ def test_a_search_followed_by_hand():
     assert result.runs == 43
     # the first design has half of the error of seven looks (5 8 12 18 33 50 80): its bounds are at 1 - 0.05/14
     assert result.decisions[0].level == pytest.approx(1 - 0.05 / 14)
-    # t(4 df, 0.995833) = 4.851; of -1, 1, -1, 1, -1 the mean is -0.2 and sd 1.0954: 49.8 - 4.851 * 1.0954 / sqrt(5)
-    assert result.decisions[0].low == pytest.approx(49.8 - 4.851 * 0.48990, abs=2e-3)
+    # t(32 df, 0.996429) = 2.874; of 33 values -1, 1, ... -1 the mean is -1/33 and sd 1.0150: 49.970 - 2.874 * 1.0150 /
+    # sqrt(33), and their skewness of 0.06, over sqrt(33), moves it by 0.005
+    assert result.decisions[0].low == pytest.approx(49.9697 - 2.8741 * 0.17669 + 0.0053, abs=1e-3)
     assert result.falls == ()
 
 
