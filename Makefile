@@ -18,7 +18,7 @@ paper: $(READY)  ## the paper's 30 cells: T, S, C beside its figures, tables and
 	$(BIN)/desim paper --out reports/out/paper
 
 test: $(READY)  ## lint, types, layers, all tests
-	@echo "lint, types, layers and all tests take about 15 minutes on two cores (make quick: under 40 s)"
+	@echo "lint, types, layers and all tests take minutes; tests say at their end how much processor time they took (make quick: half a minute)"
 	@$(MAKE) --no-print-directory lint tests
 
 quick: $(READY)  ## the inner loop: ruff, and the quick tests of models, layouts, policies and the world

@@ -183,8 +183,8 @@ def _worked_out(words: Draft) -> Draft:
         )
         if value is not None and not 0 < value <= most
     ]
-    if packers > (most := max(stations, 1) * LIMITS["robots"][0]):
-        problems.append(f"--packers {packers}: out of range, expected 1 to {most}")
+    if packers > (limit := max(stations, 1) * LIMITS["robots"][0]):
+        problems.append(f"--packers {packers}: out of range, expected 1 to {limit}")
     elif 0 < stations <= floor.aisles and packers % stations:
         text = f"not as many at each of {stations} packing stations"
         problems.append(f"--packers {packers}: {text}, expected a multiple of {stations}")

@@ -96,6 +96,8 @@ CODES: dict[str, Code] = {
         "warning", "a fleet that is always at work comes to its chargers all at once, and stands still"
     ),
     "THRESHOLD_TOO_LOW": Code("warning", "a robot just above the threshold cannot finish a task and reach a charger"),
+    "SLOW_WAY": Code("warning", "the shortest route takes far longer than another, as lanes have speed limits"),
+    "ONE_AT_WORK": Code("warning", "the only slot of a station lets one robot of the fleet work at a time"),
     "SPREAD_WITH_TURNS": Code("warning", "equally short routes are not shared where turns take time"),
     "FAST_CHARGE": Code("warning", "an empty battery is full within a minute"),
     "NIGHT_FLAT": Code("warning", "a robot runs flat in a night without orders"),

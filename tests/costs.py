@@ -18,7 +18,7 @@ LIMITS = {"not slow": 1.0, "not long": 3.0}
 """Seconds of processor that a test may take where tests with a mark are left out; the first that holds."""
 SHARED = 10
 """How many times as much a fixture may take that tests share: a site, a study."""
-LENIENCY = 2.0
+LENIENCY = 3.0
 """By what factor a crowded processor, whose caches others use, may be slower than a quiet one."""
 _PROCESSES = Path("/proc")
 

@@ -34,15 +34,17 @@ class SaidNumber(_Plain):
 class Option(_Plain):
     """What was tried, one row; `same` are others whose runs are equal to these.
 
-    `also`: further numbers of it. `said`: instead of a number, such as what an option delivers that cannot keep up.
-    `set`: what makes the model into it. `group`: for which demand, or in which indicator, where there are several.
-    `cost`: a year, in the currency of the model. `p`: of a difference.
+    `also`: further numbers of it. `days`: the worst of its days, and how many miss the target. `said`: instead of a
+    number, such as what an option delivers that cannot keep up. `set`: what makes the model into it. `group`: for which
+    demand, or in which indicator, where there are several. `cost`: a year, in the currency of the model. `p`: of a
+    difference.
     """
 
     name: str
     standing: Standing
     number: SaidNumber | None = None
     also: tuple[SaidNumber, ...] = ()
+    days: str = ""
     said: str = ""
     runs: int
     cost: float | None = None

@@ -43,6 +43,7 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
     heads = ["option", *(measures[of] for of in shown)]
     more: list[tuple[str, list[str]]] = [
         ("", [WORDS[one.standing] for one in options]),
+        ("worst day, missed", [one.days for one in options]),
         ("p", [p_value(one.p) if one.p is not None else "" for one in options]),
         ("runs", [number(one.runs) for one in options]),
         ("a year", ["" if one.cost is None else number(one.cost) for one in options]),

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from desim_warehouse.cli.completion import AtPath
-from desim_warehouse.cli.options import with_force, write_files
+from desim_warehouse.cli.options import with_dates, with_force, write_files
+
+if TYPE_CHECKING:
+    from desim_warehouse.values.dates import Slashes
 
 
 @click.command("calibrate")
@@ -17,8 +21,11 @@ from desim_warehouse.cli.options import with_force, write_files
 @click.option(
     "--out", required=True, metavar="FILE", help="The calibrated model file; FILE.ranges.yaml goes beside it."
 )
+@with_dates
 @with_force
-def command(logs: tuple[str, ...], model: str, orders: str | None, out: str, force: bool) -> None:
+def command(
+    logs: tuple[str, ...], model: str, orders: str | None, out: str, dates: Slashes | None, force: bool
+) -> None:
     """Estimate the figures of PLANT from the LOGs of its real fleet, a day each.
 
     A LOG is a file of VDA 5050 state messages (JSON lines), of trips (CSV), or the folder of a run.
@@ -27,7 +34,7 @@ def command(logs: tuple[str, ...], model: str, orders: str | None, out: str, for
     from desim_warehouse.cli.tables import sheet, show
     from desim_warehouse.fleet_log.calibrate import calibrate
 
-    found = calibrate(model, logs, orders=orders)
+    found = calibrate(model, logs, orders=orders, dates=dates)
     write_files(found.files(Path(out)), force=force)
     for line in found.notes:
         click.echo(line)

@@ -114,6 +114,9 @@ class TimeIn(click.ParamType[float]):
         return time
 
 
+with_dates = click.option(
+    "--dates", type=click.Choice(["us", "uk"]), help="How 03/02/2026 is meant: March 2, or 3 February."
+)
 with_force = click.option("--force", is_flag=True, help="Overwrite files that are there.")
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from desim_warehouse.cli.completion import AtPath
-from desim_warehouse.cli.options import refuse_files, with_force
+from desim_warehouse.cli.options import refuse_files, with_dates, with_force
 from desim_warehouse.errors import ModelError, number_of
 
 if TYPE_CHECKING:
@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     help="What FILE calls a column, such as 'release=Created'; may be repeated.  [default: by common headings]",
 )
 @click.option("--sheet", metavar="NAME", help="Of an Excel file.  [default: the first]")
-@click.option("--dates", type=click.Choice(["us", "uk"]), help="How 03/02/2026 is meant: March 2, or 3 February.")
+@with_dates
 @click.option(
     "--quantity", type=click.Choice(["tasks", "pieces"]), help="What quantities count.  [default: pieces of a load]"
 )
@@ -79,6 +79,8 @@ def _show(file: str, day: OrderDay) -> None:
     click.echo(f"busiest hour: {_clock(begin)} to {_clock(begin + 3600)}, {number_of(trips, 'trip')}")
     if first - day.start >= 2 * 3600:
         click.echo(f"the run starts at {_clock(day.start)}: nobody works until then; run.start says when it does")
+    if day.unread:
+        click.echo(f"not read: {', '.join(day.unread)}")
     for one in day.assumed:
         click.echo(f"assumed: {one}")
 

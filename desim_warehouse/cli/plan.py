@@ -14,6 +14,7 @@ from desim_warehouse.cli.answers import give, keep
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import (
+    BY_DAYS,
     BY_TARGET,
     interruptible,
     read_assignments,
@@ -24,7 +25,7 @@ from desim_warehouse.cli.study_options import (
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.errors import ModelError, reason
-from desim_warehouse.study.statistics.limits import CAP, MOST_RUNS, MOST_YEARS, PLAN_RUNS
+from desim_warehouse.study.statistics.limits import MOST_RUNS, MOST_YEARS, PLAN_RUNS
 
 if TYPE_CHECKING:
     from desim_warehouse.answer.answer import Answer
@@ -37,11 +38,19 @@ if TYPE_CHECKING:
 ALL_YEAR = 8760.0
 """Hours."""
 NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says what holds it up."
+NOT_DECIDED = "No fleet within --robots and --chargers is shown to be enough, nor the largest not to be."
 
 
 @click.command("plan")
 @click.argument("model", type=AtPath())
-@click.option("--target", required=True, help="What is to be met, such as 'on_time >= 95 %'.")
+@click.option(
+    "--target",
+    "targets",
+    required=True,
+    multiple=True,
+    metavar="TARGET",
+    help="What is to be met, such as 'on_time >= 95 %'; may be repeated: a fleet has to meet all.",
+)
 @click.option(
     "--growth",
     metavar="AMOUNT",
@@ -86,10 +95,10 @@ NOT_ENOUGH = "No fleet within --robots and --chargers is enough; desim why says 
 )
 @with_json()
 @with_overrides
-@with_search("confidence", "seed", first=BY_TARGET, cap=CAP)
+@with_search("confidence", "seed", first=BY_TARGET, cap=BY_DAYS)
 def command(  # as long as its options are many
     model: str,
-    target: str,
+    targets: tuple[str, ...],
     options: tuple[str, ...],
     growth: str | None,
     years: int | None,
@@ -118,8 +127,11 @@ def command(  # as long as its options are many
 
     loaded = _priced(load_model(model, assignments), robot=price_robot, charger=price_charger)
     warnings = warn(loaded, model, assignments, as_json=as_json)
-    warn_of_target(target, loaded)
+    for target in targets:
+        warn_of_target(target, loaded)
     ranges = _ranges(uncertain, loaded)
+    if len(targets) > 1 and (options or ranges):
+        raise click.UsageError("--option and --uncertain: with one --target alone")
     if options and (growth or ranges):
         raise click.UsageError("--option: without --growth and --uncertain")
     how: dict[str, Any] = {
@@ -132,17 +144,18 @@ def command(  # as long as its options are many
     plan: FleetPlan | OptionsPlan
     with interruptible(None, search):
         if options:
-            plan = plan_options(_options(options, loaded), target, search=search, **how)
+            plan = plan_options(_options(options, loaded), targets[0], search=search, **how)
             best = None
         else:
-            plan = plan_fleet(loaded, target, search=search, growth=growth, years=years, **how)
+            plan = plan_fleet(loaded, targets, search=search, growth=growth, years=years, **how)
             best = _best(plan, loaded)
     if ranges and best is not None:
-        _give_with_thresholds(plan.answer, (best, target, ranges), search, warnings, as_json=as_json)
+        _give_with_thresholds(plan.answer, (best, targets[0], ranges), search, warnings, as_json=as_json)
     else:
         give(plan.answer, search.out, warnings, as_json=as_json)
     if not plan.feasible:
-        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if plan.ended else NOT_ENOUGH, err=True)
+        open_ = NOT_DECIDED if plan.undecided else NOT_ENOUGH
+        click.echo(f"Try --runs {4 * (search.runs or PLAN_RUNS)}." if plan.ended else open_, err=True)
         sys.exit(NONE_MEETS)
 
 

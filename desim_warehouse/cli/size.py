@@ -13,13 +13,13 @@ from desim_warehouse.answer.answer import Answer
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
-from desim_warehouse.cli.study_options import BY_TARGET, interruptible, read_values, study_of, with_search
+from desim_warehouse.cli.study_options import BY_DAYS, BY_TARGET, interruptible, read_values, study_of, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
 from desim_warehouse.questions.size import cap_sentence, most, size
 from desim_warehouse.study.procedures import FLEET
 from desim_warehouse.study.search import Search
-from desim_warehouse.study.statistics.limits import CAP, FIRST
+from desim_warehouse.study.statistics.limits import FIRST
 
 MORE_MAY_BE_WORSE = ("traffic.most_out",)
 """Keys of which the right value lies between too little and too much."""
@@ -53,7 +53,7 @@ MORE_MAY_BE_WORSE = ("traffic.most_out",)
 )
 @with_json()
 @with_overrides
-@with_search("confidence", "seed", first=BY_TARGET, cap=CAP)
+@with_search("confidence", "seed", first=BY_TARGET, cap=BY_DAYS)
 def command(
     model: str,
     key: str,

@@ -20,7 +20,7 @@ from desim_warehouse.cli.completion import keys_then
 from desim_warehouse.cli.options import TimeIn, with_confidence, with_seed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import make_folder
-from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS
+from desim_warehouse.study.statistics.limits import COMMON_DAYS, FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS, RARE_DAYS
 
 if TYPE_CHECKING:
     from desim_warehouse.model.messages import Keys
@@ -118,7 +118,7 @@ _SEARCH: dict[str, Callable[[F], F]] = {
 
 
 def with_search(
-    *fields: str, first: int | str | None = None, cap: int | None = None, out: str = "--out"
+    *fields: str, first: int | str | None = None, cap: int | str | None = None, out: str = "--out"
 ) -> Callable[[F], F]:
     """Add the options that say how runs are done; the command is called with all as one `search`.
 
@@ -127,7 +127,7 @@ def with_search(
     Args:
         fields: those of confidence and seed for which there are options.
         first: the default of `--first`, in words where it depends on the target; None: there is none.
-        cap: the default of `--cap`.
+        cap: the default of `--cap`, in words where it depends on the model.
         out: the option for the folder where runs are kept.
     """
     looks = [] if first is None or cap is None else _looks(first, cap)
@@ -161,16 +161,22 @@ def with_search(
 
 BY_TARGET = f"{FIRST} for shares, else {FIRST_OF_MEANS}"
 """The first look at a design by default: see `desim_warehouse.study.target.first_look`."""
+BY_DAYS = f"{COMMON_DAYS.cap}, {RARE_DAYS.cap} with rare failures"
+"""The most replications of a design by default: see `desim_warehouse.study.rare.days_needed`."""
 
 
-def _looks(first: int | str, cap: int) -> list[Callable[[F], F]]:
+def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:
     """How many replications of a design a search begins with, and the most."""
     count = click.IntRange(2, MOST_REPLICATIONS)
-    default, said = (first, "") if isinstance(first, int) else (None, f"  [default: {first}]")
-    text = f"Replications of a design before anything is decided about it.{said}"
+
+    def looked(option: str, default: int | str, text: str) -> Callable[[F], F]:
+        if isinstance(default, int):
+            return click.option(option, type=count, default=default, show_default=True, help=text)
+        return click.option(option, type=count, help=f"{text}  [default: {default}]")
+
     return [
-        click.option("--first", type=count, default=default, show_default=not said, help=text),
-        click.option("--cap", type=count, default=cap, show_default=True, help="Most replications of a design."),
+        looked("--first", first, "Replications of a design before anything is decided about it."),
+        looked("--cap", cap, "Most replications of a design."),
     ]
 
 

@@ -3,11 +3,15 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from desim_warehouse.cli.completion import AtPath
-from desim_warehouse.cli.options import load_model, with_json, with_overrides
+from desim_warehouse.cli.options import load_model, with_dates, with_json, with_overrides
+
+if TYPE_CHECKING:
+    from desim_warehouse.values.dates import Slashes
 
 
 @click.command("validate")
@@ -18,6 +22,7 @@ from desim_warehouse.cli.options import load_model, with_json, with_overrides
     "--runs", type=click.IntRange(39), default=40, show_default=True, help="Simulated days for each real one."
 )
 @click.option("--page", metavar="FILE", help="Write a page: the verdict, the real day over the simulated ones, lanes.")
+@with_dates
 @with_overrides
 @with_json("verdict, p, bound, and of each measure the real and simulated means, and how far it lies out")
 def command(
@@ -26,6 +31,7 @@ def command(
     orders: tuple[str, ...],
     runs: int,
     page: str | None,
+    dates: Slashes | None,
     assignments: tuple[str, ...],
     as_json: bool,
 ) -> None:
@@ -39,7 +45,7 @@ def command(
     from desim_warehouse.fleet_log.validate import validate
     from desim_warehouse.report import validation_page
 
-    found = validate(load_model(model, assignments), logs, orders=orders, runs=runs)
+    found = validate(load_model(model, assignments), logs, orders=orders, runs=runs, dates=dates)
     if page is not None:
         from desim_warehouse.cli.answers import typed
         from desim_warehouse.cli.options import write_files

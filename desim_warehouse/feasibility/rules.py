@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import math
+from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import at_once, hours, of_kinds, starts
 from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
+from desim_warehouse.feasibility.slow_ways import slow_ways
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
 from desim_warehouse.model.facts.places import specs
@@ -52,6 +54,8 @@ def warnings(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Fin
     yield from _length(model, found)
     yield from _demand(model, found)
     yield from _due(model, layout)
+    yield from _one_at_work(model, found)
+    yield from slow_ways(model, layout)
     yield from _one_load(model)
     yield from _spread(model)
     if model.battery is not None:
@@ -64,6 +68,21 @@ def warnings(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Fin
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
     yield from clashes.notes(model, layout)
+
+
+def _one_at_work(model: Model, found: QuickEstimate) -> Iterator[Finding]:
+    """A single slot at the stations, for which all robots but one stay in their bays."""
+    if found.at_work != 1 or found.robots == 1:
+        return
+    hour = model.units.hour
+    does, could = (amount(one.capacity * hour) for one in (found, replace(found, at_work=found.robots)))
+    yield Finding(
+        "ONE_AT_WORK",
+        "layout.stations",
+        f"1 slot for {number_of(found.robots, 'robot')}: 1 of {found.robots} works at a time, as a task is given out "
+        f"only when its station has a slot, and does {does} tasks an hour; with a slot for each they do {could}",
+        "more slots (places) at the stations",
+    )
 
 
 def _nothing_to_drive(found: QuickEstimate) -> Iterator[Finding]:

@@ -10,13 +10,16 @@ from desim_warehouse.errors import ReportError
 
 if TYPE_CHECKING:
     from desim_warehouse.fleet_log.table import FleetLog
+    from desim_warehouse.values.dates import Slashes
 
 
 __all__ = ["read_log", "read_logs"]
 
 
-def read_log(path: str | Path) -> FleetLog:
+def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
     """The log of a fleet: the folder of a run, a CSV file of trips, or messages of VDA 5050 as JSON lines.
+
+    `dates`: how 03/02/2026 is meant in trips, "us" or "uk", where all dates of a column may be meant in both ways.
 
     Raises:
         ReportError: what cannot be read, or has no good row.
@@ -29,12 +32,12 @@ def read_log(path: str | Path) -> FleetLog:
     path = Path(path)
     if path.is_dir():
         return from_run(RunData.load(path))
-    return read_trips(path) if path.suffix.lower() == ".csv" else read_messages(path)
+    return read_trips(path, dates) if path.suffix.lower() == ".csv" else read_messages(path)
 
 
-def read_logs(logs: Iterable[str | Path | FleetLog]) -> list[FleetLog]:
+def read_logs(logs: Iterable[str | Path | FleetLog], dates: Slashes | None = None) -> list[FleetLog]:
     """Logs, or what `read_log` reads them from; raises ReportError where there is none."""
-    read = [read_log(one) if isinstance(one, str | Path) else one for one in logs]
+    read = [read_log(one, dates=dates) if isinstance(one, str | Path) else one for one in logs]
     if not read:
         raise ReportError("no log, expected at least one")
     return read

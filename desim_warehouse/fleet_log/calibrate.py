@@ -39,6 +39,7 @@ from desim_warehouse.fleet_log.table import CHARGE, DROP, PICK, FleetLog
 from desim_warehouse.model import Model, load
 from desim_warehouse.model.facts.charging import charge_alike
 from desim_warehouse.model.overrides import UNSET
+from desim_warehouse.values.dates import Slashes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -123,7 +124,11 @@ class Calibration:
 
 
 def calibrate(
-    model: str | Path, logs: Sequence[str | Path | FleetLog], *, orders: str | Path | None = None
+    model: str | Path,
+    logs: Sequence[str | Path | FleetLog],
+    *,
+    orders: str | Path | None = None,
+    dates: Slashes | None = None,
 ) -> Calibration:
     """Estimate the figures of a model from the logs of its real fleet.
 
@@ -131,13 +136,14 @@ def calibrate(
         model: the model file; its layout must be that of the real floor, with the same names of nodes.
         logs: a day each: messages of VDA 5050 as JSON lines, trips as CSV, or folders of runs.
         orders: a file of orders that the calibrated model takes its demand from, as they are.
+        dates: how 03/02/2026 is meant in trips.
 
     Raises:
         ReportError: logs that cannot be read or are of another floor. ModelError: the model or orders.
     """
     source = Path(model)
     base = load(source)
-    read = read_logs(logs)
+    read = read_logs(logs, dates)
     notes = [line for log in read for line in log.notes.lines()]
     tracks = lay_over(base, read) if any(log.step for log in read) else None
     estimates: list[KeyEstimate] = []

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 import datetime as dt
 from array import array
+from collections import Counter
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
@@ -133,11 +134,11 @@ class Collector:
         self.notes = Notes()
         self._columns = {name: array(code) for name, code in _TYPES.items()}
         self._add = [column.append for column in self._columns.values()]
-        self._robots: dict[str, int] = {}
+        self._robots: dict[tuple[str, str], int] = {}
         self._nodes: dict[str, int] = {}
 
-    def add(self, time: float, robot: str, x: float, y: float, node: str, *rest: float) -> None:
-        """A row; `rest`: driving, load, action, charge, fault."""
+    def add(self, time: float, robot: tuple[str, str], x: float, y: float, node: str, *rest: float) -> None:
+        """A row; `robot`: its serial number and maker; `rest`: driving, load, action, charge, fault."""
         number = self._robots.setdefault(robot, len(self._robots))
         place = self._nodes.setdefault(node, len(self._nodes))
         for put, value in zip(self._add, (time, number, x, y, place, *rest), strict=True):
@@ -179,7 +180,12 @@ class Collector:
             notes.gaps, notes.missing = len(long), float(long.sum() - len(long) * step)
         columns["time"] = columns["time"] - begin
         table = pd.DataFrame({name: value == 1 if name in _LOGICAL else value for name, value in columns.items()})
-        return FleetLog(self.name, table, tuple(self._robots), tuple(self._nodes), begin, step, notes)
+        return FleetLog(self.name, table, self._names(), tuple(self._nodes), begin, step, notes)
+
+    def _names(self) -> tuple[str, ...]:
+        """What robots are called: by their serial number, and their maker where two have the same."""
+        serials = Counter(serial for serial, _ in self._robots)
+        return tuple(serial if serials[serial] == 1 else f"{serial} of {maker}" for serial, maker in self._robots)
 
     def _check_left(self) -> None:
         """Refuse a log most of which would be left out."""
@@ -198,7 +204,7 @@ class Collector:
         first, last = int(time.argmin()), int(time.argmax())
         days = float(time[last] - time[first]) / DAY
         if days > MOST_DAYS:
-            names = list(self._robots)
+            names = self._names()
             ends = " to ".join(f"{_date(float(time[row]))} ({got(names[robot[row]])})" for row in (first, last))
             raise ReportError(
                 f"{self.name}: {days:,.0f} days, {ends}, expected {MOST_DAYS} at most; split the file by days, or "

@@ -16,9 +16,11 @@ from desim_warehouse.fleet_log.demand import as_they_are
 from desim_warehouse.fleet_log.measures import MEASURES, MeasuredDay, measured, parts_of
 from desim_warehouse.fleet_log.ranks import LEVEL, Ranked, ranked
 from desim_warehouse.fleet_log.runs import from_run
-from desim_warehouse.fleet_log.table import FleetLog
+from desim_warehouse.fleet_log.table import DROP, PICK, FleetLog
 from desim_warehouse.model import Model, Source, as_model
+from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.run import RunData
+from desim_warehouse.values.dates import Slashes
 
 if TYPE_CHECKING:
     from numpy.typing import NDArray
@@ -36,6 +38,10 @@ _TOLD = ("trip_mean", "approach_mean", "drops_per_hour")
 """Measures of which the power is said."""
 _EDGES = 3
 _LOOKED_AT = 3
+_ORDERS = "drops_per_hour"
+"""With other orders every share of time differs, so that nothing else is looked at before."""
+_VISITS = 20
+"""Messages on picks and drops for each station, from which on one without any is not in use."""
 
 
 class MeasureRow(NamedTuple):
@@ -69,6 +75,8 @@ class Validation:
         drops: load units put down an hour in each part, for each day alone.
         passed: how often robots came along each edge in an hour; None: the logs are of trips.
         stood: how long robots stood on each edge in an hour; None: the logs are of trips.
+        unlike: in words, where the robots or stations of a log are not those of the model. Every share of time differs
+            then, so nothing else is looked at.
     """
 
     model: Model
@@ -79,6 +87,7 @@ class Validation:
     drops: tuple[Ranked, ...]
     passed: Ranked | None
     stood: Ranked | None
+    unlike: tuple[str, ...] = ()
 
     @property
     def refuted(self) -> bool:
@@ -124,7 +133,10 @@ class Validation:
         if self.refuted:
             by = first_of([called[name] for name in self.outside], _LOOKED_AT) or "all measures together"
             found = [f"refuted by {by} ({what})"]
-            found += [f"look at {called[name]}: {MEASURES[name].look_at}" for name in self.outside[:_LOOKED_AT]]
+            if self.unlike:
+                return [*found, *(f"first of all: {text}" for text in self.unlike)]
+            looked_at = [_ORDERS] if _ORDERS in self.outside else self.outside[:_LOOKED_AT]
+            found += [f"look at {called[name]}: {MEASURES[name].look_at}" for name in looked_at]
             edges = self.stood_longer()
             if edges:
                 unit = self.model.units.time
@@ -145,6 +157,7 @@ def validate(
     *,
     orders: Sequence[str | Path] = (),
     runs: int = RUNS,
+    dates: Slashes | None = None,
 ) -> Validation:
     """Hold a model against real days: simulate each of them and see whether it is like the others.
 
@@ -153,6 +166,7 @@ def validate(
         logs: a day each, as for `calibrate`.
         orders: the orders of each day, one file for each log; none: those of the model.
         runs: how often each day is simulated, at least 39.
+        dates: how 03/02/2026 is meant in trips.
 
     Raises:
         ReportError: fewer runs, not as many files of orders as logs, or logs that cannot be read.
@@ -163,7 +177,7 @@ def validate(
     if orders and len(orders) != len(logs):
         raise ReportError(f"{len(orders)} files of orders for {len(logs)} logs, expected one for each")
     base = as_model(model)
-    read = read_logs(logs)
+    read = read_logs(logs, dates)
     parts, real, simulated = [], [], []
     for day, log in enumerate(read):
         changed = base.replace(as_they_are(base, Path(orders[day])) if orders else {})
@@ -188,7 +202,27 @@ def validate(
         ),
         passed=_by_edge("passed", real, simulated),
         stood=_by_edge("stood", real, simulated),
+        unlike=tuple(text for log in read for text in _unlike(base, log)),
     )
+
+
+def _unlike(model: Model, log: FleetLog) -> list[str]:
+    """In which robots and stations a log is not of the model's warehouse; nodes of other names are not compared."""
+    texts, layout = [], model.floor
+    if len(log.robots) != model.fleet.size:
+        texts.append(f"{log.name} has {number_of(len(log.robots), 'robot')}, the model {model.fleet.size} (fleet.size)")
+    at_work = log.table[log.table["action"].isin((PICK, DROP)) & (log.table["node"] >= 0)]
+    used = {log.nodes[number] for number in at_work["node"].unique()}
+    stations = set(layout.stations)
+    if not used <= set(layout.graph) or len(at_work) < _VISITS * len(stations):
+        return texts
+    asked = stations.intersection(destinations(model, layout))
+    idle, other = sorted(asked - used), sorted((used & stations) - asked)
+    if idle:
+        texts.append(f"in {log.name} no load is handled at {first_of(idle, _LOOKED_AT)}, where the model has some")
+    if other:
+        texts.append(f"in {log.name} loads are handled at {first_of(other, _LOOKED_AT)}, where the model has none")
+    return texts
 
 
 def _by_edge(what: str, real: list[MeasuredDay], simulated: list[list[MeasuredDay]]) -> Ranked | None:

@@ -1,4 +1,7 @@
-"""State messages of VDA 5050 2.0 and 2.1, one JSON object a line: what fleets report, read and written.
+"""State messages of VDA 5050, read (2.0 to 3.0) and written (2.1), one JSON object a line: what fleets report.
+
+Recorders write more around them: the topic before each, as `mosquitto_sub -v` does, a wrapper with the message as its
+`payload`, or several messages of a line as a list.
 
 Source: VDA 5050, Interface for the communication between automated guided vehicles (AGV) and a master control,
 version 2.1.0 (January 2025), sections 6.10 and 6.11.
@@ -9,6 +12,7 @@ from __future__ import annotations
 import datetime as dt
 import json
 import math
+import re
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, TypeVar
@@ -22,6 +26,9 @@ from desim_warehouse.run import RunData
 
 V = TypeVar("V")
 _KINDS = {"pick": PICK, "drop": DROP, "startCharging": CHARGE}
+_LEVELS = {"batteryState": "batteryCharge", "powerSupply": "stateOfCharge"}
+"""Where the level of the battery stands, up to VDA 5050 2.1 and from 3.0 on."""
+_TOPIC = re.compile(rb"^[^\s\"{}\[\]]+\s+(?=[{\[])")
 _STATE = "a state message of VDA 5050"
 _WORDS = {dict: "an object", list: "a list of objects", str: "text", bool: "true or false", float: "a number"}
 _TYPES = {code: kind for kind, code in _KINDS.items()}
@@ -58,7 +65,8 @@ def read_messages(path: Path) -> FleetLog:
                 if not line.strip():
                     continue
                 try:
-                    _take(value_of(line), found)
+                    for message in _unwrapped(value_of(_TOPIC.sub(b"", line))):
+                        _take(message, found)
                 except JsonError as error:
                     why = f"{error.where.removeprefix(':').strip()}: {error}" if error.expected else str(error)
                     found.notes.refuse(f"{path}:{number}", f"{why}, expected {error.expected or _STATE}")
@@ -67,6 +75,16 @@ def read_messages(path: Path) -> FleetLog:
     except OSError as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a log") from error
     return found.log()
+
+
+def _unwrapped(value: Any) -> list[Any]:
+    """The messages of a line: the one that it is or wraps, or those of a list; raises JsonError for a payload."""
+    found = []
+    for one in value if isinstance(value, list) and value else [value]:
+        payload = one.get("payload") if isinstance(one, dict) and "timestamp" not in one else None
+        message = one if payload is None else payload
+        found.append(value_of(message.encode()) if isinstance(payload, str) else message)
+    return found
 
 
 def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
@@ -113,21 +131,22 @@ def _take(message: Any, found: Collector) -> None:
     if position.get("positionInitialized") is False:
         x = y = math.nan
     loads, errors = _of(message, "loads", list), _needed(message, "errors", list)
-    battery = _needed(message, "batteryState", dict)
+    power = "batteryState" if "powerSupply" not in message else "powerSupply"
+    battery = _needed(message, power, dict)
     action = CHARGE if battery.get("charging") else NOTHING
     for state in _needed(message, "actionStates", list):
         if _needed(state, "actionStatus", str, "actionStates.") == "RUNNING":
             action = _KINDS.get(_of(state, "actionType", str, "actionStates.") or "", action)
     found.add(
         seconds(stamp),
-        _needed(message, "serialNumber", str),
+        (_needed(message, "serialNumber", str), _of(message, "manufacturer", str) or ""),
         x,
         y,
         _needed(message, "lastNodeId", str),
         _needed(message, "driving", bool),
         UNSAID if loads is None else bool(loads),
         action,
-        _figure(battery, "batteryCharge", "batteryState.", 0.0, _FULL),
+        _figure(battery, _LEVELS[power], f"{power}.", 0.0, _FULL),
         any(_needed(error, "errorLevel", str, "errors.") == "FATAL" for error in errors),
     )
 

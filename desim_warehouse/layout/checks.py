@@ -266,6 +266,8 @@ def _queues(layout: Layout, use: Use) -> Iterator[Finding]:
     used = dict.fromkeys(use.unload_at)
     if all(node in layout.stations for node in used):
         places = sum(layout.stations[node].places for node in used)
+        if places == 1 < use.robots:
+            return  # ONE_AT_WORK, with what it costs
         if places < use.robots:
             yield Finding(
                 "STATION_PLACES",

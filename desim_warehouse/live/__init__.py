@@ -25,9 +25,11 @@ from desim_warehouse.live.messages import About, Aim, Knob
 from desim_warehouse.live.offers import Offer, offers
 from desim_warehouse.model import Model, Source, as_model
 from desim_warehouse.outcome.targets import Target
+from desim_warehouse.questions import judged
 from desim_warehouse.replay.page import colours
 from desim_warehouse.study.execution.cache import cache_folder, refuse_foreign
 from desim_warehouse.study.execution.progress import in_notebook
+from desim_warehouse.study.rare import days_needed
 from desim_warehouse.study.statistics.judge import looks_by
 from desim_warehouse.study.target import read_target
 
@@ -209,7 +211,7 @@ def _about(model: Model, offered: Mapping[str, Offer], main: str, goal: Target |
         label=words.indicator_name(main),
         unit="%" if scale.is_share else scale.unit,
         runs=RUNS,
-        promise=_promise(),
+        promise=_promise(model),
         colours=colours(),
         folder=str(folder),
     )
@@ -231,12 +233,14 @@ def _aim(goal: Target, by: float, unit: str) -> Aim:
     )
 
 
-def _promise() -> str:
+def _promise(model: Model) -> str:
     """How verdicts are reached, for the page."""
+    least = days_needed(model).least
     when = ", ".join(str(n) for n, _ in looks_by(30))
     error = f"{100 - 100 * CONFIDENCE:g} %"
     return (
         f"Verdicts are given only after {when} runs, then after half as many again, and never change. The {error} risk "
-        "of error is shared among these checks, so waiting longer does not raise it. Run r has the same random numbers "
+        "of error is shared among these checks, so waiting longer does not raise it. No option meets the target before "
+        f"{least} runs: that covers days that come at least {judged.rarest(least)}. Run r has the same random numbers "
         "in every option, and differences to the pinned option are paired run by run."
     )

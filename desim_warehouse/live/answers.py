@@ -23,7 +23,7 @@ from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import judged_by
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict as Wrong
-from desim_warehouse.outcome.verdicts import judge_design
+from desim_warehouse.outcome.verdicts import judge_design, piles_up
 from desim_warehouse.questions.judged import within
 from desim_warehouse.questions.study import Results
 from desim_warehouse.run.quick import estimate
@@ -31,8 +31,10 @@ from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
 from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
+from desim_warehouse.study.rare import days_needed, shows
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict, looked_at, looks_by
+from desim_warehouse.study.statistics.limits import FIRST_OF_MEANS
 from desim_warehouse.study.table import Row
 
 CONFIDENCE = 0.95
@@ -100,11 +102,13 @@ class Said:
     verdict: Verdict
     sentence: str
     more: tuple[str, ...] = ()
+    runs: int = 0
+    """How many runs there are, where the first look is still to come."""
 
     @property
     def label(self) -> str:
-        """The verdict for people."""
-        return label(self.verdict)
+        """The verdict for people; before the first look how many of its runs there are."""
+        return f"{self.runs} of {FIRST_OF_MEANS} runs" if self.runs else label(self.verdict)
 
 
 @dataclass(frozen=True)
@@ -168,10 +172,13 @@ class RunsSoFar:
 
     @cached_property
     def lasting(self) -> Wrong | None:
-        """What makes the time to come unlike the runs; it is looked for where a verdict may fall, and stands."""
-        for n, part in looks_by(self.n) or ([(1, 1.0)] if self.exact else []):
+        """What makes the time to come unlike the runs; it is looked for where a verdict may fall, and stands.
+
+        That work piles up the first run says by itself, as chance is allowed for in its own arrivals.
+        """
+        for n, part in [(1, 1.0)] * bool(self.n) + looks_by(self.n):
             for wrong in judge_design([row.indicators for row in self.rows[:n]], self.model, part):
-                if wrong.is_lasting:
+                if wrong.is_lasting and (n > 1 or self.exact or piles_up([wrong])):
                     return wrong
         return None
 
@@ -203,7 +210,15 @@ class RunsSoFar:
         if target is None or not self._can_meet(target):
             return None
         values = [row.value(self.main) for row in self.rows]
-        return looked_at(values, target, CONFIDENCE, deterministic=self.exact, within=target.measure.within)
+        return looked_at(
+            values,
+            target,
+            CONFIDENCE,
+            deterministic=self.exact,
+            within=target.measure.within,
+            least=days_needed(self.model).least,
+            agree=shows(self.model, target.indicator),
+        )
 
     def told(self, target: Target | None) -> str:
         """The main indicator with its one interval: that of the verdict, none before the first look at a target."""
@@ -234,10 +249,13 @@ class RunsSoFar:
         if verdict == "first run":
             told = self.reached(self.scale(self.main).value(found.mean))
             said = f"{numbers.capital(told)} with {design}, in the first run."
-            return Said(verdict, said, ("One run says nothing about chance yet.",))
+            runs = self.n if self._can_meet(target) else 0
+            return Said(verdict, said, ("One run says nothing about chance yet.",), runs)
         aim = () if target is None else (f"Target: {words.target(target)}.",)
-        told = numbers.capital(self.reached(self.told(target)))
-        return Said(verdict, f"{told} with {design}{self._year()}.", aim)
+        told = self.reached(self.told(target))
+        if verdict == "early":
+            return Said(verdict, f"So far {told} with {design}{self._year()}.", aim, self.n)
+        return Said(verdict, f"{numbers.capital(told)} with {design}{self._year()}.", aim)
 
     def _year(self) -> str:
         """What a year costs, where the model has prices."""

@@ -42,7 +42,7 @@ from desim_warehouse.study.record import read_record, write_record
 
 Band = tuple[float, float | None, float | None]
 """A mean and the ends of its interval, if there is one."""
-RUNS = 30
+RUNS = 35
 """Runs of a design where its verdict does not become clear before."""
 MOST_RUNS = 1000
 MOST_DESIGNS = 2000

@@ -12,7 +12,7 @@ from desim_warehouse._version import __version__
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.answer.parts import Option, SaidNumber
-from desim_warehouse.errors import ReportError
+from desim_warehouse.errors import ModelError, ReportError
 from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched, label
 from desim_warehouse.look.web import WebPage, joined, safe_json
 from desim_warehouse.outcome.targets import Target
@@ -89,7 +89,7 @@ def page(
 def _kept(knob: Knob, values: set[Any]) -> Knob:
     """A knob with these values only."""
     kept = [place for place, value in enumerate(knob.values) if value in values]
-    today = kept.index(knob.today) if knob.today in kept else 0
+    today = kept.index(knob.today) if knob.today in kept else None
     found = {"values": [knob.values[place] for place in kept], "texts": [knob.texts[place] for place in kept]}
     return knob.model_copy(update={**found, "today": today})
 
@@ -166,15 +166,25 @@ class _Frozen:
 
     def _knob(self, key: str) -> Knob:
         levels = self.study.levels(key)
-        base = self.study.designs[self.study.baseline][self.study.factors.index(key)]
         return Knob(
             key=key,
             label=words.factor_head(key, self.study.base.units),
             kind="number" if is_numeric(levels) else "choice",
             values=[self._level(key, value) for value in levels],
             texts=[words.level(value) for value in levels],
-            today=levels.index(base),
+            today=self._own(key, levels),
         )
+
+    def _own(self, key: str, levels: Sequence[Any]) -> int | None:
+        """Which of the values tried, from 0, is the model's own; None if it is none of them."""
+        base = self.study.base
+        for rank, level in enumerate(levels):
+            try:
+                if base.replace({key: level}).digest() == base.digest():
+                    return rank
+            except ModelError:  # a value that goes only with another one
+                continue
+        return None
 
     def _watched(self, rank: int, design: str) -> tuple[Calculated, Watched]:
         study, option = self.study, self._option(design)

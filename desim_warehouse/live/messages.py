@@ -15,7 +15,7 @@ Verdict = Standing | Literal["estimate", "first run", "early"]
 _APART: dict[Verdict, str] = {
     "estimate": "Quick estimate",
     "first run": "First run",
-    "early": WORDS["open"],
+    "early": "First runs",
     "met": "Target met",
     "known": "Simulated",
 }
@@ -46,14 +46,14 @@ class ShareAsk(Message):
 
 
 class Knob(Message):
-    """A key that the page offers: its values, how they are written, and which of them (from 0) the model has."""
+    """A key that the page offers: its values, how they are written, and which (from 0) the model has, if any."""
 
     key: str
     label: str
     kind: Literal["number", "choice"]
     values: list[int | float | str]
     texts: list[str]
-    today: int
+    today: int | None
 
 
 class Aim(Message):

@@ -15,7 +15,16 @@ from desim_warehouse.errors import ModelError, reason, spoken
 from desim_warehouse.model.parse import from_file
 from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
 from desim_warehouse.model.sections.flows import STORAGE, OrdersFile, StorageEnd
-from desim_warehouse.model.sections.order_file import BEYOND, Problems, Table, check_there, chunks, table_of
+from desim_warehouse.model.sections.order_file import (
+    BETWEEN,
+    BEYOND,
+    REST,
+    Problems,
+    Table,
+    check_there,
+    chunks,
+    table_of,
+)
 from desim_warehouse.model.sections.order_rows import Chunk, OrderLine, Reading, clock, first_day
 from desim_warehouse.values.fields import LIMITS
 
@@ -24,7 +33,9 @@ if TYPE_CHECKING:
 
 
 _TOTAL = re.compile(r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$")  # SAP has stars
-_HOUR = 3600.0
+_CANCELLED = r"(?i)cancell?ed|storno|storniert|abgesagt|returned|retoure|refunded|voided|deleted|gelöscht"
+"""States in which an order is not driven."""
+_HOUR, _DAY = 3600.0, 86_400.0
 
 
 @dataclass(frozen=True)
@@ -41,6 +52,7 @@ class OrderDay:
         midnight: the day of the first order; None where the file has no dates.
         seconds: in a time unit of the model.
         items: with pods, how the file writes each item, by number.
+        unread: columns that are not read; one that has places of the model says so.
     """
 
     lines: tuple[OrderLine, ...]
@@ -52,6 +64,7 @@ class OrderDay:
     midnight: dt.datetime | None
     seconds: float
     items: tuple[str, ...] = ()
+    unread: tuple[str, ...] = ()
 
     @property
     def orders(self) -> int:
@@ -144,7 +157,8 @@ def order_day(
     if quantity is None and "quantity" in table.titles:
         loads = f"{pieces_per_load} on a load" if pieces_per_load else "all of a row on one load"
         assumed.append(f"'{table.titles['quantity']}' counts pieces, {loads}")
-    assumed += [*day.readings(), *_priorities(table, lines), *_turned(loaded, lines)]
+    assumed += [*day.readings(), *_dates_alone(table, day, how, lines), *_priorities(table, lines)]
+    assumed += _turned(loaded, lines)
     return OrderDay(
         tuple(sorted(lines, key=attrgetter("release"))),
         day.pieces,
@@ -155,6 +169,7 @@ def order_day(
         day.midnight,
         how.seconds,
         tuple(how.item_numbers),
+        tuple(name + " (it has places of the model)" * (name in day.with_places) for name in table.unread.values()),
     )
 
 
@@ -171,6 +186,14 @@ def _without_orders(path: Path) -> Model:
         if isinstance(flow, dict) and isinstance(flow.get("arrivals"), dict) and "orders" in flow["arrivals"]
     }
     return model_of(document, overrides)
+
+
+def _dates_alone(table: Table, day: _Day, how: Reading, lines: list[OrderLine]) -> list[str]:
+    """That dates have no time of day, where none of them has."""
+    start = clock(how.start)
+    if day.midnight is None or not lines or any((start + line.release * how.seconds) % _DAY for line in lines):
+        return []
+    return [f"dates in '{table.titles['release']}' have no time of day: all orders of a day come at 00:00"]
 
 
 def _priorities(table: Table, lines: list[OrderLine]) -> list[str]:
@@ -207,6 +230,7 @@ class _Day:
         self.found = Problems(spec.file)
         self.pieces = 0
         self.seen: set[int] = set()
+        self.with_places: set[str] = set()
         self.midnight = first_day(spec, table, how)
         check_there(table.path)
 
@@ -217,17 +241,18 @@ class _Day:
         lines: list[OrderLine] = []
         skipped: list[pd.DataFrame] = []
         rows, most = 0, LIMITS["tasks"][0]
-        for frame in chunks(self.spec, self.table):
+        for frame in chunks(self.spec, self.table, rest=True):
             rows += len(frame)
             if rows > most:  # whatever they are: those that are left out are kept, too
                 raise ModelError(
                     [f"{self.spec.file}: too many rows, expected at most {most:,}; split the file by days"]
                 )
-            numbered = frame.assign(row=frame.index).drop(columns=BEYOND, errors="ignore")
+            numbered = frame.assign(row=frame.index).drop(columns=[BEYOND, REST], errors="ignore")
             total = self.totals(frame)
             if total.any():
                 said = frame[total].fillna("").astype(str).agg(" ".join, axis=1).str.strip()
                 self.found.add("", "a total", "orders alone", frame.index[total].tolist(), said)
+            total |= self.cancelled(frame) & ~total
             kept = frame[~total]
             chunk = Chunk(kept, self.spec, self.table, self.how, self.midnight, self.found)
             good = chunk.lines()
@@ -251,14 +276,39 @@ class _Day:
             *(
                 f"'{called[name]}' is as on the clock of the hall: {zone} is left out"
                 for name, zone in self.found.zones.items()
+                if name not in self.found.ways
             ),
+            *(f"'{called[name]}' {way}" for name, way in self.found.ways.items()),
             *(f"points in '{called[name]}' stand between thousands" for name in sorted(self.found.thousands)),
         ]
+
+    def cancelled(self, frame: pd.DataFrame) -> Any:
+        """Which rows say in a column that is not read that nobody drives them; looks for places there, too."""
+        import numpy as np
+
+        found = np.zeros(len(frame), dtype=bool)
+        if REST not in frame:
+            return found
+        cells = frame[REST].str.split(BETWEEN, expand=True)
+        for column, name in zip(cells, self.table.unread.values(), strict=False):
+            texts = cells[column].fillna("")
+            distinct = set(texts.unique()) - {""}
+            if distinct and sum(one in self.how.names or one in self.how.numbers for one in distinct) * 2 >= len(
+                distinct
+            ):
+                self.with_places.add(name)
+            hit = texts.str.fullmatch(_CANCELLED).to_numpy(dtype=bool) & ~found
+            if hit.any():
+                expected = "orders that are driven; --skip-bad leaves such rows out"
+                self.found.add(name, "an order that was called off", expected, frame.index[hit].tolist(), texts[hit])
+            found |= hit
+        return found
 
     def totals(self, frame: pd.DataFrame) -> Any:
         """Which rows are totals: no place and no order, but a word for a sum."""
         import pandas as pd
 
+        frame = frame.drop(columns=REST, errors="ignore")
         text = frame.astype(str).apply(lambda column: column.str.strip())
         word = text.apply(lambda column: column.str.match(_TOTAL.pattern)).any(axis=1).to_numpy()
         places = [name for name in ("from", "to") if name in frame]

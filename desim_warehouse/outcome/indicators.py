@@ -68,6 +68,14 @@ _COUNTS: dict[Unit, tuple[str, str]] = {
     "share of orders": ("orders_due", "orders"),
 }
 """The indicator that counts what a share is of, and the one that did so in runs of versions before 0.4.0."""
+_MEASURED: frozenset[Unit] = frozenset(
+    [
+        *("time", "length", "energy", "money per year", "money per task"),
+        *("share of fleet time", "share of charger time", "share of operating time"),
+        *("share of people's time", "share of workers' time"),
+    ]
+)
+"""Units of what is not made of counts, which may agree by chance."""
 
 
 @dataclass(frozen=True)
@@ -756,6 +764,12 @@ def within(name: str) -> tuple[float, float]:
     """The range of an indicator by its name (`Indicator.within`); unbounded where it is none of ours."""
     indicator = look_up(name)
     return (-math.inf, math.inf) if indicator is None else indicator.within
+
+
+def is_measured(name: str) -> bool:
+    """Whether an indicator is measured, as times and costs are: what is made of counts may agree by chance."""
+    indicator = look_up(name)
+    return indicator is not None and indicator.unit in _MEASURED
 
 
 def is_of_due(name: str) -> bool:

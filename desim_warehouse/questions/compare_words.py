@@ -49,7 +49,9 @@ def difference(study: ResultsData, indicator: str, row: Difference, *, turned: b
     scale = words.scale_of(indicator, study.base, study.estimates(indicator).values())
     scale = Scale("points", 100.0) if scale.is_share else scale
     ends = sorted(sign * end for end in one.interval) if one.interval else [None, None]
-    return judged.within(indicator, scale, (sign * one.mean, ends[0], ends[1]), 0.0)
+    shown = judged.within(indicator, scale, (sign * one.mean, ends[0], ends[1]), 0.0)
+    equal = one.n > 1 and one.sd == 0 and one.mean == 0 and not one.deterministic
+    return shown.model_copy(update={"text": f"{scale.value(0.0)} (the same in all {one.n} runs)"}) if equal else shown
 
 
 def _most(study: ResultsData, indicator: str, found: Comparison, base: str) -> str:

@@ -7,18 +7,25 @@ from collections.abc import Iterable
 from typing import Any
 
 from desim_warehouse.answer import words
-from desim_warehouse.answer.numbers import Scale
-from desim_warehouse.answer.parts import Bar, BigNumber, Rows, SaidNumber, Subject
+from desim_warehouse.answer.numbers import PERCENT, Scale, capital
+from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumber, Subject
+from desim_warehouse.answer.standing import Standing, standing
+from desim_warehouse.errors import spoken
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.plan import run_seed
+from desim_warehouse.study.rare import beyond
 from desim_warehouse.study.statistics.judge import DesignVerdict
+from desim_warehouse.study.statistics.limits import one_in
+from desim_warehouse.study.target import Days
 
 
 def number(one: DesignVerdict[Any], target: Target, model: Model) -> SaidNumber:
     """The mean of a design that was judged, with the bounds of the verdict."""
     scale = words.scale(target.indicator, model, (one.mean,))
-    return within(target.indicator, scale, (one.mean, one.low, one.high), target.value)
+    shown = within(target.indicator, scale, (one.mean, one.low, one.high), target.value)
+    alike = one.deterministic and one.n > 1
+    return shown.model_copy(update={"text": f"{shown.text} (the same in all {one.n} runs)"}) if alike else shown
 
 
 def within(
@@ -46,6 +53,83 @@ def figure(title: str, bars: Iterable[Bar], at: float, at_words: str) -> Rows | 
 def aim(goal: Target) -> str:
     """What stands at the line of a target in a figure: `target 95 %`."""
     return f"target {words.amount(goal.indicator, goal.value, goal.unit)}"
+
+
+_ONE_IN = {1: "once", 2: "one in two", 5: "one in five", 10: "one in ten", 20: "one in twenty", 50: "one in fifty"}
+
+
+def rarest(days: int) -> str:
+    """How often days come, at least, that so many days know: `one in ten`."""
+    return _ONE_IN.get(one_in(days), f"one in {one_in(days)}")
+
+
+def covers(least: int, models: Iterable[Model]) -> str:
+    """Say of which days as many as were needed know, and what of the models that were named comes more rarely."""
+    said = f"That covers days that come at least {rarest(least)}."
+    more: dict[str, int] = {}
+    for model in models:
+        more |= beyond(model, least)
+    for what, needed in more.items():
+        how = f"come more rarely, and are not covered (--first {needed})" if needed else "may come more rarely"
+        said += f" {capital(what)} {how}."
+    return said
+
+
+def is_perfect(one: DesignVerdict[Any], goal: Target) -> bool:
+    """Whether a design did on each day what no number of days can show: a share of all."""
+    return goal.measure.is_share and goal.value == 1 and one.mean == 1 and not one.deterministic
+
+
+def standing_of(one: DesignVerdict[Any], goal: Target) -> Standing:
+    """What a design was shown to be; of one that is perfect on each day no run will tell whether it is in all."""
+    return "edge" if is_perfect(one, goal) else standing(one)
+
+
+def perfect(one: DesignVerdict[Any], goal: Target) -> str:
+    """Say what the days show of a design that is perfect on each of them."""
+    least = PERCENT.value(one.low or 0.0)
+    return (
+        f"{words.amount(goal.indicator, 1.0, goal.unit)} on every one of {one.n} days, which shows at least {least}. "
+        "No number of days shows 100 %: ask for 99 or 99.5 %."
+    )
+
+
+def days(shown: Days | None, goal: Target, model: Model) -> str:
+    """What planners understand of a mean: `the worst of 40 days 35 %, 4 below 95 %`; empty for a single day."""
+    if shown is None:
+        return ""
+    aim, beyond = words.amount(goal.indicator, goal.value, goal.unit), "below" if goal.sign > 0 else "above"
+    return f"the worst of {shown.days} days {_worst(shown, goal, model)}, {shown.missed or 'none'} {beyond} {aim}"
+
+
+def in_row(shown: Days | None, goal: Target, model: Model) -> str:
+    """The worst day and how many missed, in a row of a table: `35 %, 4`."""
+    if shown is None:
+        return ""
+    return f"{_worst(shown, goal, model)}, {shown.missed or 'none'}"
+
+
+def _worst(shown: Days, goal: Target, model: Model) -> str:
+    return words.scale(goal.indicator, model, (shown.worst,)).value(shown.worst).replace(".0 %", " %")
+
+
+def holds_the_target(options: Iterable[Option], goal: Target, zone: str) -> list[str]:
+    """Why options are not met whose interval holds the target: they are not better than that by the zone."""
+    names = [
+        one.name
+        for one in options
+        if one.standing == "not met" and (found := one.number) is not None and _holds(found, goal.value)
+    ]
+    if not names:
+        return []
+    aim = words.amount(goal.indicator, goal.value, goal.unit)
+    are = "is" if len(names) == 1 else "are"
+    why = f"the mean misses {aim}, and the interval, though it holds that, leaves out what is better by {zone}"
+    return [f"{capital(spoken(names))} {are} not met: {why} (--zone)."]
+
+
+def _holds(found: SaidNumber, aim: float) -> bool:
+    return found.low is not None and found.high is not None and found.low <= aim <= found.high
 
 
 def promise(what: str, confidence: float, *, exact: bool) -> str:

@@ -20,7 +20,7 @@ class FleetPlan(FleetSizes, Answered):
 
 def plan_fleet(
     model: Source,
-    target: str,
+    target: str | Sequence[str],
     *,
     growth: float | str | None = None,
     years: int | None = None,
@@ -36,7 +36,8 @@ def plan_fleet(
     Args:
         model: the warehouse, or its file. With prices of robots or chargers the cheapest are sought, else fewest
             robots, then chargers, then packers. Its bays with most chargers are those whose chargers are sized.
-        target: such as "on_time >= 95 %".
+        target: such as "on_time >= 95 %"; of several, as in ["on_time:express >= 95 %", "on_time:rest >= 98 %"], a
+            fleet has to meet all.
         growth: demand in times today's, such as 1.3 or "30%"; with years "20%/year"; None: today's only.
         years: that are planned after today's. What fails with less demand is taken to fail with more.
         strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
@@ -44,8 +45,8 @@ def plan_fleet(
         chargers: likewise.
         packers: a station and who may work there, at each of its nodes, such as "packing=1..4": its servers, or its
             workers where it has a work time; "packing": by the quick estimate; None: as many as the model has.
-        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target. At most half
-            of what is possible beyond the target: for 99.5 % it is 0.25 %.
+        zone: indifference zone in the unit of the one target; default: 0.01 for shares, else 1 % of the target. At most
+            half of what is possible beyond the target: for 99.5 % it is 0.25 %.
         search: how runs are done, at most 5000 by default.
 
     Raises:

@@ -11,7 +11,7 @@ from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.parts import Option
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Source, as_model
-from desim_warehouse.questions import plan
+from desim_warehouse.questions import plan, plan_cells
 from desim_warehouse.questions.plan import FleetPlan
 from desim_warehouse.study.fleet.options import COST, Against, ComparedOptions, compare_options
 from desim_warehouse.study.search import USUAL, Search
@@ -77,8 +77,12 @@ def _compared(found: ComparedOptions) -> str:
     untold = [one.name for one in found.against if not one.told]
     close = f"; too close to tell from {spoken(untold)}" if untold else ""
     if found.indicator == COST:
-        than = spoken([f"than {one.name} by {_difference(found, one)}" for one in found.against])
-        return f"{found.first} is cheaper {than}{close}."
+        same = [one.name for one in found.against if one.mean == one.low == one.high == 0]
+        close = close if len(same) < len(untold) else ""
+        than = [f"than {one.name} by {_difference(found, one)}" for one in found.against if one.name not in same]
+        parts = [f"{found.first} is cheaper {spoken(than)}{close}"] if than else []
+        parts += [f"{found.first} costs as much as {spoken(same)}"] if same else []
+        return f"{'; '.join(parts)}."
     by = spoken([f"with that of {one.name} by {_difference(found, one)}" for one in found.against])
     what = words.in_sentence(found.indicator)
     return f"{found.first} needs the fewest robots. On the same days {what} differs {by}{close}."
@@ -104,8 +108,10 @@ def _target(found: ComparedOptions) -> str:
 def _promise(found: ComparedOptions) -> str:
     first = next(iter(found.plans.values()))
     zone = words.amount(first.target.indicator, first.zone, first.target.unit)
+    left = next(filter(None, map(plan_cells.but, found.plans.values())), "")
     saves = " Costs allow for fewer, where those are not shown to miss it." if found.indicator == COST else ""
     return (
         f"With {100 * found.confidence:g} % confidence all of this holds at once: each fleet reaches {_target(found)}, "
-        f"and no smaller one is better than that by {zone} or more.{saves} This takes it that more never does worse."
+        f"and no smaller one{left} is better than that by {zone} or more.{saves} This takes it that more never does "
+        "worse."
     )

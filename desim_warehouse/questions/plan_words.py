@@ -10,26 +10,25 @@ from typing import Any
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import capital, sentence
-from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Subject
-from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, SaidNumber, Subject
+from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.outcome.indicators import AT, find
-from desim_warehouse.questions import departures, judged, size
+from desim_warehouse.outcome.targets import Target
+from desim_warehouse.questions import departures, judged, plan_cells, size
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.fleet.utilisation import TRIP
-from desim_warehouse.study.statistics.cheapest import Counts, within_counts
+from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 
 _LISTED = 4
 """Fleets that are named one by one."""
 _BUSY = {"robots": "robots", "traffic": "lanes", "chargers": "chargers", "stations": "packers"}
 """What may be the bottleneck."""
-_WHAT = ("robot", "charger", "packer")
-"""What is counted."""
 
 
 def answer(plan: FleetSizes) -> Answer:
@@ -60,26 +59,29 @@ class _Planned:
         )
         later = f"in {len(plan.demands) - 1} years" if self.yearly else more_orders(self.demands[-1].growth)
         grown = "" if plan.grown is None else f", today and {later}"
-        said = [self._sized(sized) for sized in self.demands] + self._lasts() + self._strategies() + self._busiest()
+        sized = [line for sized in self.demands for line in (self._sized(sized), *self._each(sized))]
+        said = sized + self._lasts() + self._strategies() + self._busiest()
+        options = tuple(option for sized in self.demands for option in self._options(sized))
         return Answer(
             kind="plan",
             name=self.model.name,
             description=self.model.description,
-            question=f"How many {fleet} does it take for {words.target(self.goal)}{grown}?",
+            question=f"How many {fleet} does it take for {self._targets()}{grown}?",
             answer=tuple(said),
-            measures={self.goal.indicator: words.in_sentence(self.goal.indicator)},
+            measures={goal.indicator: words.in_sentence(goal.indicator) for goal in plan.targets},
             tiles=tuple(self._tiles()),
-            options=tuple(option for sized in self.demands for option in self._options(sized)),
+            options=options,
             figure=self._grid(),
             about=self._about(),
             tables=(*self._years(), *self._hours()),
             promise=self._promise(),
-            notes=tuple(self._rare()),
+            notes=tuple(self._beside(options)),
             runs=plan.runs,
             confidence=plan.confidence,
             made={"seed": str(plan.seed), "model": self.model.digest()},
             feasible=plan.feasible,
-            target={"indicator": self.goal.indicator, "sense": self.goal.sense, "value": self.goal.value},
+            target=_bound(self.goal),
+            **({"targets": [_bound(goal) for goal in plan.targets]} if plan.beside else {}),
             zone=plan.zone,
             strategy=plan.strategy.label if plan.strategy else plan.own,
             today=self._facts(plan.today),
@@ -104,12 +106,18 @@ class _Planned:
         reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
         name = capital(self._fleet(sized.best.counts))
         line = f"{name} {_are(sized.best)} the {'cheapest' if cost else 'smallest'} fleet shown to be enough"
-        line = f"{line} {self._when(sized)}: {reached}{cost}.{self._worst(sized)}"
-        if close := self._left(sized, "open"):
-            line += f" {close} may also be enough; {self._would_tell(sized)}."
-        if edge := self._left(sized, "edge"):
-            line += f" {edge} may also be enough, within {self._zone()} of the target, where no run will tell."
+        number = "" if self.plan.beside else f": {reached}"
+        line = f"{line} {self._when(sized)}{number}{cost}{self._days(sized.best)}.{self._worst(sized)}"
+        if close := plan_cells.left(self.plan, sized, "open"):
+            line += f" {capital(close)} may also be enough; {self._would_tell(sized)}."
+        if edge := plan_cells.left(self.plan, sized, "edge"):
+            line += f" {capital(edge)} may also be enough, within {self._zone()} of the target, where no run will tell."
         return line + self._worse(sized) + self._against(sized) + self._most(sized)
+
+    def _days(self, shown: Shown) -> str:
+        """The worst of the days of a fleet, behind its mean; empty where there are several targets."""
+        said = "" if self.plan.beside else judged.days(shown.days, self.goal, self.model)
+        return said and f"; {said}"
 
     def _would_tell(self, sized: Sized) -> str:
         """How many runs of a fleet would tell whether it is enough, where those done did not."""
@@ -118,24 +126,6 @@ class _Planned:
         if not known or len(known) < len(needed):
             return "even many more runs may not tell"
         return f"some {10 * math.ceil(max(known) / 10)} runs of a fleet would tell (--cap)"
-
-    def _left(self, sized: Sized, kind: Standing) -> str:
-        """All fleets that may be enough instead, `4 robots and 2 to 5 chargers`; empty where there is none."""
-        found = sorted(counts for counts, known in self._cells(sized).items() if known == kind)
-        if not found:
-            return ""
-        spans = [(min(side), max(side)) for side in zip(*found, strict=True)]
-        nodes = (1, 1, 1 if self.packers is None else self.packers.nodes)
-        parts = [
-            f"{low * each} to {high * each} {what}s" if low < high else number_of(high * each, what)
-            for (low, high), what, each in zip(spans, _WHAT, nodes, strict=False)
-            if high
-        ]
-        if len(found) == math.prod(high - low + 1 for low, high in spans):
-            return capital(spoken(parts))
-        if len(found) <= _LISTED:
-            return capital(spoken([self._fleet(one) for one in found], "or"))
-        return f"{len(found)} other fleets, of {spoken(parts)},"
 
     def _ended(self, sized: Sized) -> str:
         """What is known where the runs allowed ended before an answer."""
@@ -148,12 +138,18 @@ class _Planned:
 
     def _none(self, sized: Sized) -> str:
         """What the largest fleet does, where none is enough, and what more robots would not cure."""
+        if sized.undecided:
+            return self._undecided(sized)
         largest = self._nearest(sized)
         line = f"{capital(self._when(sized))}: no fleet is enough. {capital(self._fleet(largest.counts))}: "
         text = self._text(sized, largest)
         if largest.flat:
             return f"{line}{text}. {capital(largest.flat)}."
-        line += (text if self._lasting(largest) else words.reached(self.goal.indicator, text)) + "."
+        if self.plan.beside and not self._lasting(largest) and not largest.vetoed:
+            none = f"{capital(self._when(sized))}: no fleet is shown to be enough for all targets"
+            return f"{none}. This is what {self._fleet(largest.counts)} would do:"
+        line += text if self._lasting(largest) else words.reached(self.goal.indicator, text) + self._days(largest)
+        line += "."
         if sized.fewer:
             return line
         line += self._most(sized)
@@ -163,10 +159,44 @@ class _Planned:
         (part, most), *_ = sized.utilisation.items()
         return f"{line} Busiest there are the {_BUSY[part]}: {_share(most)} {_time(sized)}."
 
+    def _each(self, sized: Sized) -> list[str]:
+        """Of several targets a line for each, of the fleet that is named."""
+        if not self.plan.beside or sized.open or not (sized.best or sized.below):
+            return []
+        named = sized.best or self._nearest(sized)
+        if self._lasting(named) or named.vetoed:
+            return []
+        fleet = capital(self._fleet(named.counts))
+        return [
+            f"{fleet}, {words.target(goal)}: {judged.number(one, goal, self.model).text}, {WORDS[standing(one)]}."
+            for goal, one in zip(self.plan.targets, named.verdict.each, strict=True)
+        ]
+
+    def _targets(self) -> str:
+        """All that a fleet has to meet: `at least 95 % on time, express and mean cycle time at most 10 min`."""
+        return spoken([words.target(goal) for goal in self.plan.targets])
+
+    def _undecided(self, sized: Sized) -> str:
+        """What is open where the runs tell of no fleet that it is enough, nor of the largest that it is not."""
+        largest = self._nearest(sized)
+        verdict, name = largest.verdict, capital(self._fleet(largest.counts))
+        if judged.is_perfect(verdict, self.goal):
+            fleet, known = self._fleet(largest.counts), judged.perfect(verdict, self.goal)
+            return f"{capital(self._when(sized))}: no fleet can be shown to be enough. {capital(fleet)}: {known}"
+        line = f"{capital(self._when(sized))}: not decided after {number_of(verdict.n, 'day')}:"
+        if left := plan_cells.left(self.plan, sized, "open"):
+            line += f" {left} may be enough; {self._would_tell(sized)}."
+        if edge := plan_cells.left(self.plan, sized, "edge"):
+            line += f" {edge} may be enough, within {self._zone()} of the target, where no run will tell."
+        if self.plan.beside:
+            return f"{line} This is what {self._fleet(largest.counts)} would do:"
+        reached = words.reached(self.goal.indicator, self._text(sized, largest)) + self._days(largest)
+        return f"{line} {name}: {reached}."
+
     def _nearest(self, sized: Sized) -> Shown:
         """The largest fleet that was judged; where fewer robots do better the one that comes nearest to the target."""
         lasting = [one for one in sized.below if not one.vetoed]
-        if not sized.fewer or not lasting:
+        if not sized.fewer or not lasting or self.plan.beside:
             return sized.below[-1]
         return max(lasting, key=lambda one: self.goal.sign * one.verdict.mean)
 
@@ -192,11 +222,12 @@ class _Planned:
         said = [self._does_worse(*one) for one in sized.worse]
         return f" More is not always better here: {spoken(said)}."
 
-    def _does_worse(self, more: Counts, less: Counts, by: Estimate | None) -> str:
+    def _does_worse(self, more: Counts, less: Counts, by: Estimate | None, goal: Target) -> str:
         if by is None:
             return f"with {self._fleet(more)} robots run flat, with {self._fleet(less)} they do not"
-        scale = words.scale(self.goal.indicator, self.model, (by.mean,))
-        return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}"
+        scale = words.scale(goal.indicator, self.model, (by.mean,))
+        of = f" in {words.in_sentence(goal.indicator)}" if self.plan.beside else ""
+        return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}{of}"
 
     def _most(self, sized: Sized) -> str:
         """With pods, which fleet does most, where more robots do worse."""
@@ -244,24 +275,30 @@ class _Planned:
         most = [one.most.up_to for one in self.demands if one.most is not None]
         up_to = f", up to {min(most)} robots" if most else ""
         alike = f" This takes it that more never does worse{up_to}." if all(one.ordered for one in self.demands) else ""
+        alike = f"{self._covers()}{alike}"
         if self.yearly:
             alike += " What fails with less demand is taken to fail with more."
         return (
-            f"With {sure}, each fleet reaches {words.target(self.goal)}, and no smaller one is better than that by "
-            f"{self._zone()} or more.{alike}"
+            f"With {sure}, each fleet reaches {self._targets()}, and no smaller one{plan_cells.but(plan)} is "
+            f"better than that by {self._zone()} or more.{alike}"
         )
 
-    def _zone(self) -> str:
-        return words.amount(self.goal.indicator, self.plan.zone, self.goal.unit)
+    def _covers(self) -> str:
+        """Of which days the runs of the fleets named are enough to know."""
+        named = [(sized, sized.best) for sized in self.demands if sized.best is not None]
+        least = min(best.verdict.least for _, best in named)
+        if not least or any(best.verdict.deterministic for _, best in named):
+            return ""
+        models = [self.model.replace({**sized.overrides, **best.overrides}) for sized, best in named]
+        return f" {judged.covers(least, models)}"
 
-    def _rare(self) -> list[str]:
-        """Disasters of which the runs of the fleets named know little."""
-        found: dict[str, None] = {}
-        for sized in self.demands:
-            if sized.best is not None:
-                made = self.model.replace({**sized.overrides, **sized.best.overrides})
-                found.update(dict.fromkeys(rare.warnings(made, sized.best.verdict.n, made.run.length or math.inf)))
-        return [sentence(line) for line in found]
+    def _zone(self) -> str:
+        zones = ((self.goal, self.plan.zone), *self.plan.beside)
+        return spoken([words.amount(goal.indicator, zone, goal.unit) for goal, zone in zones])
+
+    def _beside(self, options: Sequence[Option]) -> list[str]:
+        """Why fleets are not met whose interval holds the target, and closures that never fall into a run."""
+        return [*judged.holds_the_target(options, self.goal, self._zone()), *map(sentence, rare.closed(self.model))]
 
     # Numbers
 
@@ -293,6 +330,7 @@ class _Planned:
             packers = best.packers * self.packers.nodes
             found.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
         found.append(judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator)))
+        found += [judged.tile(one.text, words.in_sentence(one.of)) for one in self._also(best)]
         return found + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
 
     def _options(self, sized: Sized) -> list[Option]:
@@ -321,8 +359,10 @@ class _Planned:
         known = lasting is None and not fails
         return Option(
             name=name,
-            standing=lasting or ("fails" if fails else standing(one.verdict)),
+            standing=lasting or ("fails" if fails else judged.standing_of(one.verdict, self.goal)),
             number=judged.number(one.verdict, self.goal, self.model) if known else None,
+            also=tuple(self._also(one)) if known else (),
+            days=judged.in_row(one.days, self.goal, self.model) if known else "",
             said="" if known else self._text(sized, one),
             runs=one.verdict.n,
             cost=one.cost,
@@ -330,6 +370,11 @@ class _Planned:
             set={**changes, **one.overrides},
             same=tuple(same),
         )
+
+    def _also(self, one: Shown) -> list[SaidNumber]:
+        """The numbers of a fleet for further targets."""
+        each = zip(self.plan.targets[1:], one.verdict.each[1:], strict=False)
+        return [judged.number(verdict, goal, self.model) for goal, verdict in each]
 
     def _capped(self, sized: Sized) -> Option:
         """What a cap on the robots under way gives the largest fleet."""
@@ -347,14 +392,6 @@ class _Planned:
 
     # The figure, and the design that the page shows
 
-    def _cells(self, sized: Sized) -> dict[Counts, Standing]:
-        """What each fleet was shown to be, or what follows from others where more never does worse."""
-        best = None if sized.best is None else sized.best.counts
-        known: dict[Counts, Standing] = dict.fromkeys(sized.failed_before, "not met")
-        known |= {one.counts: self._lasting(one) or standing(one.verdict) for one in sized.below}
-        follows = sized.ordered
-        return {one: _stands(one, best, known, set(sized.open), follows=follows) for one in sized.counts}
-
     def _grid(self) -> PairGrid | None:
         """Every fleet searched, by robots and chargers; of packers those of the answer, or the most."""
         searched = dict.fromkeys(counts for sized in self.demands for counts in sized.counts)
@@ -363,7 +400,7 @@ class _Planned:
         robots, chargers, *_ = (sorted(set(side)) for side in zip(*searched, strict=True))
         panels = {}
         for sized in self.demands:
-            cells = self._cells(sized)
+            cells = plan_cells.cells(sized)
             packers = (max(sized.counts) if sized.best is None else sized.best.counts)[2:]
             panels[f"{self._when(sized)}{self._with_packers(packers)}"] = tuple(
                 tuple(cells.get((first, second, *packers), "untried") for first in robots)
@@ -371,7 +408,7 @@ class _Planned:
             )
         down = tuple(str(number) if number else "" for number in reversed(chargers))
         how = "robots across, chargers down" if any(chargers) else "by number of robots"
-        title = f"Which fleets give {words.target(self.goal)}: {how}"
+        title = f"Which fleets give {self._targets()}: {how}"
         return PairGrid(title=title, across=tuple(map(str, robots)), down=down, panels=panels)
 
     def _about(self) -> Subject | None:
@@ -446,7 +483,7 @@ class _Planned:
         later = [one for one in self.plan.demands if one.best is None or one.best.counts != first.counts]
         if not later:
             return ["The fleet for today is enough in all of these years."]
-        known = self._cells(later[0]).get(first.counts)
+        known = plan_cells.cells(later[0]).get(first.counts)
         too_small = "is too small" if known == "not met" else "is not shown to be enough"
         return [f"The fleet for today {too_small} in year {later[0].year}."]
 
@@ -455,7 +492,9 @@ class _Planned:
         if not self.yearly:
             return []
         parts = [
-            what for what, most in zip(_WHAT, map(max, zip(*self.plan.today.counts, strict=True)), strict=False) if most
+            what
+            for what, most in zip(plan_cells.WHAT, map(max, zip(*self.plan.today.counts, strict=True)), strict=False)
+            if most
         ]
         priced = any(sized.best and sized.best.cost is not None for sized in self.plan.demands)
         head = ("year", "orders an hour", *(f"{what}s" for what in parts), *["a year"] * priced)
@@ -472,20 +511,9 @@ class _Planned:
         return (*when, *counts, *([] if sized.best.cost is None else [self._money(sized.best.cost)]))
 
 
-def _stands(
-    one: Counts, best: Counts | None, known: Mapping[Counts, Standing], left: set[Counts], *, follows: bool
-) -> Standing:
-    """What a fleet is: none smaller than one that is too small is enough, and all larger than one that is are."""
-    if one == best or (follows and best is not None and within_counts(best, one)):
-        return "met"
-    if one in known or not follows:
-        return known.get(one, "open" if one in left else "untried")
-    over = {verdict for other, verdict in known.items() if within_counts(one, other)}
-    if over & {"not met", "overloaded", "drained", "fails"}:
-        return "not met"
-    if one in left or "open" in over:
-        return "open"
-    return "edge" if "edge" in over else "untried"
+def _bound(goal: Target) -> dict[str, Any]:
+    """A target as JSON has it."""
+    return {"indicator": goal.indicator, "sense": goal.sense, "value": goal.value}
 
 
 def _are(shown: Shown) -> str:

@@ -9,7 +9,7 @@ from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import Option, Rows
 from desim_warehouse.answer.standing import Standing
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.questions import judged
 from desim_warehouse.questions.sentences import wrong
 from desim_warehouse.questions.study import Study
@@ -90,8 +90,12 @@ def answer(found: Raced, kind: str = "best", besides: tuple[str, ...] = ()) -> A
 
 def _as_good(found: Raced, zone: str) -> list[str]:
     """Those shown to be less than the indifference zone worse."""
-    names = [words.design_spoken(point.labels) for point in found.within]
-    return [f"Less than {zone} from it, so take any: {spoken(names)}."] if names else []
+    equal = found.selection.equal
+    same = [words.design_spoken(point.labels) for point in found.within if point.number in equal]
+    names = [words.design_spoken(point.labels) for point in found.within if point.number not in equal]
+    runs = number_of(found.selection.samples[found.selection.best], "run")
+    said = [f"The same in all {runs}, so take any: {spoken(same)}."] if same else []
+    return [*said, *([f"Less than {zone} from it, so take any: {spoken(names)}."] if names else [])]
 
 
 def _options(found: Raced) -> list[Option]:

@@ -10,7 +10,7 @@ from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered, merged
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.answer.parts import BigNumber, Option, Rows
-from desim_warehouse.answer.standing import Standing, instead, lasts_not, standing
+from desim_warehouse.answer.standing import Standing, instead, lasts_not
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model import Model
 from desim_warehouse.questions import judged, race
@@ -23,6 +23,7 @@ from desim_warehouse.study.procedures import FLEET, ZONE, Smallest, smallest
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.statistics.limits import FIRST
+from desim_warehouse.study.target import Days, days_of
 
 
 @dataclass(frozen=True)
@@ -138,9 +139,8 @@ class _Sized:
             options=tuple(self.options),
             figure=self._figure(),
             about=None if best is None else judged.about(self._name(best), self._model(best), self.seed),
-            promise=judged.promise(
-                "verdicts", found.confidence, exact=all(one.deterministic for one in found.decisions)
-            ),
+            promise=self._promise(best),
+            notes=tuple(judged.holds_the_target(self.options, goal, self._zone())),
             runs=found.runs,
             confidence=found.confidence,
             made={"seed": str(self.seed), "model": self.model.digest()},
@@ -157,16 +157,41 @@ class _Sized:
         are = "are" if many and best.value != 1 else "is"
         fewest = "fewest" if many else "smallest value"
         number = judged.number(best, self.goal, self.model).text
-        return f"{capital(name)} {are} the {fewest} shown to give {words.target(self.goal)}: {number}."
+        return (
+            f"{capital(name)} {are} the {fewest} shown to give {words.target(self.goal)}: {number}{self._days(best)}."
+        )
+
+    def _days(self, one: DesignVerdict[Any]) -> str:
+        """The worst of the days of a value, behind its mean."""
+        said = judged.days(self._days_of(one), self.goal, self.model)
+        return said and f"; {said}"
+
+    def _days_of(self, one: DesignVerdict[Any]) -> Days | None:
+        rows = self.results.by_point[self.points[one.value].number][: one.n]
+        return days_of([value for row in rows if math.isfinite(value := row.value(self.goal.indicator))], self.goal)
+
+    def _zone(self) -> str:
+        return words.amount(self.goal.indicator, self.found.zone, self.goal.unit)
+
+    def _promise(self, best: DesignVerdict[Any] | None) -> str:
+        exact = all(one.deterministic for one in self.found.decisions)
+        sure = judged.promise("verdicts", self.found.confidence, exact=exact)
+        if best is None or best.deterministic or not best.least:
+            return sure
+        return f"{sure} {judged.covers(best.least, [self._model(best)])}"
 
     def _none(self) -> list[str]:
         """That none is enough, and what the best or, where more may be worse, each does."""
         said = [f"No {words.in_words(self.key)} within the range is shown to give {words.target(self.goal)}."]
+        last, _ = self.tried[-1]
+        if judged.is_perfect(last, self.goal):
+            return [*said, f"{capital(self._name(last))}: {judged.perfect(last, self.goal)}"]
         return said + [f"{capital(one.name)}: {one.text}." for one in self.options[-1:]]
 
     def _open(self) -> list[str]:
         close = [one.name for one in self.options if one.standing == "open"]
-        return [f"{capital(spoken(close, 'or'))} may also be enough; more runs would tell."] if close else []
+        also = " also" if self.found.smallest is not None else ""
+        return [f"{capital(spoken(close, 'or'))} may{also} be enough; more runs would tell."] if close else []
 
     def _falls(self) -> list[str]:
         pairs = [f"with {words.level(more)} than with {words.level(one)}" for one, more in self.found.falls]
@@ -189,7 +214,7 @@ class _Sized:
         wrong = self.results.verdicts.get(str(point), ())
         why = lasts_not(wrong)
         veto = dict(self.found.vetoed).get(one.value)
-        kind: Standing = why or ("fails" if veto or math.isnan(one.mean) else standing(one))
+        kind: Standing = why or ("fails" if veto or math.isnan(one.mean) else judged.standing_of(one, self.goal))
         done = self.results.estimate(self.results.by_point[point.number], "throughput_per_hour")
         said = instead(wrong, None if done is None else done.mean, self._model(one)) if why else veto or ""
         known = not said and not math.isnan(one.mean)
@@ -197,6 +222,7 @@ class _Sized:
             name=self._name(one),
             standing=kind,
             number=judged.number(one, self.goal, self.model) if known else None,
+            days=judged.in_row(self._days_of(one), self.goal, self.model) if known else "",
             said=said,
             runs=one.n,
             set=dict(point.overrides),

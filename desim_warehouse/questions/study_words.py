@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
@@ -21,6 +22,7 @@ from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.statistics.judge import MOST_TO_TELL
 from desim_warehouse.study.statistics.screening import main_effects
+from desim_warehouse.study.target import days_of
 
 _LISTED = 6
 """Options that are named one by one; of more, how many there are."""
@@ -107,12 +109,20 @@ class _Studied:
             standing=kind,
             number=known[0] if known and not said else None,
             also=tuple(known[not said :]),
+            days="" if said else self._days(design),
             said=said,
             runs=len(study.runs(design)),
             cost=None if year is None else year.mean,
             set=dict(point.overrides),
             same=tuple(copies),
         )
+
+    def _days(self, design: str) -> str:
+        """The worst of the days of an option, and how many of them miss the target."""
+        if self.goal is None:
+            return ""
+        values = self.study.values(design, self.goal.indicator).tolist()
+        return judged.in_row(days_of([*filter(math.isfinite, values)], self.goal), self.goal, self.base)
 
     def number(self, design: str, indicator: str) -> SaidNumber | None:
         """An indicator with its one interval; None where it has no value, or none that says something."""
@@ -339,7 +349,7 @@ class _Studied:
             lines.append(f"Counted from {'; '.join(found[:_LISTED])}.")
         lines += [f"{name_of(study, design)}: {UNSETTLED}." for design in study.unsettled]
         made = simulated_with(study.version)
-        return [*lines, *study.rare[:_RARE], *([f"{capital(made)}."] if made else [])]
+        return [*lines, *map(sentence, study.rare[:_RARE]), *([f"{capital(made)}."] if made else [])]
 
 
 def _replications(plan: StudyPlan) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import numbers
+from desim_warehouse.answer.busiest import CHARGERS, busiest
 from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome import chains
@@ -63,18 +64,23 @@ def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
 
 
 def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> dict[str, Any] | None:
-    """The station or chargers most in use, where the queue there is longest."""
-    used = {number: one.utilisation(history.begin, min(scale.end, history.end)) for number, one in enumerate(places)}
-    known = {number: share for number, share in used.items() if math.isfinite(share) and share > 0}
-    if not known:
+    """What is busiest, as the run says; of stations and chargers that most in use, where the queue there is longest."""
+    most = busiest(history, kpis(history))
+    if most is None or not most.share:
         return None
-    number = max(known, key=known.__getitem__)
-    one = places[number]
-    chargers = f"The chargers of {one.zone} at {one.node} are"
-    name = chargers if one.kind == "chargers" else f"Station {one.zone} at {one.node} is"
-    _, time, _ = _most(one.queue, scale)
-    said = f"{name} the busiest: in use {numbers.PERCENT.value(min(known[number], 1.0))} of the time."
-    return {"said": said, "time": time or max(history.begin, scale.start), "place": number}
+    begin = max(history.begin, scale.start)
+    said = most.sentence if scale.end >= history.end else f"Of the whole run: {most.sentence}"
+    kind = "chargers" if most.name == CHARGERS else "station"
+    among = {
+        number: one.utilisation(history.begin, history.end)
+        for number, one in enumerate(places)
+        if one.kind == kind and most.name in {CHARGERS, one.zone}
+    }
+    if not among:
+        return {"said": said, "time": begin}
+    number = max(among, key=among.__getitem__)
+    _, time, _ = _most(places[number].queue, scale)
+    return {"said": said, "time": time or begin, "place": number}
 
 
 def _longest_wait(history: History, scale: MapScale) -> dict[str, Any] | None:

@@ -180,13 +180,14 @@ def _rows(table: pd.DataFrame, layout: Layout) -> list[Any]:
     numbers = table.pop(NUMBER) if NUMBER in table else None
     table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
     table = table.astype(object).where(table.notna(), None)
+    named: list[tuple[str, str] | None]
     if numbers is None:
         by_name: dict[str | None, tuple[str, str] | None] = {">".join(edge): edge for edge in edges}
         by_name[None] = None
-        of_rows = [by_name[name] for name in table["edge"]]
+        named = [by_name[name] for name in table["edge"]]
     else:
-        of_rows = [None if number < 0 else edges[number] for number in numbers]
-    table["edge"] = pd.Series(of_rows, index=table.index, dtype=object)
+        named = [None if number < 0 else edges[number] for number in numbers]
+    table["edge"] = pd.Series(named, index=table.index, dtype=object)
     return [tuple(row) for row in table.to_numpy().tolist()]
 
 

@@ -18,7 +18,7 @@ from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.disturbances import closures, disturbances
-from desim_warehouse.model.facts.places import destinations, open_share, specs, worked_capacity
+from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
 from desim_warehouse.run.backlog import flows_of
 from desim_warehouse.run.probe import Probe, calm, probe
@@ -177,6 +177,7 @@ def _stations(
     def mean(node: str, values: Mapping[str, Mapping[str, float]]) -> float:
         return math.fsum(count[kind] * one.get(node, 0.0) for kind, one in values.items()) / robots
 
+    done = handling(model, layout)
     shares = {kind: {node: share for node, (share, _) in one.visits.items()} for kind, one in found.items()}
     times = {kind: {node: share * time for node, (share, time) in one.visits.items()} for kind, one in found.items()}
     for node in destinations(model, layout):
@@ -186,15 +187,16 @@ def _stations(
         station = layout.stations.get(node)
         if station is None:
             serve = 1 / (time + model.tasks.clear_time) if time + model.tasks.clear_time else math.inf
-            loads.append(StationLoad(node, share, 1, serve, None if rate is None else rate * share / serve))
+            busy_at = None if rate is None else rate * share / serve
+            loads.append(StationLoad(node, share, 1, serve, busy_at, handling=done.get(node, "unloading")))
             continue
         spec = of[node]
         part = open_share(model, spec)
         serve = part * station.servers / time if time else math.inf
         work = part * worked_capacity(spec) * share / put if put else math.inf
         busy = [None if rate is None or not limit else rate * share / limit for limit in (serve, work)]
-        workers = 0 if spec.work_time is None else spec.workers
-        loads.append(StationLoad(node, share, station.servers, serve, busy[0], workers, work, busy[1], part))
+        workers, doing = 0 if spec.work_time is None else spec.workers, done.get(node, "unloading")
+        loads.append(StationLoad(node, share, station.servers, serve, busy[0], workers, work, busy[1], part, doing))
     return tuple(loads)
 
 

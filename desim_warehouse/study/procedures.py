@@ -12,6 +12,7 @@ from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import judge_design
 from desim_warehouse.study.design import Point
+from desim_warehouse.study.rare import days_needed, shows
 from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.cheapest import (
@@ -22,11 +23,12 @@ from desim_warehouse.study.statistics.cheapest import (
     scout_steps,
     smallest_meeting_steps,
 )
-from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError, looks
-from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, RACED
+from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError, looks_of_days
+from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, RACED, DaysNeeded
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.selection import Selection, kn_steps
 from desim_warehouse.study.study import StudyEngine
+from desim_warehouse.study.table import Row
 from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
 
 FLEET = "fleet.size"
@@ -55,8 +57,9 @@ class Raced:
 
 @dataclass(frozen=True)
 class Smallest(Sizing[Any]):
-    """The smallest value that meets a target, and the study of all that were looked at."""
+    """The smallest value that meets a target, by an indifference zone, and the study of all that were looked at."""
 
+    zone: float = field(kw_only=True)
     study: StudyEngine = field(repr=False, compare=False, kw_only=True)
 
 
@@ -161,7 +164,7 @@ def smallest(
                 return smallest_meeting_steps(values, judge, doubted or (), scan=scan, fewer=fewer)
 
             sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
-    return Smallest(**vars(sizing), study=study)
+    return Smallest(**vars(sizing), zone=zone, study=study)
 
 
 def _refuse_other(study: StudyEngine, search: Search) -> None:
@@ -181,12 +184,14 @@ def scouted(
     search: Search,
     told: str = "",
     known: Earlier = NOTHING,
+    beside: Sequence[Target] = (),
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of those that judge them (`scout_steps`).
 
     Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    None: the runs allowed ended before. `told`: what was known before, for those who watch the progress.
+    None: the runs allowed ended before. `told`: what was known before, for those who watch the progress. `beside`:
+    further targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
@@ -194,7 +199,8 @@ def scouted(
     with scout.session(search) as runner:
 
         def hopeless(number: int) -> bool:
-            return cannot_last(scout, runner, number) is not None
+            missed = (not goal.met_by(measured(runner.row(number, 0), goal)) for goal in beside)
+            return cannot_last(scout, runner, number) is not None or any(missed)
 
         def steps(_: bool) -> Procedure[set[int] | None]:
             try:
@@ -225,19 +231,23 @@ def judge_of(
         study: its designs are judged, with its confidence.
         runner: of the session; it has the runs.
         goal: the target.
-        search: for the first look and the cap (default: 5 for a share, else 10, to 40).
+        search: for the first look (default: 5 for a share, else 10) and the cap (default: `days_needed`).
         exact: the models use no random numbers.
         before: what was known before this session.
         name: what a design is called there (default: as in the study's table).
         how: zone and budget; see `judge.Judge`.
     """
     named = name or (lambda number: str(study.points[number]))
-    cap = search.cap or CAP
+
+    def days(number: int) -> DaysNeeded:
+        return days_needed(study.plan.base.replace(study.points[number].overrides), search.first, search.cap)
+
     return Judge(
         goal,
         study.plan.confidence,
-        first=search.first or first_look(goal, cap),
-        cap=cap,
+        first=search.first or first_look(goal, search.cap or CAP),
+        days=days,
+        agree=shows(study.plan.base, goal.indicator),
         deterministic=exact,
         within=goal.measure.within,
         veto=lambda number: cannot_last(study, runner, number),
@@ -245,6 +255,11 @@ def judge_of(
         tell=lambda judge: runner.progress.tell(f"{before}{judge.known(named)}"),
         **how,
     )
+
+
+def measured(row: Row, goal: Target) -> float:
+    """The indicator of a target in a run, which misses it clearly where a robot ran flat."""
+    return goal.missed if ran_flat(row) else row.measured(goal.indicator)
 
 
 _DRIFTS = ("backlog_growth_per_hour", "work_backlog", "energy_drift_per_hour")
@@ -265,7 +280,7 @@ def not_lasting(runs: Sequence[Mapping[str, float]], model: Model, *, glance: bo
 
     `glance`: these are the first few, so it may last if it did with half of what grows or falls in them.
     """
-    found = judge_design(runs, model, 1 / len(looks()))
+    found = judge_design(runs, model, 1 / len(looks_of_days()))
     why = next((verdict.text for verdict in found if verdict.is_lasting), None)
     if not glance or why is None:
         return why

@@ -1,4 +1,7 @@
-"""Disasters that a study of few runs hardly sees: by the model, as no test of ten days can tell."""
+"""What comes on few days only, by the model: how often breakdowns, outages and closures fall into a run.
+
+So it is known before any run how many days a verdict needs, and of what days a few runs know nothing.
+"""
 
 from __future__ import annotations
 
@@ -6,48 +9,96 @@ import math
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.outcome.indicators import is_measured
+from desim_warehouse.study.statistics.limits import COMMON_DAYS, RARE_DAYS, DaysNeeded, days_for
 from desim_warehouse.values.distributions import mean_of
 
-RARE = 1 / 3
-"""Expected in a run: what is rarer may be missing in all of ten runs."""
-FEW = 10
-"""Expected in all runs: with fewer, intervals do not know what such a thing costs."""
+FEW = 20
+"""Runs below which intervals of times do not know rare days."""
+COST = "annual_cost"
+_OFTEN = 1 / 3
+"""The chance of an event in a run from which on few runs know what it costs."""
 
 
 def expected(model: Model, length: float) -> dict[str, float]:
-    """How many of each kind of failure and closure are to be expected in a run of this length, in the model's time.
+    """How many of each kind of failure are to be expected in a run of this length, in the model's time.
 
     Robots break down while they operate, so for breakdowns it is an upper bound.
     """
-    found: dict[str, float] = {}
+    often: dict[str, float] = {}
     for robot in model.fleet.robots():
         if robot.breakdowns is not None:
-            found["breakdowns"] = found.get("breakdowns", 0.0) + length / mean_of(robot.breakdowns.every)
+            often["breakdowns"] = often.get("breakdowns", 0.0) + length / mean_of(robot.breakdowns.every)
     layout = model.floor
     for node, chargers in chargers_at(model, layout).items():
         outages = layout.bays[node].outages
         if outages is not None:
-            often = chargers * length / (mean_of(outages.every) + mean_of(outages.repair))
-            found["outages of chargers"] = found.get("outages of chargers", 0.0) + often
-    for name, closure in model.traffic.closures.items():
-        if not model.hours(closure.hours).share(model.run.warm_up, length):
-            found[f"closures of {name}"] = 0.0
-    return found
+            here = chargers * length / (mean_of(outages.every) + mean_of(outages.repair))
+            often["outages of chargers"] = often.get("outages of chargers", 0.0) + here
+    return often
 
 
-def warnings(model: Model, runs: int, length: float) -> list[str]:
-    """A line for each kind of disaster that is rarer than one in three runs, where all runs together saw few."""
-    if not (runs and length < math.inf):
-        return []
-    return [_line(what, often, runs) for what, often in expected(model, length).items() if _is_hidden(often, runs)]
+def chances(model: Model, length: float | None) -> dict[str, float]:
+    """The chance that a run of this length has each kind of failure at all; nan where it has no length."""
+    if length is None:
+        return dict.fromkeys(expected(model, 1.0), math.nan)
+    return {what: -math.expm1(-often) for what, often in expected(model, length).items()}
 
 
-def _is_hidden(often: float, runs: int) -> bool:
-    return often < RARE and often * runs < FEW
+def days_needed(model: Model, first: int | None = None, cap: int | None = None) -> DaysNeeded:
+    """How many days a fleet is simulated at least before it is said to meet a target, and at most.
+
+    More where the model has what comes less than one day in ten, or where it is not known how often that comes.
+
+    Args:
+        model: the warehouse with that fleet.
+        first: days before anything is decided, where the user says so: never fewer.
+        cap: the most days, where the user says so: never more.
+    """
+    often = chances(model, model.run.length).values()
+    days = COMMON_DAYS if all(_covered(chance, COMMON_DAYS.least) for chance in often) else RARE_DAYS
+    least = max(days.least, first or 0)
+    days = DaysNeeded(least, max(days.cap, 2 * least) if least > days.least else days.cap)
+    return days if cap is None else days.up_to(cap)
 
 
-def _line(what: str, often: float, runs: int) -> str:
-    if not often:
-        return f"{what} never fall into a run: nothing here says what they cost"
-    seen = f"{often:.2g} to be expected in a run, {often * runs:.2g} in {runs} runs"
-    return f"{what} are rare ({seen}): intervals of few runs do not know what one costs"
+def beyond(model: Model, days: int) -> dict[str, int]:
+    """Failures that so many days do not cover, as they come less often: each with the days that would (0: unknown)."""
+    often = chances(model, model.run.length)
+    return {what: days_for(chance) if chance > 0 else 0 for what, chance in often.items() if not _covered(chance, days)}
+
+
+def _covered(chance: float, days: int) -> bool:
+    """Whether so many days have among them, with 95 % probability, one with what has this chance in each."""
+    return chance > 0 and (chance >= 1 or days_for(chance) <= days)
+
+
+def closed(model: Model, length: float | None = None) -> list[str]:
+    """The closures that never fall into a run of this length (None: that of the model), in a line each."""
+    end = length or model.run.length or math.inf
+    return [
+        f"closures of {name} never fall into a run: nothing here says what they cost"
+        for name, closure in model.traffic.closures.items()
+        if end < math.inf and not model.hours(closure.hours).share(model.run.warm_up, end)
+    ]
+
+
+def shows(model: Model, indicator: str) -> bool:
+    """Whether a few runs that agree in an indicator show that it is the same in all runs.
+
+    So it is where it is measured, and nothing is rare that may change it.
+    """
+    if indicator == COST and is_fixed(model.prices):
+        return True
+    return is_measured(indicator) and not chances(model, model.run.length)
+
+
+def unknown(model: Model, runs: int, length: float) -> list[str]:
+    """What so few runs of this length do not know: what never falls into a run, and failures that may be in none."""
+    lines = closed(model, length)
+    for what, chance in chances(model, length).items():
+        if 0 < chance < _OFTEN and runs < min(FEW, days_for(chance)):
+            know = "one run does not know" if runs == 1 else f"intervals of times from {runs} runs do not know"
+            lines.append(f"{what} come on one day in {round(1 / chance)}: {know} such days")
+    return lines

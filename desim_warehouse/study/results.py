@@ -209,7 +209,7 @@ class ResultsData:
 
         Where a search asked for runs, it asked the same at each of its looks.
         """
-        part = 1 / len(judge.looks()) if isinstance(self.plan.replications, tuple) else 1.0
+        part = 1 / len(judge.looks_of_days()) if isinstance(self.plan.replications, tuple) else 1.0
         return {
             design: judge_design([row.indicators for row in self.runs(design)], model, part)
             for design, model in self.models.items()
@@ -217,12 +217,12 @@ class ResultsData:
 
     @cached_property
     def rare(self) -> tuple[str, ...]:
-        """Disasters of which intervals of the runs so far know little, each for the design that has fewest of them."""
+        """What the runs so far do not know: rare failures, each for the design that has fewest, and closures."""
         found: dict[str, None] = {}
         for design, model in self.models.items():
             times = [row.value("T") for row in self.runs(design) if math.isfinite(row.value("T"))]
             if times:
-                found.update(dict.fromkeys(rare.warnings(model, len(times), math.fsum(times) / len(times))))
+                found.update(dict.fromkeys(rare.unknown(model, len(times), math.fsum(times) / len(times))))
         return tuple(found)
 
     @cached_property
@@ -385,11 +385,24 @@ class ResultsData:
         found = {}
         for design, given in known.items():
             if given:
-                exact = _deterministic(self.runs(design))
-                one = judge.judged(design, given, goal, level, exact, goal.measure.within)
+                exact = self._is_exact(design, given)
+                least = self._least(design, max(counts)) if asked else 0
+                one = judge.judged(design, given, goal, level, exact, goal.measure.within, least=least)
                 lasts = not any(said.is_lasting for said in self.verdicts.get(design, ()))
                 found[design] = one if lasts else replace(one, verdict="fails")
         return found
+
+    def _is_exact(self, design: str, values: Sequence[float]) -> bool:
+        """Whether the mean of these values of the target's indicator is exact."""
+        goal, model = self.target, self.models.get(design)
+        agree = goal is not None and model is not None and rare.shows(model, goal.indicator)
+        fixed = agree and goal is not None and intervals.does_not_vary(values, goal.measure.within)
+        return fixed or _deterministic(self.runs(design))
+
+    def _least(self, design: str, most: int) -> int:
+        """How many runs a search asks of a design before it meets the target, where it asks so many at most."""
+        model = self.models.get(design)
+        return 0 if model is None else rare.days_needed(model, cap=most).least
 
     @cached_property
     def runs_to_tell(self) -> Mapping[str, int | None]:

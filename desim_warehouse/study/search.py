@@ -27,7 +27,7 @@ class Search:
 
     Args:
         first: replications of a design before anything is decided about it; None: 5 or 10, by the question.
-        cap: most replications of a design; None: by the question, 40 to 1000.
+        cap: most replications of a design; None: by the question, 80 to 1000.
         runs: the most that may be done in all; None: by the question, 250 to 5000.
         confidence: that all that is said holds.
         seed: of all runs.

@@ -3,11 +3,16 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import Indicator
 from desim_warehouse.outcome.targets import Target, amount_of, parse_target
+from desim_warehouse.study.statistics.checks import is_constant
 from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
 from desim_warehouse.values.units import SECONDS, UnitNames
 
@@ -28,6 +33,28 @@ def read_target(text: str, units: UnitNames | None = None) -> Target:
     _refuse_share(text, goal)
     _right_way_round(text, goal)
     return goal
+
+
+def read_targets(texts: str | Sequence[str], units: UnitNames | None = None) -> tuple[Target, ...]:
+    """One target or several, all of which are to be met.
+
+    Args:
+        texts: a target, or a sequence of them.
+        units: see `read_target`.
+
+    Raises:
+        StudyError: as `read_target`; none, or two bounds of one kind on an indicator.
+    """
+    listed = [texts] if isinstance(texts, str) else list(texts)
+    if not listed:
+        raise StudyError("target: none, expected words such as 'on_time >= 95 %'")
+    goals = tuple(read_target(text, units) for text in listed)
+    for place, goal in enumerate(goals):
+        if (goal.indicator, goal.sign) in {(one.indicator, one.sign) for one in goals[:place]}:
+            raise StudyError(
+                f"target {listed[place]!r}: a second bound on {goal.indicator}, expected the stricter one alone"
+            )
+    return goals
 
 
 def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> None:
@@ -64,6 +91,23 @@ def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> fl
     check_zone(goal.measure, zone, goal.value)
     least, largest = goal.measure.within
     return min(zone, abs((largest if goal.sign > 0 else least) - goal.value) / 2)
+
+
+@dataclass(frozen=True)
+class Days:
+    """The days that a mean is of: how many, the worst value of the target's indicator, and how many miss the target."""
+
+    days: int
+    worst: float
+    missed: int
+
+
+def days_of(values: Sequence[float], goal: Target) -> Days | None:
+    """The days of a design, by one value each; None for fewer than two, or where they all agree."""
+    if len(values) < 2 or is_constant(np.asarray(values)):  # noqa: PLR2004 - the mean says it all
+        return None
+    worst = min(values, key=lambda value: goal.sign * value)
+    return Days(len(values), worst, sum(not goal.met_by(value) for value in values))
 
 
 def first_look(goal: Target, cap: int) -> int:

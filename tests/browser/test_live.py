@@ -145,14 +145,14 @@ def test_a_design_that_cannot_run_says_why_and_the_last_answer_stays(page):
     assert not page.browser.find_element("id", "note").is_displayed()
 
 
-def test_thirty_more_runs_and_stop(page):
+def test_as_many_runs_more_and_stop(page):
     page.slide(0, 4)
     page.done("5 robots")
     before = page.ask("live.answer.n")
     page.click("stop")
     page.until(f"live.answer.n > {before}")
     page.done("5 robots")
-    assert page.ask("live.answer.n") == before + 30
+    assert page.ask("live.answer.n") == before + 35
 
 
 def test_of_fifty_moves_in_five_seconds_the_last_wins_and_nothing_is_left_behind(page, live):

@@ -42,7 +42,7 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
     found = check(model)
     assert not found.findings
     assert found.calculation.power.chargers == 4
-    kpis = dw.simulate(model.replace({"run": {"length": 3600}})).kpis
+    kpis = dw.simulate(model.replace({"run": {"length": 7200}})).kpis
     assert kpis["on_time"] > 0.95
     assert model.tasks.goods.due_within == 900
 

@@ -34,6 +34,7 @@ TAKE_LONG = {
     for name in (
         "a-working-day",
         "acceleration",
+        "batteries",
         "breakdowns",
         "calibrate",
         "find-the-bottleneck",

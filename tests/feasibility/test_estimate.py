@@ -183,3 +183,30 @@ def test_goods_along_their_edges_are_worked_out_together_as_one_by_one():
     before, after = travel.all_along(edges, at, offsets)
     expected = [travel.along(edges[i], offset) for i, offset in zip(at.tolist(), offsets.tolist(), strict=True)]
     assert list(zip(before.tolist(), after.tolist(), strict=True)) == expected
+
+
+def test_a_place_is_named_by_what_is_done_there():
+    """Of a loop with a loading point L, an unloading point U, and a yard Y for both."""
+    nodes = {"L": [0, 0], "a": [50, 0], "U": [50, 50], "b": [0, 50], "Y": [0, 25]}
+    edges = [["L", "a"], ["a", "U"], ["U", "b"], ["b", "Y"], ["Y", "L"]]
+    flows = {
+        "out": {"from": ["L"], "to": ["U"], "arrivals": {"poisson": 10}},
+        "in": {"from": ["Y"], "to": ["U"], "arrivals": {"poisson": 2}},
+        "back": {"from": ["L"], "to": ["Y"], "arrivals": {"poisson": 2}},
+    }
+    model = dw.load(
+        {
+            "name": "loop",
+            "layout": {
+                "nodes": nodes,
+                "edges": edges,
+                "storage": [{"node": "L"}],
+                "bays": {"p": {"at": ["a"], "places": 4}},
+            },
+            "fleet": {"size": 2, "robot": {"radius": 0.5, "speed": 1}},
+            "tasks": {"load_time": 45, "unload_time": 30, "flows": flows},
+            "run": {"length": "4 h"},
+        }
+    )
+    said = {one.node: one.doing for one in estimate(model).stations}
+    assert said == {"L": "loading at L", "U": "unloading at U", "Y": "loading and unloading at Y"}

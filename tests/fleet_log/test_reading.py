@@ -224,3 +224,54 @@ def test_messages_are_valid_by_the_schema_of_the_standard(a_plant, version):
     assert {line["actionStates"][0]["actionType"] for line in lines if line["actionStates"]} >= {"pick", "drop"}
     assert any(line["errors"] for line in lines)
     assert [problem.message for line in lines for problem in schema.iter_errors(line)] == []
+
+
+def two_robots(**changes):
+    return [message(second, robot, **changes) for second in range(10) for robot in ("R1", "R2")]
+
+
+def of_version_3(one):
+    battery = one.pop("batteryState")
+    return one | {"powerSupply": {"stateOfCharge": battery["batteryCharge"], "charging": battery["charging"]}}
+
+
+RECORDED = {
+    "a topic before each": lambda one: f"uagv/v2/somebody/{one['serialNumber']}/state {json.dumps(one)}",
+    "a time and a topic": lambda one: f"2026-03-02T06:00:00+0000\t{json.dumps(one)}",
+    "a wrapper with text": lambda one: {"topic": "uagv/v2/x/1/state", "payload": json.dumps(one)},
+    "a wrapper with an object": lambda one: {"qos": 0, "payload": one},
+    "a list": lambda one: json.dumps([one]),
+    "a topic before a wrapper": lambda one: f"fleet/raw {json.dumps({'payload': one})}",
+    "version 3.0": of_version_3,
+}
+
+
+@pytest.mark.parametrize("form", RECORDED)
+def test_logs_as_recorders_write_them_are_the_plain_one(tmp_path, form):
+    plain = log_of(tmp_path, two_robots())
+    log = log_of(tmp_path, [RECORDED[form](one) for one in two_robots()])
+    assert log.table.equals(plain.table)
+    assert (log.robots, log.notes.bad) == (("R1", "R2"), 0)
+
+
+def test_robots_of_two_makers_with_one_serial_number_are_two(tmp_path):
+    lines = [*two_robots(manufacturer="AA"), *two_robots(manufacturer="BB")[::2]]
+    log = log_of(tmp_path, lines)
+    assert log.robots == ("R1 of AA", "R2", "R1 of BB")
+    assert (len(log.table), log.notes.duplicates) == (30, 0)
+
+
+@pytest.mark.parametrize(
+    ("line", "said"),
+    [
+        ({"payload": "not JSON"}, "expected a state message of VDA 5050"),
+        ({"payload": {}}, "no 'timestamp', which every state message has"),
+        ({"payload": 3}, "expected a state message of VDA 5050, a JSON object (got 3)"),
+        (json.dumps([message(1), 5]), "expected a state message of VDA 5050, a JSON object (got 5)"),
+        (of_version_3(message(2)) | {"powerSupply": {"stateOfCharge": 300}}, "powerSupply.stateOfCharge: expected a"),
+        (message(2, manufacturer=7), "manufacturer: expected text (got 7)"),
+    ],
+)
+def test_what_is_wrong_within_a_wrapper_is_a_bad_row(tmp_path, line, said):
+    (problem,) = log_of(tmp_path, [message(0), line]).notes.problems
+    assert said in problem

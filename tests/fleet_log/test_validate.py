@@ -1,5 +1,7 @@
 """Does a day refute a model? Right models hardly ever, wrong ones soon."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from click.testing import CliRunner
@@ -80,3 +82,15 @@ def test_the_command_says_that_a_sheet_is_refuted(a_plant, tmp_path):
     assert "OUTSIDE" in result.output
     assert then[-1].endswith("page.html: open it in a browser")
     assert "Look at time driving with a load: speed with a load" in (tmp_path / "page.html").read_text(encoding="utf-8")
+
+
+def test_a_fleet_of_another_size_is_said_before_any_time_is_blamed(days):
+    """Of a log with fewer robots every share of time differs: the load time of the model is not to be looked at."""
+    model, day = days
+    robots = model.fleet.size
+    found = validate(model.replace({"fleet.size": robots + 1}), [day], runs=39)
+    assert found.unlike == (f"{day.name} has {robots} robots, the model {robots + 1} (fleet.size)",)
+    assert validate(model, [day], runs=39).unlike == ()
+    wrong = replace(found, measures=replace(found.measures, p_value=0.01)) if not found.refuted else found
+    assert wrong.lines()[1] == f"first of all: {found.unlike[0]}"
+    assert not any("look at" in line for line in wrong.lines())

@@ -158,9 +158,9 @@ OTHERS = [
     (
         {"layout__stations": {"pack": {"at": ["C"], "places": 1}}},
         (
-            "note: layout.stations: 1 slot for 2 robots: a robot takes a task only when its station has "
-            "a slot for it, "
-            "so the others stay in their bays; more slots let more of them work [STATION_PLACES]"
+            "warning: layout.stations: 1 slot for 2 robots: 1 of 2 works at a time, as a task is given out only when "
+            "its station has a slot, and does 45 tasks an hour; with a slot for each they do 90; more slots (places) "
+            "at the stations [ONE_AT_WORK]"
         ),
     ),
     (

@@ -46,7 +46,7 @@ def test_the_hand_calculation_comes_first_then_run_by_run_what_the_runs_say(page
     answers = list(iter_until_done(page, by_hand["id"]))
     counts = [one["n"] for one in answers]
     assert counts == sorted(counts)
-    assert counts[-1] == 30
+    assert counts[-1] == 35
     assert answers[-1]["done"] == "all"
     assert answers[-1]["verdict"] == "known"  # there is no target
 
@@ -61,7 +61,7 @@ def iter_until_done(page, design, **query):
 def test_numbers_are_those_that_what_if_prints_from_the_same_folder(tmp_path, page):
     answer = page.until(page.design(robots=4)["id"])
     (tmp_path / "runs.jsonl").write_bytes((page.live.folder / "runs.jsonl").read_bytes())
-    line = f"what-if {TUTORIAL} --vary fleet.size=4 --replications 30 --workers 1 --quiet --out {tmp_path}"
+    line = f"what-if {TUTORIAL} --vary fleet.size=4 --replications 35 --workers 1 --quiet --out {tmp_path}"
     shown = [word for one in answer["measured"] for word in ("--indicator", one["name"])]
     result = CliRunner().invoke(desim, [*line.split(), *shown], catch_exceptions=False, env={"COLUMNS": "300"})
     assert answer["measured"][0]["text"] in result.output
@@ -80,19 +80,19 @@ def test_a_pinned_design_grows_beside_and_differences_are_paired_run_by_run(page
     gaps = [a - b for a, b in zip(answer["values"], before["values"], strict=True)]
     mean = sum(gaps) / len(gaps)
     assert answer["more"][-1].startswith(f"Difference, run by run: {mean:.3f} min (")
-    assert answer["pinned_at"][0] == pytest.approx(sum(before["values"]) / 30)
+    assert answer["pinned_at"][0] == pytest.approx(sum(before["values"]) / 35)
 
 
 def test_going_back_simulates_nothing(page):
     page.until(page.design(robots=2)["id"])
     found = page.design(robots=2)
-    assert found["runs"] == 30
+    assert found["runs"] == 35
     assert next(page.answers(found["id"]))["done"] == "all"
 
 
 def test_thirty_more_runs_on_request(page):
     design = page.design(robots=1)["id"]
-    assert page.until(design)["n"] == 30
+    assert page.until(design)["n"] == 35
     assert page.until(design, runs=45)["n"] == 45
 
 
@@ -101,7 +101,7 @@ def test_a_verdict_ends_the_runs_and_stands(tmp_path):
         answers = list(iter_until_done(page, page.design(robots=2)["id"]))
         assert answers[-1]["verdict"] == "met"
         assert answers[-1]["done"] == "verdict"
-        assert answers[-1]["n"] < 30
+        assert answers[-1]["n"] == 35
         # one interval: that of the look, in the sentence and beside it, and none before the first look
         first = answers[-1]["measured"][0]
         assert answers[-1]["sentence"] == f"Task time {first['text']} with 2 robots and 3 chargers."
@@ -154,7 +154,7 @@ def test_a_worker_that_is_killed_changes_no_number(page):
             break
     answer = page.until(design)
     model = dw.load(TUTORIAL, changes)
-    assert answer["values"] == [dw.simulate(model, run_seed(0, r)).T / 60 for r in range(30)]
+    assert answer["values"] == [dw.simulate(model, run_seed(0, r)).T / 60 for r in range(35)]
 
 
 @pytest.mark.parametrize(("clients", "designs"), [(6, 2), pytest.param(20, 5, marks=pytest.mark.long)])
@@ -177,7 +177,7 @@ def test_many_clients_on_two_workers_get_right_answers_and_none_starves(page, cl
         thread.start()
     for thread in threads:
         thread.join(60)
-    assert {found[number]["n"] for number in range(clients)} == {30}
+    assert {found[number]["n"] for number in range(clients)} == {35}
     for number in range(clients):
         run = dw.simulate(dw.load(TUTORIAL, {"fleet.size": sizes[number], **fresh}), run_seed(0, 0))
         assert found[number]["values"][0] == pytest.approx(run.T / 60)
@@ -213,7 +213,7 @@ def test_the_shared_page_has_the_same_numbers(page):
     assert made.status_code == 200
     data = json.loads(made.text.split('id="frozen">')[1].split("</script>")[0])
     assert [answer["measured"][0]["text"] for _, answer in data["designs"]] == texts
-    assert [asked["runs"] for asked, _ in data["designs"]] == [30, 30]
+    assert [asked["runs"] for asked, _ in data["designs"]] == [35, 35]
     assert data["differences"][0][1].startswith("1.")
     [knob] = data["about"]["knobs"]
     assert knob["values"] == [2, 3]
@@ -226,7 +226,7 @@ def test_the_folder_can_be_reported_while_the_page_is_served(page, tmp_path):
         page.live.desk._write()
     results = Results.load(page.live.folder)
     assert "2 robots" in str(list(results.designs))
-    assert len(results.runs("Design=2 robots")) == 30
+    assert len(results.runs("Design=2 robots")) == 35
     page_of = report(page.live.folder, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "2 robots" in page_of
 

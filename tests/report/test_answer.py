@@ -201,10 +201,14 @@ def test_every_open_fleet_is_named_or_counted():
     assert "8 to 10 robots and 3 to 5 chargers may also be enough; " in worded(sizes).answer.answer[0]
 
 
-def test_a_plan_has_the_page_of_its_fleet(tmp_path):
-    found = plan_fleet(
-        example(), "on_time >= 75 %", growth=2, strategies={}, robots=range(1, 5), search=dw.Search(out=tmp_path)
-    )
+@pytest.mark.parametrize(
+    ("robots", "runs"),
+    [("2..3", {"first": 3, "cap": 6}), pytest.param("1..4", {}, marks=pytest.mark.long)],
+    ids=["few runs", "many"],
+)
+def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, runs):
+    search = dw.Search(out=tmp_path, **runs)
+    found = plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=robots, search=search)
     found.answer.save(tmp_path)
     source = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8")).text
     for line in found.answer.answer:

@@ -14,6 +14,7 @@ from functools import cache
 from desim_warehouse.study.designs.best_of_many import first_meeting_steps
 from desim_warehouse.study.designs.local_search import Goal, LocalSearch
 from desim_warehouse.study.statistics.judge import Budget, Judge
+from desim_warehouse.study.statistics.limits import COMMON_DAYS
 from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import read_target
 
@@ -214,7 +215,9 @@ def chosen(bank, candidates, runs, seed=0):
     """What the last word says on fresh days: the design, and whether it is shown to meet the target."""
     if bank.goal is None:
         return candidates[0], True
-    judge = Judge(bank.goal, first=10, cap=2 * runs // 5, within=(0.0, 1.0), budget=Budget(runs))
+    judge = Judge(
+        bank.goal, first=10, days=lambda _: COMMON_DAYS.up_to(2 * runs // 5), within=(0.0, 1.0), budget=Budget(runs)
+    )
     last = follow(
         first_meeting_steps(len(candidates), judge),
         lambda one, day: bank.run(candidates[one], f"fresh {seed} {day}")[1],

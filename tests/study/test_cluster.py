@@ -14,7 +14,7 @@ import desim_warehouse as dw
 
 from .conftest import MULTIBOTS, PATIENCE, ample
 
-pytest.importorskip("distributed")
+distributed = pytest.importorskip("distributed")
 
 CHANGES = {"tasks.goods": {"random": 8}}
 
@@ -47,6 +47,15 @@ def cluster(tmp_path):
             process.wait()
 
 
+def test_a_cluster_within_this_process_gives_the_same_results():
+    here, there = (dw.Study(MULTIBOTS, {"fleet.size": [1, 2]}, changes=CHANGES, replications=3) for _ in range(2))
+    options = {"n_workers": 1, "threads_per_worker": 1, "processes": False, "dashboard_address": None}
+    with distributed.LocalCluster(**options, protocol="tcp://", host="127.0.0.1") as made:
+        table = there.run(cluster=made.scheduler_address).table
+    assert table.drop(columns="run_time").equals(here.run().table.drop(columns="run_time"))
+
+
+@pytest.mark.long
 def test_a_cluster_gives_the_same_results_though_a_worker_is_killed_half_way(cluster, tmp_path):
     address, workers = cluster
     out = tmp_path / "out"

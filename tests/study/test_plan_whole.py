@@ -122,7 +122,7 @@ def test_the_worst_hour_of_a_day_is_said_and_is_the_peak(how):
 @pytest.mark.parametrize(
     ("share", "some"),
     [
-        (80, {"robots": "3..4", "search": dw.Search(first=5, cap=20)}),
+        (75, {"robots": "3..4", "search": dw.Search(first=5, cap=20)}),
         pytest.param(85, {"robots": "1..6"}, marks=pytest.mark.long),
     ],
     ids=["few runs", "many"],
@@ -137,16 +137,15 @@ def test_the_worst_hour_may_be_the_target(share, some):
         plan_fleet(busy_from_nine(), "on_time@09:00-10:00 >= 85 %", **how)
 
 
-@pytest.mark.parametrize("years", [1, pytest.param(2, marks=pytest.mark.long)])
-def test_years_are_a_table_and_equal_separate_plans(small, years):
+def test_years_are_a_table_and_equal_separate_plans(small):
     how = {"strategies": {}, "robots": "1..5", "chargers": "1", "search": dw.Search(first=4, cap=8)}
-    found = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=years, **how)
-    alone = [plan_fleet(small.replace({"tasks.demand": 1.6**n}), "on_time >= 80 %", **how) for n in range(years + 1)]
+    found = plan_fleet(small, "on_time >= 80 %", growth="60%/year", years=2, **how)
+    alone = [plan_fleet(small.replace({"tasks.demand": 1.6**n}), "on_time >= 80 %", **how) for n in range(3)]
     assert [one.best.counts for one in found.demands] == [one.today.best.counts for one in alone]
     assert found.runs < sum(one.runs for one in alone)
     table, *_ = found.answer.tables
     assert table.head == ("year", "orders an hour", "robots", "chargers")
-    assert [row[:2] for row in table.rows] == [("today", "60"), ("1", "96"), ("2", "153.6")][: years + 1]
+    assert [row[:2] for row in table.rows] == [("today", "60"), ("1", "96"), ("2", "153.6")]
     assert "Year by year" in printed(found.answer)
     larger = next(n for n, one in enumerate(found.demands) if one.best.counts != found.today.best.counts)
     [lasts] = [line for line in found.answer.answer if line.startswith("The fleet for today is ")]

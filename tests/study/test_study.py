@@ -50,10 +50,10 @@ def test_replications_use_common_random_numbers():
     assert table["seed"].tolist() == [run_seed(7, r) for r in range(3)] * 2
 
 
-def test_two_processes_give_the_same_table_bit_for_bit():
-    made = [study({"fleet.size": [1, 2, 6]}, replications=7).run(workers=workers) for workers in (1, 2, 3)]
-    assert same(made[0].table, made[1].table)
-    assert same(made[0].table, made[2].table)
+@pytest.mark.parametrize(("workers", "replications"), [(2, 3), pytest.param(3, 7, marks=pytest.mark.long)])
+def test_several_processes_give_the_same_table_bit_for_bit(workers, replications):
+    alone, shared = (study({"fleet.size": [1, 2, 6]}, replications=replications).run(workers=n) for n in (1, workers))
+    assert same(alone.table, shared.table)
 
 
 def test_factors_of_any_kind_are_columns(tmp_path):

@@ -6,7 +6,7 @@ class Knobs {
   constructor(root, offers, moved) {
     this.offers = offers;
     this.moved = moved;
-    this.levels = Object.fromEntries(offers.map(({ key, values, today }) => [key, values[today]]));
+    this.levels = Object.fromEntries(offers.map(({ key, values, today }) => [key, values[today ?? 0]]));
     this.parts = offers.map((offer, rank) => this.make(root, offer, rank));
   }
 
@@ -47,7 +47,8 @@ class Knobs {
       output.replaceChildren(...beside, texts[at]);
       field.setAttribute("aria-valuetext", `${texts[at]}${differs ? `, pinned ${texts[then]}` : ""}`);
       const hand = needed?.[key];
-      const marks = [...this.worn(key, values, tried), { at: today, text: "today" }];
+      const marks = this.worn(key, values, tried);
+      if (today !== null) marks.push({ at: today, text: "today" });
       if (hand !== undefined) marks.push({ at: placeOf(values, hand), text: `by estimate ${hand}`, kind: "hand" });
       if (differs) marks.push({ at: then, text: "", kind: "pinned" });
       rail.replaceChildren(...marks.map((mark) => this.mark(mark, values.length - 1)));

@@ -2,7 +2,7 @@
 
 const SETTLE = 250; // milliseconds without a move after which a design is simulated
 const RETRY = 2000;
-const MARKS = { met: "✓", "not met": "✗", overloaded: "✗", drained: "✗", fails: "✗", open: "?", early: "?" };
+const MARKS = { met: "✓", "not met": "✗", overloaded: "✗", drained: "✗", fails: "✗", open: "?" };
 
 class Live {
   constructor(feed, about) {

@@ -101,6 +101,15 @@ def destinations(model: Model, layout: Layout) -> tuple[str, ...]:
     return tuple(dict.fromkeys((*model.tasks.unload_at, *own)))
 
 
+def handling(model: Model, layout: Layout) -> dict[str, str]:
+    """What is done at the nodes of flows where it is not unloading alone: `loading`, or `loading and unloading`."""
+    routes = [route for flow in model.tasks.flows.values() for route in flow.routes]
+    loads = {node for route in routes if isinstance(route.source, tuple) for node in route.source}
+    unloads = {node for route in routes if isinstance(route.target, tuple) for node in route.target}
+    unloads.update(node for flow in model.tasks.flows.values() for name in flow.via for node in layout.nodes_of(name))
+    return {node: "loading and unloading" if node in unloads else "loading" for node in loads}
+
+
 def specs(model: Model, layout: Layout) -> dict[str, StationSpec]:
     """What the model says of each station, by its node."""
     return {node: model.layout.stations[item.zone] for node, item in layout.stations.items()}

@@ -63,8 +63,10 @@ _LARGEST_PART = 10_000_000  # bytes from which on a part of it may not unfold to
 _FOLDED = 100  # times; sheets of orders are some 5 to 25
 _LARGEST_CELL = 1_000_000  # bytes; Excel writes 32,767 characters at most
 _LARGEST_ROW = 20  # megabytes
-BEYOND = "\0beyond"
-"""The column of a chunk with what stands in cells beyond the header."""
+BEYOND, REST = "\0beyond", "\0rest"
+"""The columns of a chunk with what stands in cells beyond the header, and in columns that are not read."""
+BETWEEN = "\x1f"
+"""Between the cells of columns that are not read."""
 _ROW = re.compile(rb"<(?:\w+:)?(?:row|si)\b")
 _MERGED = re.compile(rb'<mergeCell ref="([A-Z]{1,3})(\d{1,7}):([A-Z]{1,3})(\d{1,7})"')
 MOST_PROBLEMS = 20
@@ -76,7 +78,7 @@ _DISTINCT, _COMMON = 1000, 5  # values of a kind of problem that are told apart,
 class Table:
     """How a file is written: our names of the columns that are read, by their ranks, and what was `assumed`.
 
-    `twice`: headings of such columns that stand there more than once.
+    `twice`: headings of such columns that stand there more than once. `unread`: the others, by their ranks.
     """
 
     path: Path
@@ -88,6 +90,7 @@ class Table:
     delimiter: str = ","
     assumed: tuple[str, ...] = ()
     twice: tuple[str, ...] = ()
+    unread: Mapping[int, str] = field(default_factory=dict)
 
     @property
     def decimal_comma(self) -> bool:
@@ -161,8 +164,11 @@ def _table(path: Path, spec: OrdersFile) -> Table:
         raise ModelError([_unread(path, error)]) from None
 
 
-def chunks(spec: OrdersFile, table: Table) -> Iterator[pd.DataFrame]:
-    """The rows that are not empty, in chunks of our columns, numbered from 1; raises ModelError if they cannot be."""
+def chunks(spec: OrdersFile, table: Table, *, rest: bool = False) -> Iterator[pd.DataFrame]:
+    """The rows that are not empty, in chunks of our columns, numbered from 1; raises ModelError if they cannot be.
+
+    `rest`: with what stands in the other columns, too.
+    """
     path = table.path
     try:
         if _is(path, ".parquet", ".pq"):
@@ -170,16 +176,20 @@ def chunks(spec: OrdersFile, table: Table) -> Iterator[pd.DataFrame]:
 
             with parquet.ParquetFile(path, read_dictionary=_of_text(path)) as file:
                 names = [file.schema_arrow.names[rank] for rank in table.columns]
+                others = _plain_columns(file.schema_arrow, table) if rest else []
                 begin = 1
-                for batch in file.iter_batches(CHUNK, columns=names):
-                    frame = _texts(batch).to_pandas()[names].set_axis([*table.columns.values()], axis=1)
+                for batch in file.iter_batches(CHUNK, columns=[*names, *others]):
+                    whole = _texts(batch).to_pandas()
+                    frame = whole[names].set_axis([*table.columns.values()], axis=1)
+                    if others:
+                        frame[REST] = whole[others].astype(str).agg(BETWEEN.join, axis=1)
                     yield _whole(frame.set_axis(range(begin, begin + len(frame))))
                     begin += len(frame)
         elif _is(path, ".xlsx", ".xlsm"):
-            yield from _rows(table, _sheet(spec))
+            yield from _rows(table, _sheet(spec), rest=rest)
         else:
             with path.open(encoding=table.encoding, newline="") as lines:
-                yield from _rows(table, csv.reader(lines, delimiter=table.delimiter))
+                yield from _rows(table, csv.reader(lines, delimiter=table.delimiter), rest=rest)
     except (OSError, ValueError, KeyError, csv.Error, zipfile.BadZipFile) as error:
         raise ModelError([_unread(path, error)]) from None
 
@@ -243,7 +253,17 @@ def _texts(batch: Any) -> Any:
     return pa.RecordBatch.from_arrays(columns, batch.schema.names)
 
 
-def _rows(table: Table, rows: Iterator[Sequence[Any]]) -> Iterator[pd.DataFrame]:
+def _plain_columns(schema: Any, table: Table) -> list[str]:
+    """The columns of a Parquet file that are not read, as far as they are text, numbers or times."""
+    from pyarrow import types
+
+    no_text = types.is_nested, types.is_binary, types.is_large_binary, types.is_fixed_size_binary
+    kinds = {rank: schema.field(rank).type for rank in table.unread}
+    kinds = {rank: kind.value_type if types.is_dictionary(kind) else kind for rank, kind in kinds.items()}
+    return [name for rank, name in table.unread.items() if not any(one(kinds[rank]) for one in no_text)]
+
+
+def _rows(table: Table, rows: Iterator[Sequence[Any]], *, rest: bool) -> Iterator[pd.DataFrame]:
     """The rows below the header, in chunks, numbered from 1."""
     import pandas as pd
 
@@ -259,6 +279,14 @@ def _rows(table: Table, rows: Iterator[Sequence[Any]]) -> Iterator[pd.DataFrame]
         numbers = range(begin, begin + len(some))
         frame = pd.DataFrame(dict(zip(table.columns.values(), cells, strict=True)), numbers, dtype=object)
         begin += len(some)
+        if rest and table.unread:
+            ranks = list(table.unread)
+            frame[REST] = [
+                BETWEEN.join(
+                    str(row[rank]).strip() if rank < len(row) and row[rank] is not None else "" for rank in ranks
+                )
+                for row in some
+            ]
         yield _whole(frame.assign(**{BEYOND: beyond}) if any(beyond) else frame)
 
 
@@ -282,7 +310,7 @@ def check_there(path: Path) -> Any:
 
 def _whole(frame: pd.DataFrame) -> pd.DataFrame:
     """The rows that have anything in them; date and time of day in one column, if they stand in two."""
-    without = frame[frame["release"].isna() | (frame["release"] == "")]
+    without = frame[frame["release"].isna() | (frame["release"] == "")].drop(columns=REST, errors="ignore")
     empty = (without.isna() | without.isin([""])).all(axis=1)
     frame = frame.drop(without.index[empty])
     if "clock" in frame:
@@ -331,7 +359,8 @@ def _headed(
             columns = {rank: ours for ours, rank in sorted(ranks.items(), key=lambda item: item[1])}
             titles_of = {ours: names[rank] for ours, rank in ranks.items()}
             twice = tuple(name for name in titles_of.values() if names.count(name) > 1)
-            return Table(path, columns, titles_of, head, len(names), encoding, delimiter, tuple(assumed), twice)
+            unread = {rank: name for rank, name in enumerate(names) if name and rank not in columns}
+            return Table(path, columns, titles_of, head, len(names), encoding, delimiter, tuple(assumed), twice, unread)
     names = [str(title) for title in rows[0]] if rows else []
     raise _missing(path, "release", spec, names)
 
@@ -486,8 +515,9 @@ class Problems:
     """What is wrong with a file, summed up by kind: how often, with which values, first where.
 
     A kind is a column, "" for whole rows, and what is wrong. By column also how the file is read: the mark of
-    `decimals`, whether points stand between `thousands` for all that is known, the time zone that is left out. `forms`:
-    what cells are like that `desim orders` would have written otherwise.
+    `decimals`, whether points stand between `thousands` for all that is known, the time zone that is left out, and in
+    which of two `ways` its times are read. `forms`: what cells are like that `desim orders` would have written
+    otherwise.
     """
 
     file: str
@@ -496,6 +526,7 @@ class Problems:
     decimals: dict[str, str] = field(default_factory=dict)
     thousands: set[str] = field(default_factory=set)
     zones: dict[str, str] = field(default_factory=dict)
+    ways: dict[str, str] = field(default_factory=dict)
     forms: dict[str, None] = field(default_factory=dict)
 
     def add(self, column: str, wrong: str, expected: str, rows: Sequence[int], values: Iterable[Any]) -> None:

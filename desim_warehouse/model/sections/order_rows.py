@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-import re
+from collections import Counter
 from collections.abc import Iterable
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -20,6 +20,17 @@ from desim_warehouse.layout import Layout
 from desim_warehouse.model.sections.flows import STORAGE, OrdersFile
 from desim_warehouse.model.sections.order_file import BEYOND, Problems, Table, check_there, chunks, table_of
 from desim_warehouse.model.sections.pods import PodsSpec
+from desim_warehouse.values.dates import (
+    ISO,
+    SLASHES,
+    ZONE,
+    Slashes,
+    are_days_of_excel,
+    hours_between,
+    of_excel,
+    read_dates,
+    settled,
+)
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
@@ -29,6 +40,8 @@ NUMBERS = {"priority": -LIMITS["number"][0], "quantity": 1}
 """Columns of whole numbers, and the least of each."""
 _EXAMPLE = "2026-03-02T06:15"
 _DAY = dt.datetime(2000, 1, 1)  # noqa: DTZ001 - wall clock
+_AROUND_ALL = dt.timedelta(days=366)
+"""Orders so long before most others are dates of nothing, such as 1900-01-01, and no start of a run."""
 _LATEST = 10 * 365 * 86_400.0
 _COMPARED = 1000
 _COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
@@ -101,21 +114,34 @@ def first_day(spec: OrdersFile, table: Table, how: Reading) -> dt.datetime | Non
 def _earliest_day(spec: OrdersFile, _: tuple[int, int]) -> dt.datetime | None:
     import pandas as pd
 
-    earliest = None
     table = table_of(spec)
+    ways, days = ways_of(spec, "release"), Counter[pd.Timestamp]()
     for frame in chunks(spec, table):
         cells = frame["release"]
-        if pd.api.types.is_numeric_dtype(cells):
+        if pd.api.types.is_numeric_dtype(cells) and not ways.excel:
             return None
-        dates = cells if pd.api.types.is_datetime64_any_dtype(cells) else read_dates(_texts(cells), spec.dates)
+        dates = cells if pd.api.types.is_datetime64_any_dtype(cells) else dates_of(_texts(cells), ways, table)
         if getattr(dates.dt, "tz", None) is not None:
             dates = dates.dt.tz_localize(None)
-        day = dates.min()
-        if pd.isna(day) and earliest is None:
+        if dates.isna().all() and not days:
             return None
-        if not pd.isna(day) and (earliest is None or day < earliest):
-            earliest = day
-    return None if earliest is None else earliest.normalize().to_pydatetime()
+        days.update(dates.dropna().dt.normalize().value_counts().to_dict())
+    if not days:
+        return None
+    middle, before = sum(days.values()) / 2, 0
+    for day in sorted(days):
+        before += days[day]
+        if before >= middle:
+            break
+    return min(one for one in days if one >= day - _AROUND_ALL).to_pydatetime()
+
+
+def dates_of(text: pd.Series[Any], ways: Ways, table: Table) -> pd.Series[Any]:
+    """Cells as dates, NaT where they are none, in the way of their column."""
+    if not ways.excel:
+        return read_dates(text, ways.slashes)
+    mark = "," if table.decimal_comma else "."
+    return of_excel(text.str.replace(mark, ".", regex=False))
 
 
 def _texts(cells: pd.Series[Any]) -> pd.Series[Any]:
@@ -128,6 +154,43 @@ def _texts(cells: pd.Series[Any]) -> pd.Series[Any]:
         ["" if value is None or value != value else str(value).strip() for value in cells.tolist()],  # noqa: PLR0124
         dtype=object,
     )
+
+
+@dataclass(frozen=True)
+class Ways:
+    """In which way the times of a column are written: `slashes` as in `--dates`, or as `excel` counts days."""
+
+    slashes: Slashes | None = None
+    excel: bool = False
+
+
+def ways_of(spec: OrdersFile, column: str) -> Ways:
+    """How a column of times of a file is read, by all its rows; where two readings remain, `slashes` is None."""
+    stat = check_there(table_of(spec).path)
+    return _ways(spec, column, (stat.st_mtime_ns, stat.st_size))
+
+
+@lru_cache(maxsize=16)
+def _ways(spec: OrdersFile, column: str, _: tuple[int, int]) -> Ways:
+    import pandas as pd
+
+    table, readings, days = table_of(spec), set[Slashes | None](), set[bool]()
+    for frame in chunks(spec, table):
+        cells = frame[column]
+        if pd.api.types.is_datetime64_any_dtype(cells):
+            return Ways(spec.dates)
+        text = _texts(cells)
+        mark = "," if table.decimal_comma else "."
+        numbers = pd.to_numeric(text[text != ""].str.replace(mark, ".", regex=False), errors="coerce")
+        days.add(bool(numbers.notna().all()) and are_days_of_excel(numbers.to_numpy(dtype=float)))
+        with_slashes = bool(text.str.match(SLASHES).any())
+        if not with_slashes and not days <= {True}:
+            break
+        if with_slashes:
+            readings.add(settled(text))
+    readings.discard(None)
+    slashes = spec.dates or (readings.pop() if len(readings) == 1 else None)
+    return Ways(slashes, days == {True})
 
 
 class Chunk:
@@ -206,9 +269,13 @@ class Chunk:
 
         if column not in self.table:
             return np.full(len(self.table), np.nan)
-        cells = self.table[column]
-        self.told = self.bad & False
-        if pd.api.types.is_datetime64_any_dtype(cells):
+        cells, self.told = self.table[column], self.bad & False
+        ways = ways_of(self.spec, column)
+        if ways.excel:
+            text = _texts(cells)
+            found, empty = self._of_dates(dates_of(text, ways, self.file)), (text == "").to_numpy()
+            self.found.ways[column] = "counts days, as Excel does"
+        elif pd.api.types.is_datetime64_any_dtype(cells):
             found, empty = self._of_dates(cells), cells.isna().to_numpy()
             if getattr(cells.dt, "tz", None) is not None:
                 self.found.zones[column] = str(cells.dt.tz)
@@ -221,15 +288,18 @@ class Chunk:
             found = self._plain_numbers(text, column)
             left = np.isnan(found) & ~empty & ~self.told
             if left.any():
-                self._check_zones(text[left], column)
-                found[left] = self._of_text(text[left])
+                ahead = self._check_zones(text[left], column)
+                found[left] = self._of_text(text[left], ways) - ahead * 3600 / self.how.seconds
+                if ways.slashes != self.spec.dates and text.str.match(SLASHES).any():
+                    first = "month" if ways.slashes == "us" else "day"
+                    self.found.ways[column] = f"has the {first} first, as some of its dates can be read in no other way"
         late = found > _LATEST / self.how.seconds
         self.problem(late, column, "later than 10 years after the start of the run", "seconds from it, or a date")
         early = found < 0
         cure = f"a number of at least 0, or a time such as 06:15 or {_EXAMPLE}"
         self.problem(early, column, "before the start of the run", cure)
         bad = ~empty & ~early & ~(found >= 0) & ~self.told
-        slashes = self._text(column) if bad.any() and self.spec.dates is None else []
+        slashes = self._text(column) if bad.any() and ways.slashes is None else []
         if slashes:
             unsaid = bad & np.array([bool(SLASHES.match(one)) for one in slashes], dtype=bool)
             self.problem(
@@ -239,24 +309,38 @@ class Chunk:
         self.problem(bad | (empty if needed else False), column, "not a time", cure)
         return np.where((found >= 0) & ~late, found, np.nan)
 
-    def _check_zones(self, text: pd.Series[Any], column: str) -> None:
-        """Refuse times of another zone than those before; a zone that all have is left out, and named."""
+    def _check_zones(self, text: pd.Series[Any], column: str) -> Any:
+        """Refuse times of another zone than those before; a zone that all have is left out, and named.
+
+        Returns by how many hours clocks are ahead: 1 or -1 after the change of a night, whose times are instants.
+        """
+        import numpy as np
+
+        ahead = np.zeros(len(text))
         zones = text.str.extract(ZONE)[1].dropna()
         if len(zones):
             zone = self.found.zones.setdefault(column, zones.iloc[0])
             self.found.form("times with a zone", text[zones.index].tolist())
+            by = {other: hours_between(other, zone) for other in zones.unique()}
+            ahead = text.str.extract(ZONE)[1].map(by).fillna(0.0).to_numpy(dtype=float)
+            changed = [other for other, hours in by.items() if abs(hours) == 1 and not {"Z", "z"} & {zone, other}]
+            if changed and len(set(by.values()) - {0.0}) == 1:
+                self.found.ways[column] = f"has {zone} and {changed[0]}: times are instants, on the clock of {zone}"
+                return ahead
             others = self._mask(zones.index[zones != zone])
             self.told |= others
             self.problem(others, column, f"a time of another zone than {zone}", "all as on the clock of the hall")
+            ahead = np.zeros(len(text))
+        return ahead
 
-    def _of_text(self, text: pd.Series[Any]) -> Any:
+    def _of_text(self, text: pd.Series[Any], ways: Ways) -> Any:
         """Times of day, and dates with times."""
         import numpy as np
 
         hands = text.str.extract(r"^(\d{1,2}):(\d{2})(?::(\d{2}(?:\.\d+)?))?$").astype(float).fillna({2: 0.0})
         seconds = (hands[0] * 3600 + hands[1] * 60 + hands[2]).to_numpy() - clock(self.how.start)
-        dates = read_dates(text.where(np.isnan(seconds)), self.spec.dates)
-        self.found.form("times", text[dates.notna() & ~text.str.match(_ISO)].tolist())
+        dates = read_dates(text.where(np.isnan(seconds)), ways.slashes)
+        self.found.form("times", text[dates.notna() & ~text.str.match(ISO)].tolist())
         return np.where(np.isnan(seconds), self._of_dates(dates) * self.how.seconds, seconds) / self.how.seconds
 
     def _of_dates(self, dates: pd.Series[Any]) -> Any:
@@ -408,76 +492,3 @@ def _midnight(start: str) -> dt.datetime | None:
     if "T" not in start:
         return None
     return dt.datetime.fromisoformat(start.partition("T")[0])
-
-
-# Dates as people write them
-
-_AROUND = r"(?i)^(?:mo|di|mi|do|fr|sa|so|mon|tue|wed|thu|fri|sat|sun)[a-zäö]{0,8}\.?,? +(?=\d|[a-zä]{3})|,? uhr$"
-"""What stands around a date: a day of the week before it, *Uhr* after the time."""
-_MONTH_WORDS = (
-    "jan january januar jänner",
-    "feb february februar",
-    "mar march mär mrz märz maerz",
-    "apr april",
-    "may mai",
-    "jun june juni",
-    "jul july juli",
-    "aug august",
-    "sep sept september",
-    "oct october okt oktober",
-    "nov november",
-    "dec december dez dezember",
-)
-_MONTHS = {word: number for number, words in enumerate(_MONTH_WORDS, 1) for word in words.split()}
-_WORD = r"[^\W\d_]{3}"
-_DAY_MONTH = re.compile(
-    r"(?P<day>\d{1,2})(?:st|nd|rd|th)?[. -]{1,2}(?P<month>[^\W\d_]{3,9})\.?[ ,-]{1,2}(?P<year>\d{4}|\d{2})(?=[ ,]|$)"
-)
-_MONTH_DAY = re.compile(r"(?P<month>[^\W\d_]{3,9})\.? (?P<day>\d{1,2})(?:st|nd|rd|th)?,? (?P<year>\d{4})(?=[ ,]|$)")
-_ISO = r"\d{4}-?\d"
-_WRITTEN = (
-    r"^(?P<a>\d{1,2})(?P<mark>[./-])(?P<b>\d{1,2})(?P=mark)(?P<year>\d{4}|\d{2})"
-    r"(?:[ T,]+(?P<hour>\d{1,2}):(?P<minute>\d{2})(?::(?P<second>\d{2}(?:[.,]\d+)?))?"
-    r" ?(?:(?P<half>[AaPp])\.?[Mm]\.?)?)?$"
-)
-ZONE = r"^(\d{4}-?\d\d-?\d\d[T ]\d\d(?::?\d\d){0,2}(?:[.,]\d+)?) ?([Zz]|[+-]\d\d(?::?\d\d)?)$"
-"""A date with a time, and the time zone behind it."""
-SLASHES = re.compile(r"\d{1,2}([/-])\d{1,2}\1\d{2}")
-"""Dates with slashes or hyphens, which may be meant in two ways."""
-
-
-def read_dates(text: pd.Series[Any], slashes: str | None) -> pd.Series[Any]:
-    """Dates with times, as people write them: ISO, 02.03.2026 14:00, 2 Mar 2026, and with slashes if it is said how.
-
-    Time zones are left out.
-    """
-    import pandas as pd
-
-    text = text.str.replace(_AROUND, "", regex=True).str.replace(ZONE, r"\1", regex=True)
-    with_words = text.str.contains(_WORD, na=False)
-    if with_words.any():
-        text = text.where(~with_words, text[with_words].map(_month_as_number))
-    found = pd.to_datetime(text.where(text.str.match(_ISO)), format="ISO8601", errors="coerce")
-    parts = text.str.extract(_WRITTEN)
-    dotted = parts["mark"] == "."
-    if not (parts["mark"].notna() & (dotted | (slashes is not None))).any():
-        return found
-    month_first = ~dotted & (slashes == "us")
-    day, month = parts["a"].where(~month_first, parts["b"]), parts["b"].where(~month_first, parts["a"])
-    year = parts["year"].where(parts["year"].str.len() != 2, "20" + parts["year"])  # noqa: PLR2004 - of the century
-    hour = pd.to_numeric(parts["hour"]).fillna(0)
-    half = parts["half"].str.lower()
-    hour = hour.where(half.isna(), hour % 12 + 12 * (half == "p"))
-    known = dotted | (parts["mark"].notna() & (slashes is not None))
-    days = pd.to_datetime((year + "-" + month + "-" + day).where(known), format="%Y-%m-%d", errors="coerce")
-    minutes, seconds = pd.to_numeric(parts["minute"]).fillna(0), pd.to_numeric(parts["second"].str.replace(",", "."))
-    late = (hour > 23) | (minutes > 59) | (seconds > 60)  # noqa: PLR2004 - of a clock
-    time = pd.to_timedelta(hour * 3600 + minutes * 60 + seconds.fillna(0), unit="s")
-    return found.where(found.notna(), (days + time).where(~late).astype(found.dtype))
-
-
-def _month_as_number(text: str) -> str:
-    """`2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; as it is where no month is named."""
-    found = _DAY_MONTH.match(text) or _MONTH_DAY.match(text)
-    month = found and _MONTHS.get(found["month"].casefold())
-    return f"{found['day']}.{month}.{found['year']}{text[found.end() :]}" if found and month else text

@@ -22,7 +22,7 @@ from desim_warehouse.look.html import Html
 from desim_warehouse.look.page import ReportPage
 from desim_warehouse.look.web import StillPage
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.charging import by_kind, charge_alike, said
+from desim_warehouse.model.facts.charging import by_kind, charge_alike, levels, said
 from desim_warehouse.model.facts.disturbances import closures, disturbances
 from desim_warehouse.model.facts.places import destinations
 from desim_warehouse.model.sections.fleet import RobotSpec
@@ -140,12 +140,15 @@ def _batteries(model: Model) -> str:
 
 
 def _battery(model: Model) -> str:
-    battery = model.battery
+    battery, found = model.battery, levels(model)
     if battery is None:
         return "none: robots never need charging"
+    sent = ", when to charge as its policy says"
+    if found is not None:
+        sent = f", sent to charge at {numbers.number(found.critical or found.good)}"
     return (
-        f"capacity {numbers.number(battery.capacity)}, sent to charge at {numbers.number(battery.threshold)}, "
-        f"charging {numbers.number(battery.charge_rate)} per {model.units.time}"
+        f"capacity {numbers.number(battery.capacity)}{sent}, charging {numbers.number(battery.charge_rate)} "
+        f"per {model.units.time}"
     )
 
 

@@ -5,24 +5,19 @@ from __future__ import annotations
 import math
 
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.answer.busiest import busiest
+from desim_warehouse.answer.numbers import sentence
 from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.errors import number_of
 from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.halts import Halt, halts
-from desim_warehouse.outcome.resources import busy_share, servers_in_use, standing
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.questions.run.lasting import Lasting, lasting
 from desim_warehouse.run import RunData
-from desim_warehouse.states import staff
+from desim_warehouse.study.rare import unknown
 from desim_warehouse.values.units import SECONDS
 
-_USED = {
-    "robots": "the robots were the busiest, at work",
-    "chargers": "the chargers were the busiest, in use",
-    "workers": "the workers were the busiest, at work",
-}
 _HELD = {
     "batteries": "robots charged or waited for that, with {}",
     "off duty": "robots were off duty",
@@ -160,28 +155,11 @@ def _stood_still(of_cause: list[Halt], run: RunData) -> str:
 
 def _busiest(run: RunData) -> str:
     """Who was at work for the largest part of the time, and how long robots waited in traffic."""
-    used = _used(run)
-    if not used:
+    most = busiest(run.history, run.kpis)
+    if most is None:
         return "No time was counted."
-    who = max(used, key=lambda name: used[name])
-    doing = _USED.get(who, f"the {staff(who)}s of {who} were the busiest, in use")
     waited = numbers.PERCENT.value(run.kpis["share_waiting"])
-    return (
-        f"{capital(doing)} {numbers.PERCENT.value(used[who])} of the time. "
-        f"Robots spent {waited} of theirs waiting in traffic."
-    )
-
-
-def _used(run: RunData) -> dict[str, float]:
-    """The part of their time for which robots, chargers, workers and the servers of each station are at work."""
-    kpis = run.kpis
-    found = {
-        "robots": busy_share([kpis[name] for name in standing(run.model)], kpis.get("share_on_break", 0.0)),
-        "chargers": kpis.get("charger_utilisation", math.nan),
-        "workers": kpis.get("worker_utilisation", math.nan),
-        **servers_in_use(run.history),
-    }
-    return {name: part for name, part in found.items() if math.isfinite(part)}
+    return f"{most.sentence} Robots spent {waited} of theirs waiting in traffic."
 
 
 def _pods(run: RunData) -> list[str]:
@@ -194,12 +172,13 @@ def _pods(run: RunData) -> list[str]:
 
 
 def _breakdowns(run: RunData) -> list[str]:
-    """How often robots broke down, and what it cost."""
+    """How often robots broke down, what it cost, and what comes so rarely that one run does not know it."""
+    rare = [sentence(line) for line in unknown(run.model, 1, run.history.end)]
     if "breakdowns" not in run.kpis:
-        return []
+        return rare
     count, share = run.kpis["breakdowns"], run.kpis["availability"]
     left = f", which left them {numbers.PERCENT.value(share)} of their time in operation" if share < 1 else ""
-    return [f"Robots broke down {number_of(count, 'time')}{left}."]
+    return [f"Robots broke down {number_of(count, 'time')}{left}.", *rare]
 
 
 def _cost(run: RunData) -> list[str]:

@@ -20,6 +20,7 @@ from desim_warehouse.study.statistics.cheapest import within_counts
 from desim_warehouse.study.statistics.comparison import paired
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.study import StudyEngine
+from desim_warehouse.study.target import read_target
 
 DAYS = 10
 """Days on which options are compared."""
@@ -62,6 +63,11 @@ class ComparedOptions:
         return all(plan.feasible for plan in self.plans.values())
 
     @property
+    def undecided(self) -> bool:
+        """Whether of some option it is not known if any design is enough."""
+        return any(plan.undecided for plan in self.plans.values())
+
+    @property
     def ended(self) -> bool:
         """Whether the runs allowed ended before an answer."""
         return any(plan.ended for plan in self.plans.values())
@@ -84,6 +90,7 @@ def compare_options(models: Mapping[str, Model], target: str, *, search: Search 
     """
     if len(models) < 2:  # noqa: PLR2004
         raise StudyError(f"options {list(models)}: expected at least two to compare")
+    read_target(target)  # one for all: several are refused
     with search.together() as together:
         return _compared(models, target, together, **how)
 

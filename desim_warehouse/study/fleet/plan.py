@@ -11,9 +11,10 @@ import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from typing import Any
 
-from desim_warehouse.errors import number_of
+from desim_warehouse.errors import StudyError, number_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
@@ -28,7 +29,7 @@ from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
-from desim_warehouse.study.procedures import judge_of, scouted
+from desim_warehouse.study.procedures import judge_of, measured, scouted
 from desim_warehouse.study.results import outcome_of
 from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
@@ -42,12 +43,20 @@ from desim_warehouse.study.statistics.cheapest import (
     within_counts,
 )
 from desim_warehouse.study.statistics.intervals import Estimate
-from desim_warehouse.study.statistics.judge import GLANCE, Budget, DesignVerdict, Judge, runs_to_tell, verdict_steps
+from desim_warehouse.study.statistics.judge import (
+    GLANCE,
+    Beside,
+    Budget,
+    DesignVerdict,
+    Judge,
+    runs_to_tell,
+    verdict_steps,
+)
 from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.table import Row
-from desim_warehouse.study.target import first_look, indifference, read_target
+from desim_warehouse.study.target import days_of, first_look, indifference, read_targets
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
@@ -86,6 +95,8 @@ class _Planner:
     """The runs of the designs that were judged, by the name of a demand."""
     shared: list[_Demand] = field(default_factory=list)
     """What is known of other demands, with which runs are shared; see `_known`."""
+    beside: tuple[tuple[Target, float], ...] = ()
+    """Further targets that a fleet has to meet, with their indifference zones."""
     known: str = ""
     """What is known of the demands before, as people who wait see it."""
     believed: str = ""
@@ -94,7 +105,12 @@ class _Planner:
     @property
     def more_helps(self) -> bool:
         """Whether more robots are guessed to do no worse."""
-        return self.target.more_helps
+        return all(goal.more_helps for goal in self.targets)
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """All that a fleet has to meet."""
+        return self.target, *(goal for goal, _ in self.beside)
 
     def judge(self, study: StudyEngine, runner: StudyRunner, exact: bool) -> Judge:
         """Who judges the designs of a study."""
@@ -108,6 +124,7 @@ class _Planner:
             name=lambda n: _named(study.points[n]),
             zone=self.zone,
             budget=self.budget,
+            beside=[Beside(goal, zone, partial(_values, runner, goal)) for goal, zone in self.beside],
         )
 
     def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], **more: Any) -> StudyEngine:
@@ -153,6 +170,7 @@ class _Planner:
             self.budget.spent,
             self.untried,
             self.search.seed,
+            self.beside,
         )
 
     def _sizes(
@@ -170,7 +188,11 @@ class _Planner:
         """The cheapest design for a demand; for a year's, with what is known of other years."""
         changes = {**changes, **more_demand(self.model, growth)}
         ranges = self.designs.counts(growth)
-        most = self._most(ranges, changes, name) if self.model.pods is not None and self.more_helps else None
+        most = (
+            self._most(ranges, changes, name)
+            if self.model.pods is not None and self.more_helps and not self.beside
+            else None
+        )
         ranges[0] = [size for size in ranges[0] if most is None or size <= most.up_to]
         counts = list(itertools.product(*ranges))
         study = self.study(name, self.designs.factors(ranges), changes)
@@ -193,11 +215,16 @@ class _Planner:
                 counts[one.number],
                 counts[one.base],
                 None if _first_flat(study.results.by_point[one.number]) else one.difference,
+                one.target,
             )
             for one in found.larger
             if one.worse
         )
-        capped = self._capped(study, below[-1], name, changes) if best is None and below and not left else None
+        capped = (
+            self._capped(study, below[-1], name, changes)
+            if best is None and below and not left and not self.beside
+            else None
+        )
         return Sized(
             name,
             growth,
@@ -306,12 +333,14 @@ class _Planner:
         where = self.search.under(f"{study.plan.name} scout")
         doubts: set[int] | None = set()
         if self.more_helps:
-            doubts = scouted(study, self.target, counts, self.designs.key, self.budget, where, self.known, known)
+            doubts = scouted(
+                study, self.target, counts, self.designs.key, self.budget, where, self.known, known, self.targets[1:]
+            )
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: verdict_steps([], judge))
             return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
-        if self.more_helps:
+        if self.more_helps:  # else there was no scout
             self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
         found: Cheapest = self.follow(
             study,
@@ -358,12 +387,25 @@ class _Planner:
         cost = self.designs.cost(counts)
         wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
         done = study.results.estimate(rows, "throughput_per_hour")
-        to_tell = None
+        name, days, to_tell = self.target.indicator, None, None
+        if mean is not None:
+            days = days_of([row.value(name) for row in rows if math.isfinite(row.value(name))], self.target)
         if not verdict.closed:
-            values = [row.measured(self.target.indicator) for row in rows]
-            to_tell = runs_to_tell(values, self.target, verdict.level, self.target.measure.within)
+            to_tell = self._to_tell(rows, verdict)
         why = _first_flat(rows).partition(": ")[2]
-        return Shown(counts, self.designs.overrides(counts), verdict, mean, vetoed, cost, wrong, done, to_tell, why)
+        overrides = self.designs.overrides(counts)
+        return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
+
+    def _to_tell(self, rows: Sequence[Row], verdict: DesignVerdict[int]) -> int | None:
+        """How many runs of a design would tell of all targets that it leaves open."""
+        each = zip(self.targets, verdict.each or (verdict,), strict=True)
+        left = [goal for goal, one in each if not one.closed]
+        needed = [
+            runs_to_tell([measured(row, goal) for row in rows], goal, verdict.level, goal.measure.within, verdict.least)
+            for goal in left
+        ]
+        known = [runs for runs in needed if runs is not None]
+        return max(known) if known and len(known) == len(needed) else None
 
     def strategies(self, sized: Sized, factors: Mapping[str, Any]) -> tuple[Strategy, ...]:
         """What other strategies do with the designs that are too small with the model's own."""
@@ -408,11 +450,11 @@ class _Planner:
         )
 
     def _alike(self, one: Row, other: Row) -> bool:
-        """Whether two runs of a day differ in the target's indicator by far less than matters, or both failed alike."""
+        """Whether two runs of a day differ for each target by far less than matters, or both failed alike."""
         if one.outcome.error or other.outcome.error:
             return one.outcome.error == other.outcome.error
-        name = self.target.indicator
-        return abs(one.value(name) - other.value(name)) <= SAME * self.zone
+        zones = ((self.target, self.zone), *self.beside)
+        return all(abs(one.value(goal.indicator) - other.value(goal.indicator)) <= SAME * zone for goal, zone in zones)
 
     def _others(self, study: StudyEngine, factors: Mapping[str, Any]) -> dict[str, list[Point]]:
         """The points of a study that have another strategy than the model, by what it is called."""
@@ -422,6 +464,11 @@ class _Planner:
             if any(point.overrides.get(key) != own[key] for key in factors):
                 found.setdefault(", ".join(str(point.labels[key]) for key in factors), []).append(point)
         return found
+
+
+def _values(runner: StudyRunner, goal: Target, number: int, runs: int) -> list[float]:
+    """The indicator of a target in the first runs of a design."""
+    return [measured(runner.row(number, replication), goal) for replication in range(runs)]
 
 
 def _first_flat(rows: Iterable[Row]) -> str:
@@ -456,7 +503,7 @@ def _named(point: Point) -> str:
 
 def size_fleet(
     model: Model,
-    target: str,
+    target: str | Sequence[str],
     *,
     growth: float | str | None = None,
     years: int | None = None,
@@ -471,14 +518,14 @@ def size_fleet(
 
     Args:
         model: the warehouse. With prices of robots or chargers the cheapest are sought, else the fewest.
-        target: such as "on_time >= 95 %".
+        target: such as "on_time >= 95 %"; of several a fleet has to meet all.
         growth: demand in times today's, such as 1.3 or "30%"; with years "20%/year"; None: today's only.
         years: that are planned after today's.
         strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
         robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
         chargers: likewise.
         packers: a station and who may work there, such as "packing=1..4"; None: as many as the model has.
-        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
+        zone: indifference zone in the unit of the one target; default: 0.01 for shares, else 1 % of the target.
         search: how runs are done, at most 5000 by default.
 
     Raises:
@@ -486,11 +533,16 @@ def size_fleet(
 
     Source: see `cheapest_meeting_steps`, with what it promises and assumes.
     """
-    goal = read_target(target, model.units.names)
+    units = model.units.names
+    goal, *others = read_targets(target, units)
+    if others and zone is not None:
+        raise StudyError(f"--zone {zone}: for one target alone, expected none beside several targets")
     times = demands_of(growth, years, "growth")
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
-    zone = indifference(goal, zone, model.units.names)
+    designs, budget = Designs(model, *sides), Budget(search.runs or PLAN_RUNS)
+    beside = tuple((one, indifference(one, None, units)) for one in others)
+    zone = indifference(goal, zone, units)
     with search.together() as together:
-        planner = _Planner(model, goal, zone, Designs(model, *sides), together, Budget(search.runs or PLAN_RUNS))
+        planner = _Planner(model, goal, zone, designs, together, budget, beside=beside)
         return planner.plan(times, strategies, yearly=years is not None)

@@ -15,6 +15,7 @@ from desim_warehouse.study.fleet.most import Most
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
+from desim_warehouse.study.target import Days
 
 if TYPE_CHECKING:
     from desim_warehouse.study.fleet.designs import Designs
@@ -27,8 +28,8 @@ class Shown:
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
     None where all runs failed. `vetoed`: why it fails in any case. `cost`: of what is counted a year, None
     without prices of it. `wrong`: the verdicts on its runs. `delivered`: tasks an hour, which is what counts of one
-    that cannot keep up. `to_tell`: how many runs in all would probably tell, where these did not. `flat`: the error of
-    the first run in which a robot ran flat.
+    that cannot keep up. `days`: the worst of its days, and how many missed the target. `to_tell`: how many runs in all
+    would probably tell, where these did not. `flat`: the error of the first run in which a robot ran flat.
     """
 
     counts: Counts
@@ -39,8 +40,19 @@ class Shown:
     cost: float | None
     wrong: tuple[Verdict, ...] = ()
     delivered: Estimate | None = None
+    days: Days | None = None
     to_tell: int | None = None
     flat: str = ""
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it was neither shown to meet the target nor to miss it."""
+        return self.vetoed is None and not self.wrong_for_good and self.verdict.verdict == "undecided"
+
+    @property
+    def wrong_for_good(self) -> bool:
+        """Whether the time to come is worse than the time simulated."""
+        return any(one.is_lasting for one in self.wrong)
 
     @property
     def robots(self) -> int:
@@ -68,8 +80,8 @@ class Sized:
     hours (`in_hours`) only the time within them counts. It follows from the indicators `shown_by`, and is empty where
     no design was judged.
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
-    `worse`: designs that do worse than one with fewer robots or chargers, with that one, and by how much; None: their
-    robots ran flat.
+    `worse`: designs that do worse than one with fewer robots or chargers, with that one, by how much, and for which
+    target; None: their robots ran flat.
     `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
     `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
     `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
@@ -90,7 +102,7 @@ class Sized:
     shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]
     open: tuple[Counts, ...] = ()
-    worse: tuple[tuple[Counts, Counts, Estimate | None], ...] = ()
+    worse: tuple[tuple[Counts, Counts, Estimate | None, Target], ...] = ()
     capped: Capped | None = None
     trip: Estimate | None = None
     counts: tuple[Counts, ...] = ()
@@ -106,6 +118,12 @@ class Sized:
     def ordered(self) -> bool:
         """Whether a larger design is taken to do no worse than a smaller one."""
         return not (self.worse or self.against or self.fewer)
+
+    @property
+    def undecided(self) -> bool:
+        """Whether the runs do not tell that all are too small, the largest for all where more never does worse."""
+        telling = self.below[-1:] if self.ordered else self.below
+        return self.best is None and any(one.is_open for one in telling)
 
 
 @dataclass(frozen=True)
@@ -131,7 +149,8 @@ class Strategy:
 class FleetSizes:
     """The sizes for each demand; `strategy` is the better one that they are for, None: the model's own.
 
-    `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice.
+    `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice. `beside`: further
+    targets that a fleet has to meet, with their indifference zones.
     """
 
     model: Model
@@ -146,6 +165,12 @@ class FleetSizes:
     runs: int
     untried: tuple[str, ...] = ()
     seed: int = 0
+    beside: tuple[tuple[Target, float], ...] = ()
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """All that a fleet has to meet."""
+        return self.target, *(goal for goal, _ in self.beside)
 
     @property
     def today(self) -> Sized:
@@ -161,6 +186,11 @@ class FleetSizes:
     def feasible(self) -> bool:
         """Whether a design was found for every demand."""
         return all(sized.best is not None for sized in self.demands) and not self.ended
+
+    @property
+    def undecided(self) -> bool:
+        """Whether for some demand it is not known if any fleet is enough."""
+        return any(sized.undecided for sized in self.demands)
 
     @property
     def ended(self) -> bool:

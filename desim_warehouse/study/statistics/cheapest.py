@@ -58,13 +58,14 @@ NOTHING = Earlier()
 class Larger:
     """A design with more of one count than `base`: by how much its indicator differs, and whether it does worse.
 
-    That is shown, and on the mean it is by no less than the indifference zone.
+    That is shown, and on the mean it is by no less than the indifference zone of the target.
     """
 
     base: int
     number: int
     difference: Estimate
     worse: bool
+    target: Target
 
 
 @dataclass(frozen=True)
@@ -175,7 +176,7 @@ def cheapest_meeting_steps(
         judge: knows the target, and has judged nothing yet.
         doubted: numbers of designs that a search with other runs found to fail: looked at only to rule out.
         scan: judge all designs, the cheapest first, until one meets the target: none is ruled out by another.
-        fewer: more of a count is guessed to do worse, not better.
+        fewer: more of a count is guessed to do worse, not better, for one of the targets at least.
         known: what other demands have shown; the designs that fail by it are not judged, nor are larger ones compared.
 
     Source: see `Judge`.
@@ -259,7 +260,7 @@ class _Proof:
     def _worse_than_failing(self, number: int) -> bool:
         """Whether a design has no less of any count than one that misses the target, or no more than a vetoed one."""
         vetoed, one = set(self.judge.vetoed), self.designs[number]
-        missed = (n for n in self.failing - vetoed if self._told(n))
+        missed = (n for n in self.failing - vetoed if any(not goal.more_helps for goal in self.judge.missed(n)))
         return self._covers(number, vetoed) or any(within_counts(self.designs[n], one) for n in missed)
 
     def _rule_out(self) -> Procedure[None]:
@@ -310,12 +311,12 @@ class _Proof:
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
         while most != number and not judge.closed(number):
             yield from judge.look(number)
-            if not judge.closed(number) and not judge.target.met_by(judge.verdicts[number].mean):
+            if not judge.closed(number) and not judge.leans(number):
                 number = most
         if (yield from self._meets(number)) or number == most:
             return
         told, three = self._told(number), len(self.designs[number]) > 2  # noqa: PLR2004
-        if not told and not (three and judge.target.met_by(judge.verdicts[number].mean)):
+        if not told and not (three and judge.leans(number)):
             yield from self._meets(most)
         elif told and three:  # with all packers, as with one more so little changes
             as_many = [n for n in self.order if self.designs[n][:-1] == self.designs[number][:-1]]
@@ -362,7 +363,8 @@ class _Proof:
     def _larger(self, base: int, number: int) -> Procedure[Larger | None]:
         """A design against one with less of a count, at half of the error that is allowed; None: no runs are left.
 
-        They are looked at again, up to as many runs as one of them has, while the larger leans to being worse.
+        They are looked at again, up to as many runs as one of them has, while the larger leans to being worse. With
+        several targets that one counts for which it is worse, else the first.
         """
         judge = self.judge
         most = max(judge.runs(base), judge.runs(number))
@@ -375,14 +377,27 @@ class _Proof:
             asked = [(one, r) for r in range(len(pairs), n) for one in (base, number)]
             values = yield from request(asked)
             pairs += zip(values[::2], values[1::2], strict=True)
-            less, more = zip(*pairs, strict=True)
-            difference = paired(more, less, 1 - (1 - judge.confidence) / 2 * part, deterministic=judge.deterministic)
-            low, high = difference.interval or (difference.mean, difference.mean)
-            shown = (high if judge.target.sign > 0 else -low) < 0
-            found = Larger(base, number, difference, shown and abs(difference.mean) >= judge.zone)
-            if found.worse or judge.target.sign * difference.mean >= 0:
+            held = [self._held((base, number), judge.target, judge.zone, pairs, part)]
+            for one in judge.beside:
+                both = list(zip(one.values(base, n), one.values(number, n), strict=True))
+                held.append(self._held((base, number), one.target, one.zone, both, part))
+            found = next((one for one in held if one.worse), held[0])
+            signs = [goal.sign for goal in judge.targets]
+            if found.worse or all(sign * one.difference.mean >= 0 for sign, one in zip(signs, held, strict=True)):
                 break
         return found
+
+    def _held(
+        self, pair: tuple[int, int], goal: Target, zone: float, values: Sequence[tuple[float, float]], part: float
+    ) -> Larger:
+        """A design against a smaller one for one target, by the values of both on some days."""
+        judge = self.judge
+        less, more = zip(*values, strict=True)
+        level = 1 - (1 - judge.confidence) / 2 * part / len(judge.targets)
+        difference = paired(more, less, level, deterministic=judge.deterministic)
+        low, high = difference.interval or (difference.mean, difference.mean)
+        shown = (high if goal.sign > 0 else -low) < 0
+        return Larger(*pair, difference, shown and abs(difference.mean) >= zone, goal)
 
     def end_early(self) -> None:
         """Keep what is certain, as the runs allowed have ended."""

@@ -18,8 +18,8 @@ import numpy as np
 from desim_warehouse.errors import StudyError
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.statistics.checks import check_confidence
-from desim_warehouse.study.statistics.intervals import ANYTHING, Interval, bounds_of
-from desim_warehouse.study.statistics.limits import CAP, FIRST, FIRST_OF_MEANS
+from desim_warehouse.study.statistics.intervals import ANYTHING, Interval, bounds_of, does_not_vary
+from desim_warehouse.study.statistics.limits import CAP, COMMON_DAYS, FIRST, FIRST_OF_MEANS, DaysNeeded
 from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, request
 
 V = TypeVar("V")
@@ -31,6 +31,7 @@ MOST_TO_TELL = 1000
 _SPARE = 1.5
 """Times as far from the target as the bounds reach: were the mean so far the true one, five of six are told then."""
 FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
+_APART = 1.25  # times as many runs as a look has the next one at least
 
 
 def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
@@ -38,7 +39,26 @@ def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
 
     Source: error split evenly over looks that are fixed beforehand (Bonferroni).
     """
-    at = [*takewhile(lambda n: n < cap, _growing(first)), cap]
+    return _shared([*_growing_to(first, cap - 1), cap])
+
+
+def looks_of_days(first: int = FIRST, days: DaysNeeded = COMMON_DAYS) -> list[tuple[int, float]]:
+    """The `looks` of a judge: one is at the least number of days after which a design may be said to meet a target."""
+    if first >= days.least:
+        return looks(first, days.cap)
+    at = [first]
+    for stop in (days.least, days.cap):
+        at += [n for n in _growing_to(at[-1], stop / _APART) if n > at[-1]]
+        at += [stop] if stop > at[-1] else []
+    return _shared(at)
+
+
+def _growing_to(first: int, last: float) -> list[int]:
+    """Replications that grow by half from a first look on, up to a last number."""
+    return [*takewhile(lambda n: n <= last, _growing(first))]
+
+
+def _shared(at: Sequence[int]) -> list[tuple[int, float]]:
     return [(n, 1 / len(at)) for n in at]
 
 
@@ -50,9 +70,13 @@ def schedule(first: int, cap: int, *, exact: bool) -> list[tuple[int, float]]:
     """
     if exact:
         return [(1, 1.0)]
+    _check(first, cap)
+    return looks(first, cap)
+
+
+def _check(first: int, cap: int) -> None:
     if not 2 <= first <= cap:  # noqa: PLR2004
         raise StudyError(f"first look {first}, cap {cap}: expected 2 <= first <= cap")
-    return looks(first, cap)
 
 
 def looks_by(replications: int) -> list[tuple[int, float]]:
@@ -63,8 +87,7 @@ def looks_by(replications: int) -> list[tuple[int, float]]:
     Source: parts that add up to 1 however long it goes on, most of it used at first, as of Lan & DeMets (1983),
     Discrete sequential boundaries for clinical trials, Biometrika 70(3), 659-663.
     """
-    at = takewhile(lambda n: n <= replications, _growing(FIRST_OF_MEANS))
-    return [(n, 1 / (i * (i + 1))) for i, n in enumerate(at, 1)]
+    return [(n, 1 / (i * (i + 1))) for i, n in enumerate(_growing_to(FIRST_OF_MEANS, replications), 1)]
 
 
 def _growing(n: int) -> Iterator[int]:
@@ -80,7 +103,9 @@ class DesignVerdict(Generic[V]):
     `low` and `high` are the bounds the verdict rests on, each valid with `level`; both None where the values
     are `deterministic` and the mean is exact. `outlier`: the replication without which an undecided design would be
     clear; None: there is no such one. `within_zone`: it is known to be about at the target, so that more runs would
-    tell nothing that matters.
+    tell nothing that matters. `least`: runs without which it would not have been said to meet the target. `each`: with
+    several targets the verdict on each; the design meets if all are met, and fails if one is missed, and its numbers
+    are those of the first.
     """
 
     value: V
@@ -93,6 +118,8 @@ class DesignVerdict(Generic[V]):
     deterministic: bool
     within_zone: bool = False
     outlier: int | None = None
+    least: int = 0
+    each: tuple[DesignVerdict[V], ...] = ()
 
     @property
     def closed(self) -> bool:
@@ -108,8 +135,9 @@ def judged(
     deterministic: bool,
     within: Interval,
     zone: float = 0.0,
+    least: int = 0,
 ) -> DesignVerdict[V]:
-    """The verdict on one design: it meets the target if even its worse bound does.
+    """The verdict on one design: it meets the target if even its worse bound does, after at least so many runs.
 
     It fails if its mean does not, and its better bound does not meet a target that is harder by `zone`, in the
     indicator's unit. So no run that turns out better makes a design fail that met the target before. One whose mean
@@ -118,26 +146,39 @@ def judged(
     mean = float(np.mean(data))
     if deterministic:
         return DesignVerdict(
-            value, "meets" if target.met_by(mean) else "fails", len(data), mean, None, None, level, True
+            value, "meets" if target.met_by(mean) else "fails", len(data), mean, None, None, level, True, least=least
         )
-    verdict, (low, high), within_zone = _verdict(data, mean, target, level, within, zone)
+    verdict, (low, high), within_zone = _verdict(data, mean, target, level, within, zone, least)
     outlier = None
     if verdict == "undecided" and not within_zone and len(data) >= FEWEST_BESIDE:
         farthest = int(np.argmax(np.abs(np.array(data) - mean)))
         others = [*data[:farthest], *data[farthest + 1 :]]
-        if _verdict(others, float(np.mean(others)), target, level, within, zone)[0] != "undecided":
+        if _verdict(others, float(np.mean(others)), target, level, within, zone, least)[0] != "undecided":
             outlier = farthest
-    return DesignVerdict(value, verdict, len(data), mean, low, high, level, False, within_zone, outlier)
+    return DesignVerdict(value, verdict, len(data), mean, low, high, level, False, within_zone, outlier, least)
+
+
+def on_all(each: Sequence[DesignVerdict[V]]) -> DesignVerdict[V]:
+    """The verdict on several targets from that on each, at the same look; levels such that all hold at once."""
+    left = [one for one in each if one.verdict == "undecided"]
+    fails = any(one.verdict == "fails" for one in each)
+    return replace(
+        each[0],
+        verdict="fails" if fails else "undecided" if left else "meets",
+        within_zone=bool(left) and all(one.within_zone for one in left),
+        outlier=left[0].outlier if len(left) == 1 and not fails else None,
+        each=tuple(each),
+    )
 
 
 def _verdict(
-    data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float
+    data: Sequence[float], mean: float, target: Target, level: float, within: Interval, zone: float, least: int
 ) -> tuple[Verdict, Interval, bool]:
     """The verdict, its bounds, and whether the design is known to be about at the target."""
     low, high = bounds_of(data, level, within)
     worse, better = (low, high) if target.sign > 0 else (high, low)
     if target.met_by(worse):
-        return "meets", (low, high), False
+        return ("meets" if len(data) >= least else "undecided"), (low, high), False
     short = not target.met_by(better - target.sign * zone)
     if short and not target.met_by(mean):
         return "fails", (low, high), False
@@ -152,6 +193,8 @@ def looked_at(
     *,
     deterministic: bool = False,
     within: Interval,
+    least: int = COMMON_DAYS.least,
+    agree: bool = False,
 ) -> DesignVerdict[None] | None:
     """The verdict of the first look that gave one, else that of the last; None before the first look.
 
@@ -164,21 +207,25 @@ def looked_at(
             It holds for all targets on the indicator at once.
         deterministic: the runs use no random numbers, so one is exact.
         within: the range of the indicator, such as (0, 1) for a share.
+        least: replications without which no design meets the target.
+        agree: runs that agree show that it does not vary: see `does_not_vary`.
 
     Source: `looks_by`.
     Assumes: what the bounds of one look assume (`intervals.bounds_of`).
     """
     if deterministic and values:
         return judged(None, list(values[:1]), target, confidence, True, within)
-    found = None
+    latest = None
     for n, part in looks_by(len(values)):
-        found = judged(None, list(values[:n]), target, 1.0 - (1.0 - confidence) * part, False, within)
-        if found.verdict != "undecided":
+        data = list(values[:n])
+        fixed = agree and does_not_vary(data, within)
+        latest = judged(None, data, target, 1.0 - (1.0 - confidence) * part, fixed, within, least=least)
+        if latest.verdict != "undecided":
             break
-    return found
+    return latest
 
 
-def runs_to_tell(values: Sequence[float], target: Target, level: float, within: Interval) -> int | None:
+def runs_to_tell(values: Sequence[float], target: Target, level: float, within: Interval, least: int = 0) -> int | None:
     """How many runs in all would probably tell whether a design meets the target; None: more than `MOST_TO_TELL`.
 
     Further runs are taken to be like those so far, whose mean lies 1.5 times as far from the target as the bounds
@@ -190,7 +237,7 @@ def runs_to_tell(values: Sequence[float], target: Target, level: float, within: 
 
     def told(runs: int) -> bool:
         further = [values[run % len(values)] for run in range(runs)]
-        return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0)[0] != "undecided"
+        return _verdict(further, float(np.mean(further)), nearer, level, within, 0.0, least)[0] != "undecided"
 
     counts = range(len(values) + 1, MOST_TO_TELL + 1)
     place = bisect_left(counts, True, key=told)
@@ -222,15 +269,28 @@ class Budget:
 
 @dataclass
 class _Case:
-    """A design that is being judged: the looks still to come, its values so far, and its share of the error.
+    """A design that is being judged: the looks to come, the least runs to meet, its values, its share of the error.
 
     That is its own from its first look on, so those that their first few runs rule out leave it to the others.
     """
 
     looks: list[tuple[int, float]]
+    least: int
     data: list[float] = field(default_factory=list)
     error: float | None = None
     level: float = math.nan
+
+
+@dataclass(frozen=True)
+class Beside:
+    """A further target that designs have to meet, and its indifference zone.
+
+    `values`: of its indicator in the first runs of a design, by the design's number and how many.
+    """
+
+    target: Target
+    zone: float
+    values: Callable[[int, int], list[float]]
 
 
 @dataclass
@@ -245,16 +305,19 @@ class Judge:
         zone: indifference zone in the indicator's unit: a design that is better than the target by less may be
             taken for one that fails.
         first: replications at the first look at a design.
-        cap: most replications of a design; one not clear by then is "undecided" and taken as not meeting.
+        days: replications without which a design, by its number, is not said to meet the target, and the most of it;
+            one not clear by then is "undecided" and taken as not meeting.
+        agree: runs that agree show that it does not vary: see `does_not_vary`.
         deterministic: the models use no random numbers: one run of a design is exact.
         within: what the indicator can be at all.
         budget: runs that may be done (default: as many as it takes).
         veto: why a design fails besides the target, asked after its runs; None: nothing.
         hopeless: the same, asked after its first `GLANCE` runs, where that is beyond doubt.
         tell: called after each look, when `known` may have changed.
+        beside: further targets; a design meets them all, or fails.
 
     Source: one-sided bounds (`intervals.bounds`); the j-th design that is looked at is judged at
-    1 - α / (j (j + 1) · looks), which adds up to α (Bonferroni), however many are.
+    1 - α / (j (j + 1) · looks · targets), which adds up to α (Bonferroni), however many are.
     Assumes: as `bounds`.
     """
 
@@ -262,21 +325,21 @@ class Judge:
     confidence: float = 0.95
     zone: float = 0.0
     first: int = FIRST
-    cap: int = CAP
+    days: Callable[[int], DaysNeeded] = lambda _: COMMON_DAYS
+    agree: bool = False
     deterministic: bool = False
     within: Interval = ANYTHING
     budget: Budget = field(default_factory=lambda: Budget(10**9))
     veto: Callable[[int], str | None] = lambda _: None
     hopeless: Callable[[int], str | None] = lambda _: None
     tell: Callable[[Judge], None] = lambda _: None
+    beside: Sequence[Beside] = ()
     verdicts: dict[int, DesignVerdict[int]] = field(default_factory=dict, init=False)
     vetoed: dict[int, str] = field(default_factory=dict, init=False)
     _cases: dict[int, _Case] = field(default_factory=dict, init=False)
-    _schedule: list[tuple[int, float]] = field(init=False)
 
     def __post_init__(self) -> None:
         check_confidence(self.confidence)
-        self._schedule = schedule(self.first, self.cap, exact=self.deterministic)
         if self.zone < 0:
             raise StudyError(f"zone {self.zone:g}: expected one from 0")
 
@@ -285,6 +348,22 @@ class Judge:
         while not self.closed(number):
             yield from self.look(number)
         return self.verdicts[number].verdict
+
+    @property
+    def targets(self) -> tuple[Target, ...]:
+        """All that a design has to meet."""
+        return self.target, *(one.target for one in self.beside)
+
+    def leans(self, number: int) -> bool:
+        """Whether the means of a design so far meet all targets."""
+        one = self.verdicts[number]
+        return all(goal.met_by(of.mean) for goal, of in zip(self.targets, one.each or (one,), strict=True))
+
+    def missed(self, number: int) -> list[Target]:
+        """The targets that a design was shown to miss."""
+        one = self.verdicts[number]
+        each = zip(self.targets, one.each or (one,), strict=True)
+        return [goal for goal, of in each if of.verdict == "fails"]
 
     def runs(self, number: int) -> int:
         """How many runs a design has."""
@@ -314,8 +393,8 @@ class Judge:
         yield from self._run(number, runs)
         if case.error is None:
             case.error = self._next_error()
-        case.level = 1.0 - case.error * part
-        self.verdicts[number] = self._judged(number)
+        case.level = 1.0 - case.error * part / len(self.targets)
+        self.verdicts[number] = self._on_all(number)
         self._veto(number, self.veto(number))
         if self.verdicts[number].closed:
             case.looks.clear()
@@ -328,7 +407,11 @@ class Judge:
 
     def _case(self, number: int) -> _Case:
         if number not in self._cases:
-            self._cases[number] = _Case(list(self._schedule), level=1.0 - self._next_error() * self._schedule[0][1])
+            days = self.days(number)
+            if not self.deterministic:
+                _check(self.first, days.cap)
+            stops = [(1, 1.0)] if self.deterministic else looks_of_days(self.first, days)
+            self._cases[number] = _Case(stops, days.least, level=1.0 - self._next_error() * stops[0][1])
         return self._cases[number]
 
     def _next_error(self) -> float:
@@ -344,7 +427,19 @@ class Judge:
 
     def _judged(self, number: int) -> DesignVerdict[int]:
         case = self._cases[number]
-        return judged(number, case.data, self.target, case.level, self.deterministic, self.within, self.zone)
+        exact = self.deterministic or (self.agree and does_not_vary(case.data, self.within))
+        return judged(number, case.data, self.target, case.level, exact, self.within, self.zone, case.least)
+
+    def _on_all(self, number: int) -> DesignVerdict[int]:
+        first = self._judged(number)
+        others = [self._judged_beside(number, first, further) for further in self.beside]
+        return on_all((first, *others)) if others else first
+
+    def _judged_beside(self, number: int, first: DesignVerdict[int], further: Beside) -> DesignVerdict[int]:
+        """Judge a design by a further target, on the runs of the verdict on the first."""
+        values, within = further.values(number, first.n), further.target.measure.within
+        exact = self.deterministic or (self.agree and does_not_vary(values, within))
+        return judged(number, values, further.target, first.level, exact, within, further.zone, first.least)
 
     def _veto(self, number: int, why: str | None) -> None:
         """A design fails whatever the target says, if there is a reason."""

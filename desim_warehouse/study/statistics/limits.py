@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 MOST_LEVELS = 100_000
 """Values of one factor."""
 MOST_POINTS = 1_000_000
@@ -14,10 +17,44 @@ LEAST_DELTA = 1e-9
 """Indifference zone of a choice of the best design, in the indicator's unit."""
 MOST_ZONE = 0.2
 """Indifference zone of a share, and else as a part of what is aimed at: a larger one calls nearly all designs alike."""
-FIRST, CAP = 5, 40
-"""Replications at the first look at a design, and the most of them, by default."""
+FIRST = 5
+"""Replications at the first look at a share."""
 FIRST_OF_MEANS = 10
 """Replications at the first look at what has no upper end, such as a time: fewer do not show how skewed it is."""
+
+
+class DaysNeeded(NamedTuple):
+    """Replications without which no design is said to meet a target, and the most of a design."""
+
+    least: int
+    cap: int
+
+    def up_to(self, cap: int) -> DaysNeeded:
+        """Replace the cap; where it is below the least number of days, that is lowered to it."""
+        return DaysNeeded(min(self.least, cap), cap)
+
+
+COMMON_DAYS = DaysNeeded(33, 80)
+"""Where nothing is rarer than one day in ten: with 97 % probability 33 days have such a day among them."""
+RARE_DAYS = DaysNeeded(59, 120)
+"""Where something is: with 95 % probability 59 days have among them a day that comes once in twenty."""
+CAP = COMMON_DAYS.cap
+"""The most replications of a design, by default."""
+_UNSEEN = 0.05
+_ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+
+
+def days_for(chance: float) -> int:
+    """Days among which one that comes with this chance is seen with 95 % probability; 0 < chance < 1."""
+    return math.ceil(math.log(_UNSEEN) / math.log1p(-chance))
+
+
+def one_in(days: int) -> int:
+    """The n of one day in n, in round numbers, that so many days, at least 5, have among them with 95 % probability."""
+    rarest = 1 / (1 - _UNSEEN ** (1 / days))
+    return max(n for n in _ROUND if n <= rarest)
+
+
 RACED = 10, 1000
 """The first look and the cap of a race of designs, of which all but the best drop out."""
 RELIEVED = 5, 160

@@ -15,7 +15,7 @@ from desim_warehouse.study.statistics.comparison import compare
 from desim_warehouse.study.statistics.effects import gains_steps
 from desim_warehouse.study.statistics.intervals import TaskShare, estimate
 from desim_warehouse.study.statistics.judge import Judge, looked_at, verdict_steps
-from desim_warehouse.study.statistics.limits import CAP
+from desim_warehouse.study.statistics.limits import CAP, COMMON_DAYS, FIRST, FIRST_OF_MEANS, RARE_DAYS, days_for
 from desim_warehouse.study.statistics.procedure import follow
 from tests.study.statistics.searches import kn, smallest
 
@@ -144,8 +144,72 @@ def _zone(target):
     return (1 - target) / 4
 
 
+@dataclass(frozen=True)
+class TwoKinds:
+    """Days of which one in `every` is bad: `depth` of its tasks less are on time, and times are `longer` times as long.
+
+    Times vary by 5 % besides. The fleet misses its target by a hair.
+    """
+
+    every: int
+    depth: float
+    longer: float
+
+    @property
+    def days(self):
+        """The days that a plan takes where it knows how rare they are."""
+        return COMMON_DAYS if days_for(1 / self.every) <= COMMON_DAYS.least else RARE_DAYS
+
+    def wrongly_met(self, target, tasks, studies):
+        """How often `desim plan` says of a fleet that misses a share by 0.05 points that it meets it."""
+        rng, true = np.random.default_rng(int(1000 * target) + tasks + self.every), target - 0.0005
+        good = true + self.depth / self.every
+
+        def draw():
+            bad = rng.random(self.days.cap) < 1 / self.every
+            return _shares(rng.binomial(tasks, np.where(bad, good - self.depth, good)) / tasks, tasks)
+
+        return self._met(draw, Judged(f"on_time >= {target}", 0.01, (0.0, 1.0), FIRST), studies)
+
+    def wrongly_met_in_time(self, studies):
+        """The same of a mean of at most 200, which the fleet misses by 0.1 %."""
+        rng, mean = np.random.default_rng(self.every), 1 + (self.longer - 1) / self.every
+
+        def draw():
+            bad = rng.random(self.days.cap) < 1 / self.every
+            days = np.where(bad, self.longer, 1.0) * rng.normal(1, 0.05, self.days.cap)
+            return (200.2 * days / mean).tolist()
+
+        return self._met(draw, Judged("cycle_time_p95 <= 200", 2.0, (0.0, np.inf), FIRST_OF_MEANS), studies)
+
+    def _met(self, draw, judged, studies):
+        return float(np.mean([judged.verdict(draw(), self.days) == "meets" for _ in range(studies)]))
+
+
+@dataclass(frozen=True)
+class Judged:
+    """How `desim plan` judges an indicator."""
+
+    target: str
+    zone: float
+    within: tuple[float, float]
+    first: int
+
+    def verdict(self, values, days):
+        """What it says of a fleet with one value a day."""
+        judge = Judge(
+            parse_target(self.target), zone=self.zone, within=self.within, first=self.first, days=lambda _: days
+        )
+        follow(verdict_steps([0], judge), lambda _, replication: values[replication])
+        return judge.verdicts[0].verdict
+
+
+TWO_KINDS = (TwoKinds(5, 0.1, 2.0), TwoKinds(10, 0.3, 3.0), TwoKinds(20, 0.4, 5.0), TwoKinds(50, 0.6, 5.0))
+"""From often to so rare that the days of a plan do not cover it."""
+
+
 def verdict(rng, true, target, tasks, alike):
-    """What `desim plan` says of a fleet, with its looks from 5 to 40 days."""
+    """What `desim plan` says of a fleet, with its looks from 5 to 80 days."""
     days = _shares(day_shares(rng, true, tasks, alike, CAP), tasks)
     judge = Judge(parse_target(f"on_time >= {target}"), zone=_zone(target), within=(0.0, 1.0))
     follow(verdict_steps([0], judge), lambda _, replication: days[replication])

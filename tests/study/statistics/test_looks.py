@@ -7,11 +7,12 @@ import pytest
 
 from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.study.statistics.intervals import TaskShare
-from desim_warehouse.study.statistics.judge import looked_at, looks, looks_by
+from desim_warehouse.study.statistics.judge import looked_at, looks_by, looks_of_days
+from desim_warehouse.study.statistics.limits import RARE_DAYS, DaysNeeded, days_for, one_in
 
 AT_LEAST = parse_target("on_time >= 0.95")
 NORMAL = parse_target("throughput_per_hour >= 200")
-MOST = 30
+MOST = 60
 
 
 def normal(rng, mean, n):
@@ -49,17 +50,35 @@ def test_looks_use_no_more_error_than_there_is_however_long_it_goes_on():
     assert [n for n, _ in looks_by(100)] == [10, 15, 23, 35, 53, 80]
     assert math.fsum(part for _, part in looks_by(100_000)) <= 1.0
     assert looks_by(9) == []
-    assert [n for n, _ in looks()] == [5, 8, 12, 18, 27, 40]
-    assert math.fsum(part for _, part in looks()) == pytest.approx(1.0)
+    assert [n for n, _ in looks_of_days()] == [5, 8, 12, 18, 33, 50, 80]
+    assert [n for n, _ in looks_of_days(10, RARE_DAYS)] == [10, 15, 23, 35, 59, 89, 120]
+    assert [n for n, _ in looks_of_days(5, DaysNeeded(12, 12))] == [5, 8, 12]
+    assert [n for n, _ in looks_of_days(100, DaysNeeded(100, 300))] == [100, 150, 225, 300]
+    assert math.fsum(part for _, part in looks_of_days()) == pytest.approx(1.0)
+
+
+def test_days_that_come_once_in_ten_or_twenty_are_among_so_many():
+    """0.9^28 = 5.2 %, 0.9^29 = 4.7 %; 0.95^58 = 5.1 %, 0.95^59 = 4.8 %."""
+    assert (days_for(0.1), days_for(0.05), days_for(0.02)) == (29, 59, 149)
+    assert [one_in(days) for days in (5, 12, 33, 59, 80, 149)] == [2, 2, 10, 20, 20, 50]
+
+
+def test_nothing_is_met_before_as_many_days_as_show_a_bad_one():
+    calm = [1.0, 1.1, 0.9, 1.0, 1.05] * 16
+    target = parse_target("T >= 0.5")
+    assert looked_at(calm[:23], target, 0.95, within=ANYTHING).verdict == "undecided"
+    assert looked_at(calm, target, 0.95, within=ANYTHING).n == 35
+    assert looked_at(calm, target, 0.95, within=ANYTHING, least=RARE_DAYS.least).n == 80
+    assert looked_at(calm[:10], parse_target("T >= 2"), 0.95, within=ANYTHING).verdict == "fails"
 
 
 def test_a_verdict_that_fell_stands_whatever_comes():
-    good = [1.0, 1.1, 0.9, 1.0, 1.05] * 2
+    good = [1.0, 1.1, 0.9, 1.0, 1.05] * 7
     target = parse_target("T >= 0")
     first = looked_at(good, target, 0.95, within=ANYTHING)
     later = looked_at(good + [-50.0] * 25, target, 0.95, within=ANYTHING)
     assert (first.verdict, later.verdict) == ("meets", "meets")
-    assert first.n == later.n == 10
+    assert first.n == later.n == 35
 
 
 def test_nothing_is_said_before_the_first_look_and_one_run_is_enough_without_chance():

@@ -165,3 +165,18 @@ def test_the_best_is_one_of_those_that_were_not_eliminated(table):
     result = kn(lambda d, r: table[d, r], 4, delta=5.0, cap=60)
     assert result.best in result.survivors
     assert {i for i, at in enumerate(result.eliminated_at) if at is None} == set(result.survivors)
+
+
+def test_two_designs_that_are_equal_run_by_run_are_told_as_soon_as_one_day_in_ten_would_show():
+    """Values vary, and are equal in each run: 33 of each, not a thousand."""
+    values = np.random.default_rng(1).normal(50, 8, 1000)
+    found = kn(lambda _, replication: values[replication], 2, 0.5)
+    assert (found.best, found.within, found.equal, found.samples) == (0, (1,), (1,), (33, 33))
+    assert found.guaranteed
+
+
+def test_a_design_that_differs_on_a_late_day_is_not_taken_for_equal():
+    values = np.random.default_rng(1).normal(50, 8, 1000)
+    found = kn(lambda design, replication: values[replication] - 40 * (design and replication == 20), 2, 0.5)
+    assert found.equal == ()
+    assert found.samples[0] > 33

@@ -1,0 +1,78 @@
+"""A number that stands in two places of what is shown of a run is the same in both: terminal, JSON, tiles, story."""
+
+import re
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.answer import numbers
+from desim_warehouse.errors import number_of
+from desim_warehouse.questions.run import words
+from desim_warehouse.replay.payload import payload
+from desim_warehouse.replay.tiles import tiles
+from tests.run.test_lasting import RING
+
+GALLERY = {
+    "e-commerce": "10 min",
+    "goods-to-person": "5 min",
+    "hospital": "1 h",
+    "milk-run": "20 min",
+    "pallets": "20 min",
+    "sorting": "3 min",
+}
+
+
+def shortened(name):
+    length = {"run.length": GALLERY[name], "run.warm_up": 60, "log": "all"}
+    return dw.load(f"models/gallery/{name}.yaml", length)
+
+
+def story(run):
+    header, _ = payload(run.history, 0.0, run.history.end)
+    return [stop["said"] for stop in header["stops"]]
+
+
+def disagreements(run):
+    """What stands in two places and differs; each with both."""
+    kpis, said, told = run.kpis, " ".join(words.sentences(run)), story(run)
+    found = []
+
+    def hold(what, one, other):
+        if one != other:
+            found.append((what, one, other))
+
+    for tile in tiles(run.history):
+        if tile.key in kpis and tile.form in {"count", "share", "time", "open"} and tile.curve[1]:
+            hold(f"tile {tile.key}", round(float(tile.curve[1][-1]), 9), round(float(kpis[tile.key]), 9))
+    delivered = number_of(kpis["tasks"], "task")
+    hold("delivered, terminal", said.startswith(f"{delivered} delivered in "), True)
+    hold("delivered, story", told[-1].startswith(f"In all: {delivered} delivered"), True)
+    waits = numbers.PERCENT.value(kpis["share_waiting"])
+    hold("waiting, terminal", f"Robots spent {waits} of theirs waiting in traffic." in said, True)
+    hold("waiting, story", f"robots wait in traffic {waits} of the time." in told[-1], True)
+    first, lines = words.sentences(run)[0], words.sentences(run)
+    hold("on time", re.findall(r"[\d.]+ % on time", first), re.findall(r"[\d.]+ % on time", told[-1]))
+    for busiest in (line for line in told if "the busiest" in line):
+        hold("busiest", [line for line in lines if "the busiest" in line and line.startswith(busiest)] != [], True)
+    return found
+
+
+LARGE = {"goods-to-person", "sorting"}
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=pytest.mark.long if name in LARGE else pytest.mark.slow) for name in GALLERY]
+)
+def test_no_number_of_a_gallery_model_has_two_values(name):
+    run = dw.simulate(shortened(name), 1)
+    assert disagreements(run) == []
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_no_number_of_a_small_hall_has_two_values(number):
+    """Halls with one packer each, and robots, rates, warm-ups and due times of all kinds."""
+    rate, size, warm_up = 10 + 3 * number, 1 + number % 6, 600 * (number % 3)
+    goods = {"poisson": rate, "due_within": 120 + 60 * (number % 4)}
+    changes = {"tasks.goods": goods, "tasks.unload_time": 40, "fleet.size": size, "run": {"length": 7200}}
+    run = dw.simulate(dw.load(RING, {**changes, "run.warm_up": warm_up}), number)
+    assert disagreements(run) == []

@@ -1,0 +1,43 @@
+"""What the live page says before its first look: how many runs there are, and at once that work piles up."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.live.answers import Named, RunsSoFar
+from desim_warehouse.study.execution.work import Outcome
+from desim_warehouse.study.target import read_target
+from tests.run.test_lasting import RING
+
+TARGET = read_target("on_time >= 95 %")
+DUE = {"run.length": "2 h", "tasks.unload_time": 20}
+
+
+def so_far(runs, **goods):
+    """The first runs of six robots and a packer of 20 s, 180 loads an hour at most."""
+    model = dw.load(RING, {**DUE, "tasks.goods": {"due_within": 300, **goods}})
+    outcomes = [Outcome(dict(dw.simulate(model, seed).kpis), 1.0) for seed in range(runs)]
+    return RunsSoFar(Named("6 robots", {}, model), outcomes, "on_time", 0)
+
+
+@pytest.mark.parametrize("runs", [1, 2, 9])
+@pytest.mark.parametrize("rate", [260, 300])
+def test_an_overloaded_design_is_overloaded_after_its_first_run(runs, rate):
+    """80 and 120 tasks an hour more than can be done pile up."""
+    said = so_far(runs, poisson=rate).said(TARGET)
+    assert (said.verdict, said.label) == ("overloaded", "Cannot keep up")
+    assert said.sentence.startswith("Only ")
+
+
+@pytest.mark.parametrize("runs", [1, 3, 9])
+def test_before_the_first_look_the_badge_counts(runs):
+    said = so_far(runs, poisson=100).said(TARGET)
+    assert said.label == f"{runs} of 10 runs"
+    assert said.sentence.startswith("So far ") == (runs > 1)
+
+
+def test_from_the_first_look_on_it_is_the_verdict():
+    assert so_far(10, poisson=60).said(TARGET).label == "Target met"
+
+
+def test_without_a_target_nothing_is_counted_down():
+    assert so_far(3, poisson=60).said(None).label == "Simulated"

@@ -1,0 +1,60 @@
+"""Rows of orders are compared whole, and columns that are not read are named; files of a few rows, by hand."""
+
+import pandas as pd
+import pytest
+
+from desim_warehouse.model.order_day import order_day
+
+WAYS = ("csv", "parquet")
+
+
+def read(folder, model, rows, how="csv", **options):
+    """A day whose table has these rows; the first has the headings."""
+    head, *below = [row.split(";") for row in rows]
+    frame = pd.DataFrame(below, columns=head)
+    path = folder / f"day.{how}"
+    if how == "csv":
+        frame.to_csv(path, index=False, sep=";")
+    else:
+        frame.to_parquet(path, index=False)
+    return order_day(path, model, **options)
+
+
+@pytest.mark.parametrize("how", WAYS)
+def test_lines_that_differ_in_any_cell_are_no_doubles(hall, tmp_path, how):
+    rows = ["release;order;from;line;sku", "60;a;1;10;4711", "60;a;1;20;4712", "60;a;1;20;4713", "60;a;1;20;4713"]
+    day = read(tmp_path, hall, rows, how)
+    assert len(day.lines) == 3
+    assert day.unread == ("line", "sku")
+    (problem,) = day.problems
+    assert "row 4, order: the same row as one before (got 'a')" in problem
+    assert list(day.skipped.columns) == ["release", "order", "from", "row"]
+
+
+@pytest.mark.parametrize("how", WAYS)
+@pytest.mark.parametrize("state", ["CANCELLED", "canceled", "Storno", "storniert", "Returned", "Retoure", "gelöscht"])
+def test_orders_that_were_called_off_are_asked_about(hall, tmp_path, how, state):
+    rows = ["release;order;Status", "60;a;SHIPPED", f"70;b;{state}", "80;c;shipped"]
+    day = read(tmp_path, hall, rows, how)
+    assert [line.order for line in day.lines] == ["a", "c"]
+    (problem,) = day.problems
+    assert f"row 2, Status: an order that was called off (got '{state}'), expected orders that are driven" in problem
+
+
+@pytest.mark.parametrize("text", ["storno possible", "not cancelled", "open", "", "returns desk"])
+def test_other_states_are_driven(hall, tmp_path, text):
+    day = read(tmp_path, hall, ["release;order;Remark", f"60;a;{text}"])
+    assert (len(day.lines), day.problems, day.unread) == (1, (), ("Remark",))
+
+
+def test_columns_with_places_of_the_model_that_are_not_read_say_so(hall, tmp_path):
+    day = read(tmp_path, hall, ["release;Wo;Wer;Nr", "60;A;Ann;1", "70;Z-99;Bob;2"])
+    assert day.unread == ("Wo (it has places of the model)", "Wer", "Nr")
+
+
+def test_rows_with_nothing_but_a_remark_are_no_orders(hall, tmp_path):
+    assert len(read(tmp_path, hall, ["release;order;Remark", "60;a;x", ";;printed by Ann"]).lines) == 1
+
+
+def test_nothing_is_said_where_all_columns_are_read(hall, tmp_path):
+    assert read(tmp_path, hall, ["release;order", "60;a"]).unread == ()

@@ -1,0 +1,155 @@
+"""What a plan promises: of which days, beside which fleets, and no more than its runs tell."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.outcome.targets import parse_target
+from desim_warehouse.questions.plan import worded
+from desim_warehouse.report.example import example
+from desim_warehouse.study.fleet import Designs, FleetSizes, Shown, Sized
+from desim_warehouse.study.statistics.intervals import Estimate, TaskShare
+from desim_warehouse.study.statistics.judge import DesignVerdict, Judge, judged, verdict_steps
+from desim_warehouse.study.statistics.limits import RARE_DAYS
+from desim_warehouse.study.statistics.procedure import follow
+from desim_warehouse.study.target import Days, days_of, read_target
+from tests.study.statistics.coverage import TWO_KINDS
+
+BUSY = {"robots": Estimate(10, 0.8, (0.75, 0.85), 0.01, 0.8, {}, False, 0.95)}
+COUNTS = tuple((robots, 1) for robots in range(1, 5))
+
+
+def fleet(robots, verdict, days, mean, low, high, *, least=33, worst=None):
+    """A fleet with one charger that was judged."""
+    found = DesignVerdict(0, verdict, days, mean, low, high, 0.99, False, least=least)
+    seen = Estimate(days, mean, (low, high), 0.01, mean, {}, False, 0.95)
+    return Shown((robots, 1), {"fleet.size": robots}, found, seen, None, None, days=worst)
+
+
+def answer(best, *below, target="on_time >= 95 %", model=None):
+    """The answer of a plan with these fleets, of one to four robots."""
+    sized = Sized("today", 1.0, 60.0, best, below, BUSY, False, (), {}, counts=COUNTS)
+    base = model or example()
+    goal = read_target(target)
+    return worded(FleetSizes(base, goal, 0.01, 0.95, "nearest", (sized,), (), None, Designs(base), 99)).answer
+
+
+GOOD = fleet(3, "meets", 33, 0.98, 0.96, 0.99, worst=Days(33, 0.35, 4))
+
+
+def test_the_worst_day_and_the_days_missed_stand_beside_the_mean():
+    first, *_ = answer(GOOD, fleet(2, "fails", 8, 0.8, 0.7, 0.85)).answer
+    assert first.endswith(": 98 % (96 to 99) on time; the worst of 33 days 35 %, 4 below 95 %.")
+
+
+def test_days_are_counted_by_the_sense_of_the_target():
+    """Of 100, 250 and 180 s, at most 200 allowed: one missed, the worst is 250."""
+    assert days_of([100.0, 250.0, 180.0], parse_target("cycle_time_p95 <= 200")) == Days(3, 250.0, 1)
+    assert days_of([0.9, 1.0, 0.99], parse_target("on_time >= 0.95")) == Days(3, 0.9, 1)
+    assert days_of([1.0, 1.0], parse_target("on_time >= 0.95")) is None
+    assert days_of([0.5], parse_target("on_time >= 0.95")) is None
+
+
+@pytest.mark.parametrize(
+    ("least", "covered"), [(12, "one in two"), (33, "one in ten"), (59, "one in twenty"), (150, "one in fifty")]
+)
+def test_the_promise_says_which_days_it_covers(least, covered):
+    best = fleet(3, "meets", 160, 0.98, 0.96, 0.99, least=least)
+    assert (
+        f"That covers days that come at least {covered}." in answer(best, fleet(2, "fails", 8, 0.8, 0.7, 0.85)).promise
+    )
+
+
+def test_what_comes_more_rarely_is_not_covered():
+    """Three robots for an hour each of 150: one day in 50.5, which 150 days would show."""
+    rare = {"fleet.robot.breakdowns": {"every": {"exponential": 540_000.0}, "repair": 600}, "run.length": 3600.0}
+    best = fleet(3, "meets", 59, 0.98, 0.96, 0.99, least=59)
+    said = answer(best, fleet(2, "fails", 8, 0.8, 0.7, 0.85), model=example().replace(rare)).promise
+    assert "Breakdowns come more rarely, and are not covered (--first 150)." in said
+
+
+def test_the_promise_leaves_out_smaller_fleets_that_are_open():
+    beside = answer(GOOD, fleet(2, "undecided", 80, 0.95, 0.93, 0.96)).promise
+    assert "and no smaller one, but for 1 to 2 robots and 1 charger, is better than that by 1 % or more" in beside
+    told = answer(GOOD, fleet(2, "fails", 80, 0.9, 0.89, 0.92)).promise
+    assert "and no smaller one is better than that by 1 % or more" in told
+
+
+def test_no_fleet_is_enough_only_where_the_largest_was_shown_to_fail():
+    failing = answer(None, fleet(4, "fails", 8, 0.8, 0.7, 0.85)).answer[0]
+    assert failing.startswith(
+        "Today (60 an hour): no fleet is enough. 4 robots and 1 charger: 80 % (70 to 85) on time."
+    )
+    largest = fleet(4, "undecided", 80, 0.96, 0.94, 0.98, worst=Days(80, 0.8, 9))
+    assert "no fleet is enough" not in " ".join(answer(None, fleet(1, "fails", 5, 0, 0, 0), largest).answer)
+
+
+def test_where_the_runs_do_not_tell_the_open_fleets_are_named():
+    largest = fleet(4, "undecided", 80, 0.96, 0.94, 0.98, worst=Days(80, 0.8, 9))
+    first = answer(None, fleet(2, "fails", 12, 0.8, 0.7, 0.85), largest).answer[0]
+    assert first == (
+        "Today (60 an hour): not decided after 80 days: 3 to 4 robots and 1 charger may be enough; even many more runs "
+        "may not tell. 4 robots and 1 charger: 96 % (94 to 98) on time; the worst of 80 days 80 %, 9 below 95 %."
+    )
+
+
+def test_a_target_of_all_is_answered_with_what_the_days_show():
+    found = answer(None, fleet(4, "undecided", 80, 1.0, 0.993, 1.0), target="on_time >= 100 %")
+    assert found.answer[0] == (
+        "Today (60 an hour): no fleet can be shown to be enough. 4 robots and 1 charger: 100 % on every one of 80 "
+        "days, which shows at least 99.3 %. No number of days shows 100 %: ask for 99 or 99.5 %."
+    )
+    assert [option.standing for option in found.options] == ["edge"]
+
+
+def test_not_met_beside_an_interval_that_holds_the_target_has_its_reason():
+    """94.5 % (93 to 95.7): the mean misses 95 %, and what is better by 1 %, 96 %, is beyond the interval."""
+    [note] = answer(GOOD, fleet(2, "fails", 50, 0.945, 0.93, 0.957)).notes
+    assert note == (
+        "2 robots and 1 charger is not met: the mean misses 95 %, and the interval, though it holds that, leaves out "
+        "what is better by 1 % (--zone)."
+    )
+    assert answer(GOOD, fleet(2, "fails", 50, 0.93, 0.92, 0.94)).notes == ()
+
+
+@pytest.mark.parametrize("target", [0.95, 0.99, 0.995])
+@pytest.mark.parametrize("tasks", [40, 200])
+def test_a_fleet_that_is_perfect_each_day_is_found(target, tasks):
+    judge = Judge(parse_target(f"on_time >= {target}"), zone=(1 - target) / 2, within=(0.0, 1.0))
+    follow(verdict_steps([0], judge), lambda *_: TaskShare(1.0, tasks))
+    assert judge.verdicts[0].verdict == "meets"
+
+
+def test_a_cost_that_is_the_same_in_all_runs_has_no_interval_and_is_decided_at_once():
+    judge = Judge(parse_target("annual_cost <= 255000"), first=10, within=(0.0, float("inf")), agree=True)
+    follow(verdict_steps([0, 1], judge), lambda number, _: 252_000.0 + 6000 * number)
+    assert [(one.verdict, one.n, one.low) for one in judge.verdicts.values()] == [
+        ("meets", 10, None),
+        ("fails", 10, None),
+    ]
+
+
+def test_what_is_made_of_counts_or_lies_at_an_end_of_its_range_may_agree_by_chance():
+    judge = Judge(parse_target("share_waiting <= 0.1"), within=(0.0, 1.0), agree=True)
+    follow(verdict_steps([0], judge), lambda *_: 0.0)
+    assert judge.verdicts[0].low is not None
+
+
+def test_a_fleet_may_be_ruled_out_after_five_days_and_is_named_after_33_or_59():
+    """Days of 60 and 99 %, clear from the first look on."""
+    for share, days, runs in ((0.6, None, 5), (0.99, None, 33), (0.99, RARE_DAYS, 59)):
+        judge = Judge(parse_target("on_time >= 0.9"), zone=0.01, within=(0.0, 1.0))
+        judge.days = judge.days if days is None else lambda _, days=days: days
+        follow(verdict_steps([0], judge), lambda _, r, share=share: TaskShare(share + 0.001 * (r % 2), 1000))
+        assert judge.verdicts[0].n == runs
+
+
+def test_a_fleet_with_one_bad_day_in_ten_that_misses_is_seldom_named():
+    assert TWO_KINDS[1].wrongly_met(0.95, 100, 60) <= 0.07 + 0.03  # a standard error of 60 plans
+
+
+def test_verdicts_of_a_study_on_a_cost_are_exact():
+    prices = {"prices": {"hours": 4000.0, "robot": 6000.0}}
+    study = dw.Study(example(), {"fleet.size": [1, 2]}, replications=5, changes=prices, target="annual_cost <= 7000")
+    found = study.run().results.judged
+    assert [(one.verdict, one.deterministic) for one in found.values()] == [("meets", True), ("fails", True)]
+    assert judged("", [6000.0] * 5, parse_target("annual_cost <= 7000"), 0.95, True, (0, 1e9)).low is None
