@@ -241,7 +241,7 @@ def test_words_about_a_moment_go_when_the_clock_leaves_it(browser, tmp_path):
     page = Page(browser, busy_run(), tmp_path)
     page.press("n")
     page.frame()
-    assert " the busiest: " in page.text("said")
+    assert " the busiest, " in page.text("said")
     page.seek(page.ask("page.time()") + 60)
     page.frame()
     assert page.text("said") == ""
