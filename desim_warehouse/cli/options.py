@@ -43,6 +43,28 @@ _accept = click.option(
     metavar="CODE",
     help="Simulate despite this error of `desim check`; may be repeated. The same as --set accept=[CODE, ...].",
 )
+with_seed = click.option(
+    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random streams."
+)
+with_confidence = click.option(
+    "--confidence",
+    type=click.FloatRange(0, 1, min_open=True, max_open=True),
+    default=0.95,
+    show_default=True,
+    help="Confidence of intervals and verdicts.",
+)
+with_indicator = click.option(
+    "--indicator",
+    "indicators",
+    shell_complete=indicators,
+    multiple=True,
+    metavar="NAME",
+    help="What to look at, or all; may be repeated.  [default: what such runs are judged by]",
+)
+with_dates = click.option(
+    "--dates", type=click.Choice(["us", "uk"]), help="How 03/02/2026 is meant: March 2, or 3 February."
+)
+with_force = click.option("--force", is_flag=True, help="Overwrite files that are there.")
 
 
 def with_overrides(command: F) -> F:
@@ -59,33 +81,11 @@ def with_overrides(command: F) -> F:
     return cast("F", _set(_unset(_accept(call))))
 
 
-with_seed = click.option(
-    "--seed", type=click.IntRange(min=0), default=0, show_default=True, help="Seed of all random streams."
-)
-with_confidence = click.option(
-    "--confidence",
-    type=click.FloatRange(0, 1, min_open=True, max_open=True),
-    default=0.95,
-    show_default=True,
-    help="Confidence of intervals and verdicts.",
-)
-
-
 def with_json(content: str = "") -> Callable[[F], F]:
     """Add `--json`; `content` says what the object has."""
     return click.option(
         "--json", "as_json", is_flag=True, help=f"Print one JSON object{': ' if content else ''}{content}."
     )
-
-
-with_indicator = click.option(
-    "--indicator",
-    "indicators",
-    shell_complete=indicators,
-    multiple=True,
-    metavar="NAME",
-    help="What to look at, or all; may be repeated.  [default: what such runs are judged by]",
-)
 
 
 class TimeIn(click.ParamType[float]):
@@ -112,12 +112,6 @@ class TimeIn(click.ParamType[float]):
         if time > self.most and value.strip()[-1:].isdecimal():
             click.echo(f"warning: {value} is {value} {self.unit}; for seconds write {value}s", err=True)
         return time
-
-
-with_dates = click.option(
-    "--dates", type=click.Choice(["us", "uk"]), help="How 03/02/2026 is meant: March 2, or 3 February."
-)
-with_force = click.option("--force", is_flag=True, help="Overwrite files that are there.")
 
 
 def write_model(path: str, text: str, *, force: bool) -> None:

@@ -41,6 +41,45 @@ with_vary = click.option(
 with_page = click.option(
     "--page", metavar="FILE", help="Write a page in which sliders choose the design and two designs are compared."
 )
+_STATED = ("confidence", "seed", "timeout")
+"""What a study file may say of its search, too."""
+_OPTIONS: dict[Keys, str] = {
+    ("replications",): "--replications",
+    ("replications", "indicator"): "--until",
+    ("replications", "half_width"): "--half-width",
+    ("replications", "confidence"): "--confidence",
+    ("replications", "cap"): "--cap",
+    ("design",): "--design",
+    ("indicators",): "--indicator",
+    ("warm_up",): "--warm-up",
+    ("target",): "--target",
+}
+"""Key of a study: the option that gives it."""
+_SEARCH: dict[str, Callable[[F], F]] = {
+    "confidence": with_confidence,
+    "seed": with_seed,
+    "workers": click.option(
+        "--workers",
+        default="auto",
+        show_default=True,
+        metavar="N|auto",
+        help="Processes on this machine, at most 256; auto: one for each processor, where it is worth it.",
+    ),
+    "cluster": click.option(
+        "--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."
+    ),
+    "timeout": click.option(
+        "--timeout",
+        type=TimeIn("s"),
+        metavar="TIME",
+        help="Time that a run may take: seconds, or with a unit such as 5min.",
+    ),
+}
+"""A field of `Search`: the option that gives it."""
+BY_TARGET = f"{FIRST} for shares, else {FIRST_OF_MEANS}"
+"""The first look at a design by default: see `desim_warehouse.study.target.first_look`."""
+BY_DAYS = f"{COMMON_DAYS.cap}, {RARE_DAYS.cap} with rare failures"
+"""The most replications of a design by default: see `desim_warehouse.study.rare.days_needed`."""
 
 
 def study_of(
@@ -76,45 +115,6 @@ def study_of(
     }
     stated = {name: getattr(search, name) for name in _STATED}
     return Study.of(plan_of(model, {**content, "set": changes, "factors": factors, **stated}, options))
-
-
-_STATED = ("confidence", "seed", "timeout")
-"""What a study file may say of its search, too."""
-_OPTIONS: dict[Keys, str] = {
-    ("replications",): "--replications",
-    ("replications", "indicator"): "--until",
-    ("replications", "half_width"): "--half-width",
-    ("replications", "confidence"): "--confidence",
-    ("replications", "cap"): "--cap",
-    ("design",): "--design",
-    ("indicators",): "--indicator",
-    ("warm_up",): "--warm-up",
-    ("target",): "--target",
-}
-"""Key of a study: the option that gives it."""
-
-
-_SEARCH: dict[str, Callable[[F], F]] = {
-    "confidence": with_confidence,
-    "seed": with_seed,
-    "workers": click.option(
-        "--workers",
-        default="auto",
-        show_default=True,
-        metavar="N|auto",
-        help="Processes on this machine, at most 256; auto: one for each processor, where it is worth it.",
-    ),
-    "cluster": click.option(
-        "--cluster", metavar="ADDRESS", help="A Dask scheduler such as tcp://10.0.0.1:8786, or local."
-    ),
-    "timeout": click.option(
-        "--timeout",
-        type=TimeIn("s"),
-        metavar="TIME",
-        help="Time that a run may take: seconds, or with a unit such as 5min.",
-    ),
-}
-"""A field of `Search`: the option that gives it."""
 
 
 def with_search(
@@ -157,12 +157,6 @@ def with_search(
         return decorated
 
     return add
-
-
-BY_TARGET = f"{FIRST} for shares, else {FIRST_OF_MEANS}"
-"""The first look at a design by default: see `desim_warehouse.study.target.first_look`."""
-BY_DAYS = f"{COMMON_DAYS.cap}, {RARE_DAYS.cap} with rare failures"
-"""The most replications of a design by default: see `desim_warehouse.study.rare.days_needed`."""
 
 
 def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:

@@ -45,6 +45,14 @@ _ROOTS = 60
 """Roots in the list."""
 _LONGEST = 12
 """Waits that each of them leads to, the longest of the window first."""
+ENDLESS = -1
+"""Units of an item that never runs out."""
+ENERGY = 1000
+"""Steps in a full battery."""
+_DRIVING = (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY)
+SAME, OTHER, ONWARD = 0, 1, 2
+"""Edge codes of a leg: the same edge, an edge named in another column, or the n-th out of the last one's end."""
+Columns = dict[str, Any]
 
 
 def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
@@ -72,10 +80,6 @@ def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
         }
         for root, (time, robots) in list(chains.lost_to(history, until).items())[:_ROOTS]
     ]
-
-
-ENDLESS = -1
-"""Units of an item that never runs out."""
 
 
 def pod_columns(history: History, scale: MapScale) -> dict[str, Any]:
@@ -121,15 +125,6 @@ def pod_columns(history: History, scale: MapScale) -> dict[str, Any]:
         "line_node": [node[row.node] for _, row in lines],
         "line_units": units,
     }
-
-
-ENERGY = 1000
-"""Steps in a full battery."""
-_DRIVING = (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY)
-SAME, OTHER, ONWARD = 0, 1, 2
-"""Edge codes of a leg: the same edge, an edge named in another column, or the n-th out of the last one's end."""
-
-Columns = dict[str, Any]
 
 
 def payload(history: History, start: float, end: float) -> tuple[dict[str, Any], Columns]:

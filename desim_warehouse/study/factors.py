@@ -25,6 +25,12 @@ RESERVED = ("replication", "seed", "deterministic", "run_time", "error")
 _RANGE = re.compile(r"\s*([+-]?[\d.]+?)\.\.([+-]?\d[\d.]*?)(?:\.\.(\d[\d.]*))?\s*")
 _DASHED = re.compile(r"\s*(\d+\.?\d*)\s*[-–]\s*(\d+\.?\d*)\s*")
 _DIGITS = 12  # of a value of a range: 0.3, not 0.30000000000000004
+_ENDS = "first, last and, if not 1, the step, such as 1..6 or [0.5, 2, 0.5]"
+DRAW = "expected lists of values, drawn by SALib or scipy.stats.qmc, with design: paired"
+"""What to write instead of a sampled design."""
+FORMS = ("named", "cases", "range", "linspace")
+"""The keys of a section that gives the values of a factor."""
+EXPECTED = "a list of values, a range such as 1..6, or a section with " + spoken(FORMS, "or")
 
 
 @dataclass(frozen=True)
@@ -154,9 +160,6 @@ def _between_ends(ends: Sequence[float]) -> Sequence[float]:
     return [round(value, _DIGITS) if isinstance(value, float) else value for value in values]
 
 
-_ENDS = "first, last and, if not 1, the step, such as 1..6 or [0.5, 2, 0.5]"
-
-
 def _is_range(ends: tuple[float, ...]) -> tuple[float, ...]:
     try:
         _between_ends(ends)
@@ -216,13 +219,6 @@ class Cases(Part):
         return (
             Level(case, dict(changes or {}), ("factors", key, "cases", case)) for case, changes in self.cases.items()
         )
-
-
-DRAW = "expected lists of values, drawn by SALib or scipy.stats.qmc, with design: paired"
-"""What to write instead of a sampled design."""
-FORMS = ("named", "cases", "range", "linspace")
-"""The keys of a section that gives the values of a factor."""
-EXPECTED = "a list of values, a range such as 1..6, or a section with " + spoken(FORMS, "or")
 
 
 def _form(given: Any) -> str | None:

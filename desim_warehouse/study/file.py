@@ -78,6 +78,7 @@ if TYPE_CHECKING:
 
 _MODEL = "a model file, relative to the study file, or a whole model"
 _REPLICATIONS = "a number of at least 1, or {indicator: T, half_width: 2 %}"
+_Several = Annotated[int, Field(strict=True, ge=2, le=MOST_REPLICATIONS)]
 
 
 def _indicator(name: Any) -> Any:
@@ -104,7 +105,6 @@ def _target(text: str) -> str:
 
 
 IndicatorName = Annotated[str, BeforeValidator(_indicator)]
-_Several = Annotated[int, Field(strict=True, ge=2, le=MOST_REPLICATIONS)]
 
 
 class Until(Part):

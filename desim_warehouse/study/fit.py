@@ -44,6 +44,18 @@ TINY = 1e-300
 """In place of 0 as a divisor."""
 IMPOSSIBLE = 1e10
 """In place of the minus log likelihood of times that a distribution cannot have."""
+FEWEST = 20
+"""Measured times from which on a distribution is proposed."""
+TESTED = 2000
+"""Times that the test takes at most: with more, every smooth curve is refuted by the clock that measured them."""
+SAMPLES = 199
+"""Samples of the proposed distribution to which the measured times are compared."""
+BOUNDED = {"uniform", "triangular"}
+"""Families with a largest time."""
+LEVEL = 0.05
+"""A p-value below this speaks against a distribution."""
+MOST_PROBLEMS = 20
+"""Problems of one file that are listed."""
 
 
 class Counted(NamedTuple):
@@ -280,18 +292,6 @@ def _short(value: float) -> float:
     return float(f"{value:.{DIGITS}g}")
 
 
-FEWEST = 20
-"""Measured times from which on a distribution is proposed."""
-TESTED = 2000
-"""Times that the test takes at most: with more, every smooth curve is refuted by the clock that measured them."""
-SAMPLES = 199
-"""Samples of the proposed distribution to which the measured times are compared."""
-BOUNDED = {"uniform", "triangular"}
-"""Families with a largest time."""
-LEVEL = 0.05
-"""A p-value below this speaks against a distribution."""
-
-
 @dataclass(frozen=True)
 class Candidate:
     """A family with its most likely parameters, and Akaike's criterion: the less, the better.
@@ -419,10 +419,6 @@ def _distance(family: Family, parameters: Parameters, times: NDArray[np.float64]
     below = family.frozen(parameters).cdf(marks + step / 2)
     seen = np.searchsorted(np.sort(times), marks + step / 2) / n
     return float(n * ((seen - below) ** 2 * np.diff(below, prepend=0.0)).sum())
-
-
-MOST_PROBLEMS = 20
-"""Problems of one file that are listed."""
 
 
 def read_times(path: Path, column: str) -> list[float]:

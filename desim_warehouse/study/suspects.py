@@ -40,6 +40,23 @@ DOSE = 0.1
 """The part of a capacity, or of the work, by which gains are compared."""
 MOST_UNTAKEN = 0.1
 """Part of their time that tasks may wait to be taken up without robots being scarce."""
+MOST_NODES = 5
+"""Intersections that are looked at: those with the most waiting before them."""
+LEAST_WAITING = 0.002
+"""Part of the fleet's time that must be waited before an intersection for it to be looked at."""
+MOST_LANES = 3
+"""Two-way lanes that are looked at one by one: those on which robots spend most time."""
+ROUNDING = 1e-9
+CLEARED = 120.0
+"""Seconds after which a broken robot is off the lanes, as a relief."""
+_LIMITS = ("speed", "speed_back")
+SOONER, FEWER = 0.1, 0.05
+"""Parts by which handling times and demand are less."""
+LEAST_CHARGING = 0.05
+"""Part of the fleet's time on chargers from which the charging policy is looked at, where tasks wait for robots."""
+HALF = 0.5
+DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}
+"""Those by which lines of a visit are many or few; where pods are stored hardly moves them."""
 
 
 @dataclass(frozen=True)
@@ -63,20 +80,6 @@ class Suspect:
     def scale(self) -> float:
         """What makes its gain into that of an equal dose: a tenth of a capacity or of the work, or all of the rest."""
         return 1.0 if self.dose is None else DOSE / abs(self.dose)
-
-
-MOST_NODES = 5
-"""Intersections that are looked at: those with the most waiting before them."""
-LEAST_WAITING = 0.002
-"""Part of the fleet's time that must be waited before an intersection for it to be looked at."""
-MOST_LANES = 3
-"""Two-way lanes that are looked at one by one: those on which robots spend most time."""
-ROUNDING = 1e-9
-CLEARED = 120.0
-"""Seconds after which a broken robot is off the lanes, as a relief."""
-_LIMITS = ("speed", "speed_back")
-SOONER, FEWER = 0.1, 0.05
-"""Parts by which handling times and demand are less."""
 
 
 def suspects(run: RunData) -> list[Suspect]:
@@ -343,9 +346,6 @@ def _plain(model: Model) -> Iterator[Suspect]:
 
 # Decisions
 
-LEAST_CHARGING = 0.05
-"""Part of the fleet's time on chargers from which the charging policy is looked at, where tasks wait for robots."""
-
 
 def decisions(run: RunData) -> Iterator[Suspect]:
     """Each decision with another in its place."""
@@ -374,10 +374,6 @@ def _charging(model: Model) -> Iterator[Suspect]:
 
 
 # Pods
-
-HALF = 0.5
-DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}
-"""Those by which lines of a visit are many or few; where pods are stored hardly moves them."""
 
 
 def of_pods(model: Model) -> Iterator[Suspect]:

@@ -11,6 +11,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import COMMANDS, desim
 from desim_warehouse.errors import StudyError
+from desim_warehouse.questions.run import words as run_words
 
 MODEL = "models/multibots.yaml"
 
@@ -25,7 +26,10 @@ def test_run_prints_one_json_object():
     [line] = said.stdout.splitlines()
     answer = json.loads(line)
     run = dw.simulate(dw.load(MODEL, {"fleet.size": 3, "tasks.goods": [11, 8]}), seed=5)
-    assert answer == {**run.kpis, "verdicts": [], "warnings": [], "seed": 5, "version": dw.__version__}
+    sentences = run_words.sentences(run)
+    told = {"answer": sentences, "verdicts": [], "warnings": [], "seed": 5, "version": dw.__version__}
+    assert answer == {**run.kpis, **told}
+    assert sentences[0].startswith("2 tasks delivered in 584 steps")
     assert {"T", "S", "C", "moves", "distance", "energy", "waiting", "cost"} <= set(answer)
 
 

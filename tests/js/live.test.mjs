@@ -6,7 +6,7 @@ import { load } from "./load.mjs";
 
 const world = { AbortController, TextDecoderStream, clearTimeout, setTimeout };
 const files = ["00-parts", "01-feed", "01-frozen", "02-knobs", "04-held-up"];
-const { Feed, Frozen, RefusedError, heldUp, placeOf, rounds } = load("../live", files, ["Feed", "Frozen", "RefusedError", "heldUp", "placeOf", "rounds"], {
+const { Feed, Frozen, RefusedError, heldUp, placeOf, rounds } = load("live", files, ["Feed", "Frozen", "RefusedError", "heldUp", "placeOf", "rounds"], {
   ...world,
   URL,
   fetch: (path, options) => world.fetch(path, options),

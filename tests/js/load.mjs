@@ -3,7 +3,7 @@
 import { readFileSync } from "node:fs";
 import { runInNewContext } from "node:vm";
 
-const HOME = new URL("../../desim_warehouse/look/", import.meta.url);
+const HOME = new URL("../../desim_warehouse/", import.meta.url);
 // `page`: a folder beside it; `world`: what the scripts find there beside the console.
 
 export function load(page, files, names, world = {}) {

@@ -19,7 +19,7 @@ PAGES = {"replay": (PACKAGE / "replay", ()), "live": (PACKAGE / "live", SHARED)}
 @pytest.mark.parametrize("page", list(PAGES))
 def test_a_linter_finds_nothing_in_the_whole_script_of_a_page(page, tmp_path):
     home, shared = PAGES[page]
-    parts = [REPORT / "web.js", *(REPORT / name for name in shared), *sorted((home / "js").iterdir())]
+    parts = [REPORT / "web.js", *(PACKAGE / name for name in shared), *sorted((home / "js").iterdir())]
     whole = tmp_path / f"{page}.js"
     whole.write_text("\n".join(part.read_text(encoding="utf-8") for part in parts), encoding="utf-8")
     linter = shutil.which("oxlint", path=str(Path(sys.executable).parent)) or "oxlint"

@@ -1,7 +1,6 @@
 """Parts of the world do not know their whole: what a part needs it is given."""
 
 import ast
-from itertools import groupby
 from pathlib import Path
 
 import desim_warehouse
@@ -12,20 +11,6 @@ ROBOTS = {"robot", "body", "driver", "other", "member", "ahead", "behind", "fron
 """What robots, and bodies, are called where others deal with them."""
 MOST_FIELDS_SET = 12
 """Five for slots in bays, and seven in the hot path, where a verb costs too much. In 0.2.0 there were 108."""
-READ_FROM_THE_TOP = {
-    "feasibility",
-    "fleet_log",
-    "layout",
-    "learn",
-    "live",
-    "look",
-    "model",
-    "outcome",
-    "plants",
-    "policies",
-    "values",
-}
-"""Packages whose modules, as those of the root, have their constants above the code."""
 
 
 def classes(folder):
@@ -90,21 +75,30 @@ def test_a_folder_is_read_at_a_glance():
 
 
 def blocks_below_code(tree):
-    """How many blocks of constants stand below the first class or function of a module."""
+    """Count the blocks below the first class or function that have a constant which needs nothing of the module."""
     code, constants = (ast.ClassDef, ast.FunctionDef, ast.AsyncFunctionDef), (ast.Assign, ast.AnnAssign)
-    kinds = [isinstance(node, constants) for node in tree.body if isinstance(node, code + constants)]
-    blocks = [is_constant for is_constant, _ in groupby(kinds)]
-    return sum(blocks[1:])
+    own, blocks, was_free = set(), 0, False
+    for node in (node for node in tree.body if isinstance(node, code + constants)):
+        if isinstance(node, code):
+            own.add(node.name)
+            was_free = False
+            continue
+        names = [name for name in ast.walk(node) if isinstance(name, ast.Name)]
+        if own & {name.id for name in names if isinstance(name.ctx, ast.Load)}:
+            own |= {name.id for name in names if isinstance(name.ctx, ast.Store)}
+        elif own:
+            blocks += not was_free
+            was_free = True
+    return blocks
 
 
 def test_constants_stand_above_the_code():
-    """Those that need a class or function of the module stand below it, all in one block."""
+    """Those that need a class or function of the module stand below it; of the others at most one block does."""
     assert blocks_below_code(ast.parse("A = 1\nclass B: ...\nC = B()\n'What it is.'\nD: int = 2\ndef e(): ...")) == 1
     assert blocks_below_code(ast.parse("class A: ...\nB = 1\ndef c(): ...\nD = 2")) == 2
     scattered = {
         path.relative_to(PACKAGE).as_posix(): blocks
         for path in sorted(PACKAGE.rglob("*.py"))
-        if path.parent == PACKAGE or path.relative_to(PACKAGE).parts[0] in READ_FROM_THE_TOP
         if (blocks := blocks_below_code(ast.parse(path.read_text(encoding="utf-8")))) > 1
     }
     assert scattered == {}

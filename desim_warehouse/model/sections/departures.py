@@ -14,6 +14,7 @@ from desim_warehouse.values.calendars import DAY, clock_of, clock_time
 from desim_warehouse.values.fields import SECTION, Duration, Forms, Part, Text, Time, Usual, by_type, form, wrong
 
 _PATTERN = r"^\d\d?:[0-5]\d(:[0-5]\d)?$"
+DUE_AT = Usual("1 min", instant=True)
 
 
 def is_clock(value: Any) -> bool:
@@ -50,10 +51,9 @@ DueTime = Annotated[
     Forms("a time by the clock such as '10:00', or from the start of the run such as 4 h", pick=_pick),
 ]
 DueTimes = Annotated[tuple[DueTime, ...], AfterValidator(_in_order)]
-DUE_AT = Usual("1 min", instant=True)
 
 
-class Departures(Part):
+class LeavingTimes(Part):
     """Departures that an order must come some time before; later ones take the next."""
 
     times: Annotated[
@@ -68,7 +68,7 @@ class Departures(Part):
 
 
 DueAt = Annotated[
-    Annotated[DueTimes, form("times")] | Annotated[Departures, form("section")],
+    Annotated[DueTimes, form("times")] | Annotated[LeavingTimes, form("section")],
     Forms(
         "a list of times by the clock (['10:00', '18:00']) or from the start of the run ([4 h, 12 h]), "
         "or {times: [...], cut_off: 30 min}",
@@ -90,9 +90,9 @@ class Timetable:
     cut_off: float = 0.0
 
     @classmethod
-    def of(cls, due_at: tuple[float | str, ...] | Departures, start: str, second: float) -> Timetable:
+    def of(cls, due_at: tuple[float | str, ...] | LeavingTimes, start: str, second: float) -> Timetable:
         """The departures of a key, for a run that starts at `start`; `second`: in its time unit."""
-        times, cut_off = (due_at.times, due_at.cut_off) if isinstance(due_at, Departures) else (due_at, 0.0)
+        times, cut_off = (due_at.times, due_at.cut_off) if isinstance(due_at, LeavingTimes) else (due_at, 0.0)
         clocks = [clock_time(time) for time in times if isinstance(time, str)]
         if not clocks:
             return cls(tuple(time for time in times if not isinstance(time, str)), math.inf, cut_off)

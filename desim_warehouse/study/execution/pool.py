@@ -40,6 +40,9 @@ _GRACE = 2.0  # seconds beyond its time-out until the process of a run that cann
 _START = 120.0  # seconds that a process may take to start
 _STARTS = 3  # processes in a row that may end before they are ready
 _END = 2.0  # seconds that a dying process may take to end
+_starting = threading.Lock()
+ALONE = 1.0
+"""Seconds of runs in this process: about as long as worker processes take to start."""
 
 
 class Worker:
@@ -82,7 +85,9 @@ class Worker:
         if number is None:
             self.bases.append(base)
         runs = [handle.wanted for handle in handles]
-        self.send(child.Batch(len(self.bases) - 1, base, runs) if number is None else child.Batch(number, None, runs))
+        self.send(
+            child.RunBatch(len(self.bases) - 1, base, runs) if number is None else child.RunBatch(number, None, runs)
+        )
 
     def stop(self, handle: Handle) -> None:
         """Have it stop a run, or not begin it."""
@@ -268,9 +273,6 @@ class Pool(SharedExecutor):
             self.batches.died(worker.handles)
 
 
-_starting = threading.Lock()
-
-
 @contextmanager
 def _inheriting_nothing() -> Iterator[None]:
     """Start a process without our main module and without Ctrl-C.
@@ -291,10 +293,6 @@ def _inheriting_nothing() -> Iterator[None]:
             sys.modules["__main__"] = main
             if masks:
                 signal.pthread_sigmask(signal.SIG_SETMASK, before)
-
-
-ALONE = 1.0
-"""Seconds of runs in this process: about as long as worker processes take to start."""
 
 
 class Auto:

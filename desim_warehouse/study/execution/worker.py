@@ -56,7 +56,7 @@ def main(parent: Connection[Any, Any]) -> None:
         parent.send(("failed", f"{type(error).__name__}: {error}"))
 
 
-class Batch(NamedTuple):
+class RunBatch(NamedTuple):
     """What a worker is given at once: designs of one base model, which comes along the first time.
 
     Base models are known by the order in which they came.
@@ -84,7 +84,7 @@ def _listen(parent: Connection[Any, Any], given: SimpleQueue[Given | None]) -> N
     with suppress(EOFError, OSError):
         while True:
             message = parent.recv()
-            if isinstance(message, Batch):
+            if isinstance(message, RunBatch):
                 if message.base is not None:
                     bases.append(message.base)
                 count, stops = count + 1, [StopSignal() for _ in message.runs]

@@ -36,6 +36,7 @@ Counts: TypeAlias = tuple[int, ...]
 """The counts of a design, as many for each."""
 Cost: TypeAlias = "Callable[[Counts], tuple[float, ...]]"
 """What a design costs: a key to sort by, which no count may lower."""
+V = TypeVar("V")
 
 
 @dataclass(frozen=True)
@@ -435,9 +436,6 @@ class _Proof:
 
     def _covers(self, number: int, by: set[int]) -> bool:
         return _covered(self.designs, number, by)
-
-
-V = TypeVar("V")
 
 
 @dataclass(frozen=True)

@@ -24,19 +24,27 @@ from desim_warehouse.study.statistics.checks import (
 if TYPE_CHECKING:
     from numpy.typing import NDArray
 
+Interval = tuple[float, float]
+QUANTILES = (0.05, 0.25, 0.75, 0.95)
+ANYTHING: Interval = (-math.inf, math.inf)
+SKEWED_FROM = 10  # values: the skewness of fewer is mostly chance
+AGREEING = 5
+"""Runs that agree in what is measured, without which it is not taken to be the same in all runs."""
+ALIKE = 0.04
+"""The least correlation that tasks of one day are taken to have, however little few days differ.
+
+Days of drafts at and above their target show 0 to 0.008, overloaded ones 0.014 (docs/dev/performance.md)."""
+FEW = 18
+"""Fewer days say little of how days differ. So many show it, and the least correlation falls in proportion."""
+RARE = 5
+"""Of the tasks that days count for at most, those that are taken to be missed at least, however many days show."""
+
 
 def t_quantile(df: int, probability: float) -> float:
     """The `probability` quantile of Student's t with `df` degrees of freedom (scipy.special: loads fast)."""
     from scipy.special import stdtrit
 
     return float(stdtrit(df, probability))
-
-
-Interval = tuple[float, float]
-
-QUANTILES = (0.05, 0.25, 0.75, 0.95)
-ANYTHING: Interval = (-math.inf, math.inf)
-SKEWED_FROM = 10  # values: the skewness of fewer is mostly chance
 
 
 @dataclass(frozen=True)
@@ -197,10 +205,6 @@ def gaps(ours: NDArray[np.float64], base: NDArray[np.float64]) -> tuple[NDArray[
     return found, float(max(1.0, 2.0 * abs(found.mean()), np.ptp(ours), np.ptp(base)))
 
 
-AGREEING = 5
-"""Runs that agree in what is measured, without which it is not taken to be the same in all runs."""
-
-
 def does_not_vary(values: Sequence[float] | NDArray[np.float64], within: Interval) -> bool:
     """Whether what is measured comes out the same in all runs: it agrees to 12 digits in five runs or more.
 
@@ -305,16 +309,6 @@ def replications_for_quantile(share: float, confidence: float = 0.95) -> int:
     """
     tail = (1.0 - confidence) / 2
     return math.ceil(math.log(tail) / math.log(max(share, 1.0 - share)))
-
-
-ALIKE = 0.04
-"""The least correlation that tasks of one day are taken to have, however little few days differ.
-
-Days of drafts at and above their target show 0 to 0.008, overloaded ones 0.014 (docs/dev/performance.md)."""
-FEW = 18
-"""Fewer days say little of how days differ. So many show it, and the least correlation falls in proportion."""
-RARE = 5
-"""Of the tasks that days count for at most, those that are taken to be missed at least, however many days show."""
 
 
 class TaskShare(float):

@@ -21,6 +21,16 @@ FIRST = 5
 """Replications at the first look at a share."""
 FIRST_OF_MEANS = 10
 """Replications at the first look at what has no upper end, such as a time: fewer do not show how skewed it is."""
+_UNSEEN = 0.05
+_ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
+RACED = 10, 1000
+"""The first look and the cap of a race of designs, of which all but the best drop out."""
+RELIEVED = 5, 160
+"""Those of the suspects of a bottleneck."""
+PLAN_RUNS, SEARCH_RUNS = 5000, 500
+"""The most runs of a plan, and of a search of designs, by default."""
+MOST_YEARS = 20
+"""Years that a plan looks ahead."""
 
 
 class DaysNeeded(NamedTuple):
@@ -40,8 +50,6 @@ RARE_DAYS = DaysNeeded(59, 120)
 """Where something is: with 95 % probability 59 days have among them a day that comes once in twenty."""
 CAP = COMMON_DAYS.cap
 """The most replications of a design, by default."""
-_UNSEEN = 0.05
-_ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 
 
 def days_for(chance: float) -> int:
@@ -53,13 +61,3 @@ def one_in(days: int) -> int:
     """The n of one day in n, in round numbers, that so many days, at least 5, have among them with 95 % probability."""
     rarest = 1 / (1 - _UNSEEN ** (1 / days))
     return max(n for n in _ROUND if n <= rarest)
-
-
-RACED = 10, 1000
-"""The first look and the cap of a race of designs, of which all but the best drop out."""
-RELIEVED = 5, 160
-"""Those of the suspects of a bottleneck."""
-PLAN_RUNS, SEARCH_RUNS = 5000, 500
-"""The most runs of a plan, and of a search of designs, by default."""
-MOST_YEARS = 20
-"""Years that a plan looks ahead."""

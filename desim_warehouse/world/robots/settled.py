@@ -46,6 +46,8 @@ ROUNDS = 12
 """How often batteries are seen to be emptied, all robots together: many robots are looked at for a shorter time."""
 LEAST_SEEN, MOST_SEEN = 0.5, 2.0
 """Times that a battery is emptied in which the fleet is looked at, at least and at most."""
+_KNOWN = 64
+"""Models whose settled fleets a process remembers."""
 
 
 class Standing(NamedTuple):
@@ -104,10 +106,6 @@ class SettlingRun:
             math.fsum(robot.battery.drawn(now) for robot in robots) >= len(robots) * self._between[kind]
             for kind, robots in kinds.items()
         )
-
-
-_KNOWN = 64
-"""Models whose settled fleets a process remembers."""
 
 
 class SettledFleets:
