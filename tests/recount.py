@@ -268,6 +268,8 @@ class Recount:
         for at, kind, robot, _, node, *_ in [*self.rows, *((self.end, "idle", n, 0, None) for n in range(self.size))]:
             if kind in {"docked", "enter"}:
                 docked[robot] = node if kind == "docked" else None
+            elif kind in {"lifted", "stored"}:  # no server has a hand in that
+                since.pop(robot, None)
             elif kind in STATES:
                 start, place = since.pop(robot, (at, None))
                 if place is not None:

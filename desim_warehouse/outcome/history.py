@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
-_LEAVING = names(lambda state: state.phase in (Phase.TO_GOOD, Phase.TO_STATION, Phase.TO_BAY))
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
@@ -341,14 +340,17 @@ class History:
         inside: dict[int, str] = {}
         since: dict[int, float] = {}
         found = []
-        for row in self.rows("docked", *STATES):
+        for row in self.rows("docked", "lifted", "stored", *STATES):
             if row.kind == "docked":
                 inside[row.robot] = row.node or ""
                 continue
+            if row.kind in {"lifted", "stored"}:  # a pod of a storage place: no server has a hand in that
+                since.pop(row.robot, None)
+                continue
             if row.robot in since:
                 found.append((inside[row.robot], since.pop(row.robot), row.time))
-            if row.kind in _LEAVING:
-                inside.pop(row.robot, None)
+            if row.node is not None and row.node != inside.get(row.robot):
+                inside.pop(row.robot, None)  # it has left: in the station all its rows name the station's node
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time
         return found + [(inside[robot], start, self.end) for robot, start in since.items()]
