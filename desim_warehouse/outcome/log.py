@@ -266,6 +266,10 @@ class Log:
         self.rows.sort(key=itemgetter(0))
         del self.rows[bisect_right(self.rows, end, key=itemgetter(0)) :]
 
+    def named_rows(self) -> Iterator[LogRow]:
+        """Iterate over the rows, with their columns by name."""
+        return map(LogRow._make, self.rows)
+
     def edge_of_rows(self) -> list[tuple[str, str] | None]:
         """The edge of each row, or None, in the order of `frame`."""
         return [row.edge for row in map(LogRow._make, self.rows)]

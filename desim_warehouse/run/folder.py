@@ -193,7 +193,7 @@ def _rows(table: pd.DataFrame, layout: Layout) -> list[Any]:
 
 def _check(log: Log, model: Model, layout: Layout) -> None:
     """Refuse a log that no run of this model can have written; raises ValueError."""
-    from desim_warehouse.outcome.log import KINDS, NONE, Detail, LogRow
+    from desim_warehouse.outcome.log import KINDS, NONE, Detail
 
     size, before = model.fleet.size, 0.0
     if len(log.robots) != size:
@@ -201,7 +201,7 @@ def _check(log: Log, model: Model, layout: Layout) -> None:
     if not (log.level in get_args(Detail) and 0 <= log.begin <= log.end < math.inf):
         raise ValueError(f"level {log.level}, from {log.begin} to {log.end}, expected those of a run")
     nodes, robots = {None, *layout.graph}, frozenset(range(NONE, size))
-    for number, row in enumerate(map(LogRow._make, log.rows), 1):
+    for number, row in enumerate(log.named_rows(), 1):
         if row.kind not in KINDS or row.node not in nodes or row.robot not in robots or row.task < NONE:
             raise ValueError(f"{LOG}, row {number}: no such kind of row, robot, task or node")
         if not before <= row.time <= log.end:

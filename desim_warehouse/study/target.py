@@ -45,7 +45,7 @@ def read_targets(texts: str | Sequence[str], units: UnitNames | None = None) -> 
     Raises:
         StudyError: as `read_target`; none, or two bounds of one kind on an indicator.
     """
-    listed = [texts] if isinstance(texts, str) else list(texts)
+    listed = list(texts) if isinstance(texts, Sequence) and not isinstance(texts, str) else [texts]
     if not listed:
         raise StudyError("target: none, expected words such as 'on_time >= 95 %'")
     goals = tuple(read_target(text, units) for text in listed)

@@ -36,7 +36,8 @@ def test_before_the_first_look_the_badge_counts(runs):
 
 
 def test_from_the_first_look_on_it_is_the_verdict():
-    assert so_far(10, poisson=60).said(TARGET).label == "Target met"
+    assert so_far(10, poisson=60).said(TARGET).label == "Needs more runs"
+    assert so_far(35, poisson=60).said(TARGET).label == "Target met"
 
 
 def test_without_a_target_nothing_is_counted_down():

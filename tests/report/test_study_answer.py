@@ -132,7 +132,7 @@ def test_an_answer_for_each_demand_names_a_fleet_for_it():
     assert [verdicts.count(name) for name in ("meets", "fails", "undecided")] == [3, 2, 1]
     assert answer.answer[2] == (
         "Of 6 options 3 meet the target, 1 misses it, 1 needs more runs and 1 cannot keep up. "
-        "About 426 runs of it would probably tell."
+        "About 349 runs of it would probably tell."
     )
     terminal = printed(answer, 80)
     assert "\n\nDemand 1\n" in terminal
