@@ -35,7 +35,7 @@ from desim_warehouse.outcome.records import (
     Wait,
     Whereabouts,
 )
-from desim_warehouse.states import APART, AT_START, CHARGER, SERVED, WAITING, Phase, names
+from desim_warehouse.states import APART, AT_START, CHARGER, SERVED, TOO_LOW, WAITING, Phase, names
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
@@ -47,6 +47,7 @@ if TYPE_CHECKING:
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
+_OFF = names(lambda state: state.phase in (Phase.TO_GOOD, Phase.TO_BAY))
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
@@ -349,7 +350,7 @@ class History:
                 continue
             if row.robot in since:
                 found.append((inside[row.robot], since.pop(row.robot), row.time))
-            if row.node is not None and row.node != inside.get(row.robot):
+            if row.kind in _OFF or (row.node is not None and row.node != inside.get(row.robot)):
                 inside.pop(row.robot, None)  # it has left: in the station all its rows name the station's node
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time
@@ -467,10 +468,17 @@ class History:
 
     @cached_property
     def charger_wait(self) -> float:
-        """The counted time that all robots together queued for a charger. Their other queueing was for a server."""
-        return math.fsum(
-            self.within(span.start, span.end) for robot in self.changes for span in robot if span.seen.queue == CHARGER
+        """The counted time that all robots together queued for a charger. Their other queueing was for a server.
+
+        Robots that rest too low to work are not in the queue.
+        """
+        queued = (
+            span
+            for robot in self.changes
+            for span in robot
+            if span.seen.queue == CHARGER and span.seen.name not in TOO_LOW
         )
+        return math.fsum(self.within(span.start, span.end) for span in queued)
 
     @cached_property
     def energy_curves(self) -> list[Curve]:

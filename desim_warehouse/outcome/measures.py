@@ -164,10 +164,11 @@ def for_departures(tasks: History | PartHistory) -> list[TaskHistory]:
     """The tasks of flows with departures (`due_at`) that come due in the counted time."""
     whole = tasks.history
     flows = {name for name, flow in whole.model.tasks.flows.items() if flow.due_at}
+    until = whole.model.run.end if whole.ended_with_its_work else whole.end
     return [
         task
         for task in tasks.tasks.values()
-        if task.flow in flows and task.due is not None and whole.begin <= task.due <= whole.end
+        if task.flow in flows and task.due is not None and whole.begin <= task.due <= until
     ]
 
 

@@ -157,7 +157,7 @@ def failing(folder, *words):
 
 def test_a_run_that_takes_too_long_is_stopped(tmp_path):
     model, before = str(TUTORIAL.with_name("medium.yaml")), time.monotonic()
-    long = ["--set", "run.length=400000", "--set", "log=tasks"]
+    long = ["--set", "run.length=400000", "--set", "log=tasks", "--set", "battery=null"]
     assert failing(tmp_path, "run", model, *long, "--timeout", "1.5").endswith("not finished after 1.5 s (--timeout)\n")
     assert time.monotonic() - before < 60
     desim(tmp_path, "run", str(TUTORIAL), "--timeout", "600")

@@ -118,7 +118,7 @@ def test_a_verdict_ends_the_runs_and_stands(tmp_path):
     assert workers
     assert not any(map(alive, workers))
     with client(tmp_path) as page:
-        assert page.design(robots=1)["runs"] == worse["n"]
+        assert page.design(robots=1)["runs"] == easier["n"] == 35
 
 
 def test_what_nobody_listens_to_is_stopped_within_half_a_second(slow):
@@ -154,7 +154,8 @@ def test_a_worker_that_is_killed_changes_no_number(page):
             break
     answer = page.until(design)
     model = dw.load(TUTORIAL, changes)
-    assert answer["values"] == [dw.simulate(model, run_seed(0, r)).T / 60 for r in range(35)]
+    times = [dw.simulate(model, run_seed(0, r)).T / 60 for r in range(35)]
+    assert answer["values"] == pytest.approx(times, rel=1e-12)
 
 
 @pytest.mark.parametrize(("clients", "designs"), [(6, 2), pytest.param(20, 5, marks=pytest.mark.long)])

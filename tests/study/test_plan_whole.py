@@ -52,7 +52,7 @@ def test_a_larger_fleet_whose_robots_run_flat_is_not_said_to_do_worse_by_an_amou
     model = small.replace({"battery": {"capacity": 30, "consumption": 0.05, "charge_rate": 0.12}})
     found = plan_fleet(model, "on_time >= 80 %", strategies={}, robots="1..3", chargers="1")
     assert found.today.best.robots == 2
-    assert found.today.worse == (((3, 1), (2, 1), None),)
+    assert [worse[:3] for worse in found.today.worse] == [((3, 1), (2, 1), None)]
     said = "with 3 robots and 1 charger robots run flat, with 2 robots and 1 charger they do not."
     assert found.answer.answer[0].endswith(f"More is not always better here: {said}")
 
