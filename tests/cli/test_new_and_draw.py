@@ -47,7 +47,7 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
     assert model.tasks.goods.due_within == 900
 
 
-SOME = settings(max_examples=settings.default.max_examples // 3)
+SOME = settings(max_examples=max(settings.default.max_examples // 12, 3))
 """What check tries of a night takes a second."""
 
 

@@ -48,7 +48,7 @@ def test_the_papers_cells():
     assert make_validation.paper().rstrip() in TEXT
 
 
-@pytest.mark.slow
+@pytest.mark.long  # tests/world/test_pods.py has its rules in small every day
 def test_lines_an_hour_of_pods_are_those_of_rawsimo():
     assert make_validation.pods().rstrip() in TEXT
     most, nearest = re.search(r"difference is ([\d.]+) % for most lines and ([\d.]+) % for the nearest", TEXT).groups()
