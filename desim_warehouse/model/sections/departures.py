@@ -53,7 +53,7 @@ DueTime = Annotated[
 DueTimes = Annotated[tuple[DueTime, ...], AfterValidator(_in_order)]
 
 
-class LeavingTimes(Part):
+class DepartureList(Part):
     """Departures that an order must come some time before; later ones take the next."""
 
     times: Annotated[
@@ -68,7 +68,7 @@ class LeavingTimes(Part):
 
 
 DueAt = Annotated[
-    Annotated[DueTimes, form("times")] | Annotated[LeavingTimes, form("section")],
+    Annotated[DueTimes, form("times")] | Annotated[DepartureList, form("section")],
     Forms(
         "a list of times by the clock (['10:00', '18:00']) or from the start of the run ([4 h, 12 h]), "
         "or {times: [...], cut_off: 30 min}",
@@ -90,9 +90,9 @@ class Timetable:
     cut_off: float = 0.0
 
     @classmethod
-    def of(cls, due_at: tuple[float | str, ...] | LeavingTimes, start: str, second: float) -> Timetable:
+    def of(cls, due_at: tuple[float | str, ...] | DepartureList, start: str, second: float) -> Timetable:
         """The departures of a key, for a run that starts at `start`; `second`: in its time unit."""
-        times, cut_off = (due_at.times, due_at.cut_off) if isinstance(due_at, LeavingTimes) else (due_at, 0.0)
+        times, cut_off = (due_at.times, due_at.cut_off) if isinstance(due_at, DepartureList) else (due_at, 0.0)
         clocks = [clock_time(time) for time in times if isinstance(time, str)]
         if not clocks:
             return cls(tuple(time for time in times if not isinstance(time, str)), math.inf, cut_off)
