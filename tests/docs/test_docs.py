@@ -49,7 +49,7 @@ TAKE_LONG = {
         "shifts",
         "ten-questions",
     )
-}
+} | {"docs/tutorial-pods.md"}
 """Pages of over 3 s of processor; every day their commands are read only, in the long run they are carried out."""
 EACH = [
     pytest.param(page, id=_name(page), marks=[pytest.mark.long] if _name(page) in TAKE_LONG else [])
