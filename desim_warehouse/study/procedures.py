@@ -127,12 +127,7 @@ def smallest(
 ) -> Smallest:
     """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
 
-    Args:
-        study: with one factor, its values upwards.
-        target: such as "throughput_per_hour >= 220"; of shares such as "on_time >= 95 %" or "on_time >= 0.95".
-        zone: indifference zone in the indicator's unit; default: 0.01 for shares, else 1 % of the target.
-        scan: look at all values from the first on, as where more need not be better, instead of by bisection.
-        search: how runs are done; confidence, seed and time limit are the study's.
+    The arguments are those of `questions.size.size`.
 
     Raises:
         StudyError: not one factor, a bad target, or a run that failed but for a robot that ran flat, which fails.

@@ -37,12 +37,6 @@ class StudyEngine:
     """Many runs of one model, changed factor by factor: `run()` it, then look at `table` and `summary()`.
 
     `questions.study.Study` is what users hold: its results answer in words.
-
-        study = dw.Study("models/multibots.yaml", {"fleet.size": range(1, 7)}, replications=20)
-        study.run(workers=2, out="reports/out/fleet")
-        study.summary(["T", "S"])
-
-    `Study.open` has the runs of a folder again, in another program or after an interruption.
     """
 
     _results_type: ClassVar[type[ResultsData]] = ResultsData

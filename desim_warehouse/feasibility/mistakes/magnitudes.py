@@ -50,7 +50,7 @@ ALIKE = ("EUR", "USD", "GBP", "CHF", "CAD", "AUD", "€", "$", "£")
 LONG = 3600.0
 """Seconds of a run in which something within the first minute is rather meant in minutes or hours."""
 AT_START, MOST_AT_START = 0.01, 300.0
-"""The same of a run of which it all happens in the first hundredth, within these seconds."""
+"""Shares of a run, and seconds, within which all that happens in it is rather meant in minutes or hours."""
 
 
 def warnings(model: Model, found: QuickEstimate) -> Iterator[Finding]:

@@ -110,16 +110,7 @@ def search_designs(
 ) -> Raced | SearchedDesigns:
     """Search the designs of a model for the best by the mean of an indicator; race them where they are few.
 
-    Args:
-        model: the warehouse.
-        indicator: what should be best.
-        delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the first mean.
-        target: what must be met, such as "on_time >= 95 %"; with one there is no race.
-        vary: key of the model -> its values, in any form of a study file.
-        place_chargers: how many nodes have a charger. None: chargers stay.
-        directions: whether aisles may be turned.
-        maximise: whether more is better (default: as usual for the indicator).
-        search: how runs are done, at most 500 by default; first look and cap are for a race.
+    The arguments are those of `questions.best.best_of`.
 
     Raises:
         ModelError: a value that makes no model.

@@ -76,11 +76,7 @@ class ComparedOptions:
 def compare_options(models: Mapping[str, Model], target: str, *, search: Search = USUAL, **how: Any) -> ComparedOptions:
     """Size the fleet of each of some options, and compare the cheapest designs that are enough on the same days.
 
-    Args:
-        models: by name the warehouse with each option.
-        target: see `size_fleet`; one for all options.
-        search: see `size_fleet`; for all plans together: each has an equal part of the error, and so have the days.
-        how: zone, robots, chargers, packers, strategies (default: none); see `size_fleet`.
+    The arguments are those of `questions.plan_options.plan_options`.
 
     Raises:
         StudyError: fewer than two options, some with prices and some without, or as `size_fleet`.

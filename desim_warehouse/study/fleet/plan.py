@@ -516,17 +516,7 @@ def size_fleet(
 ) -> FleetSizes:
     """Find how many robots, chargers and packers meet a target for each demand, and with which strategy.
 
-    Args:
-        model: the warehouse. With prices of robots or chargers the cheapest are sought, else the fewest.
-        target: such as "on_time >= 95 %"; of several a fleet has to meet all.
-        growth: demand in times today's, such as 1.3 or "30%"; with years "20%/year"; None: today's only.
-        years: that are planned after today's.
-        strategies: key of the model -> its values, to be tried with designs too small (default: `STRATEGIES`).
-        robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
-        chargers: likewise.
-        packers: a station and who may work there, such as "packing=1..4"; None: as many as the model has.
-        zone: indifference zone in the unit of the one target; default: 0.01 for shares, else 1 % of the target.
-        search: how runs are done, at most 5000 by default.
+    The arguments are those of `questions.plan.plan_fleet`.
 
     Raises:
         StudyError: a bad target or zone, demand that cannot grow, a run that failed, too few runs to search.
