@@ -12,7 +12,7 @@ from desim_warehouse.cli.options import refuse_files, with_dates, with_force
 from desim_warehouse.errors import ModelError, number_of
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.order_day import OrderDay
+    from desim_warehouse.orders.day import OrderDay
 
 
 @click.command("orders")
@@ -44,7 +44,7 @@ def command(
     Says what is in it, and what was assumed; what is wrong with it is summed up by kind. Example: desim orders day.csv
     --model w.yaml --out orders.parquet
     """
-    from desim_warehouse.model.order_day import files, order_day, write
+    from desim_warehouse.orders.day import files, order_day, write
 
     day = order_day(file, model, columns=dict(map(_column, columns)), **given)
     if day.problems and not skip_bad:

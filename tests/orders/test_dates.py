@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.fleet_log import read_log
-from desim_warehouse.model.order_day import order_day
+from desim_warehouse.orders.day import order_day
 from desim_warehouse.values.dates import are_days_of_excel, of_excel, read_dates, settled
 
 

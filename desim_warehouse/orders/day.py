@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 import datetime as dt
+import math
 import re
 from collections import Counter
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -14,25 +15,16 @@ from typing import TYPE_CHECKING, Any, Literal
 from desim_warehouse.errors import ModelError, reason, spoken
 from desim_warehouse.model.parse import from_file
 from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
-from desim_warehouse.model.sections.flows import STORAGE, OrdersFile, StorageEnd
-from desim_warehouse.model.sections.order_file import (
-    BETWEEN,
-    BEYOND,
-    REST,
-    Problems,
-    Table,
-    check_there,
-    chunks,
-    table_of,
-)
-from desim_warehouse.model.sections.order_rows import Chunk, OrderLine, Reading, clock, first_day
-from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, StorageEnd
+from desim_warehouse.model.sections.order_lines import OrderLine, Problems
+from desim_warehouse.orders.cells import ExportRows
+from desim_warehouse.orders.export import read_export
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-_TOTAL = re.compile(r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$")  # SAP has stars
+_TOTAL = r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$"  # SAP has stars
 _CANCELLED = r"(?i)cancell?ed|storno|storniert|abgesagt|returned|retoure|refunded|voided|deleted|gelöscht"
 """States in which an order is not driven."""
 _HOUR, _DAY = 3600.0, 86_400.0
@@ -142,35 +134,43 @@ def order_day(
     Raises:
         ModelError: where the file or the model cannot be read. Rows with problems are in the result.
     """
-    import pandas as pd
-
     loaded = model if isinstance(model, Model) else _without_orders(Path(model))
-    counted = quantity or "pieces"
-    spec = OrdersFile.model_validate(
-        {"file": str(file), "columns": columns or {}, "sheet": sheet, "dates": dates, "quantity": counted}
-        | ({} if pieces_per_load is None else {"pieces_per_load": pieces_per_load})
+    how, path, problems = reading(loaded, loaded.floor), Path(file), Problems(str(file))
+    export = read_export(path, columns or {}, sheet)
+    titles, per_load = export.titles, pieces_per_load or math.inf
+    totals = _totals(export.cells)
+    if totals.any():
+        words = export.cells[totals][_ours(export.cells)].agg(" ".join, axis=1).str.strip()
+        problems.add("", "a total", "orders alone", words.index.tolist(), words.tolist())
+    rows = ExportRows(
+        replace(export, cells=export.cells[~totals]), how, problems, dates, None if quantity == "tasks" else per_load
     )
-    table, how = table_of(spec), reading(loaded, loaded.floor)
-    day = _Day(spec, table, how)
-    lines, skipped = day.read()
-    assumed = list(table.assumed)
-    if quantity is None and "quantity" in table.titles:
+    with_places = _unread(rows, export.unread)
+    rows.check()
+    _doubles(rows)
+    lines = rows.lines()
+    assumed = [*export.assumed, *rows.assumed, *_priorities(rows), *_dates_alone(rows, lines), *_turned(loaded, lines)]
+    if quantity is None and "quantity" in titles:
         loads = f"{pieces_per_load} on a load" if pieces_per_load else "all of a row on one load"
-        assumed.append(f"'{table.titles['quantity']}' counts pieces, {loads}")
-    assumed += [*day.readings(), *_dates_alone(table, day, how, lines), *_priorities(table, lines)]
-    assumed += _turned(loaded, lines)
+        assumed.insert(len(export.assumed), f"'{titles['quantity']}' counts pieces, {loads}")
+    skipped = export.cells.drop(rows.cells.index[~rows.bad])[_ours(export.cells)]
     return OrderDay(
         tuple(sorted(lines, key=attrgetter("release"))),
-        day.pieces,
-        tuple(day.found.told()),
-        pd.concat(skipped or [pd.DataFrame()]),
+        sum(pieces for pieces, bad in zip(rows.pieces, rows.bad, strict=True) if not bad),
+        tuple(problems.told()),
+        skipped.assign(row=skipped.index),
         tuple(assumed),
-        clock(how.start),
-        day.midnight,
+        how.clock,
+        rows.midnight,
         how.seconds,
         tuple(how.item_numbers),
-        tuple(name + " (it has places of the model)" * (name in day.with_places) for name in table.unread.values()),
+        tuple(titles[rank] + " (it has places of the model)" * (rank in with_places) for rank in export.unread),
     )
+
+
+def _ours(cells: pd.DataFrame) -> list[str]:
+    """Our columns of a table."""
+    return [name for name in cells if name in ORDER_COLUMNS]
 
 
 def _without_orders(path: Path) -> Model:
@@ -188,19 +188,21 @@ def _without_orders(path: Path) -> Model:
     return model_of(document, overrides)
 
 
-def _dates_alone(table: Table, day: _Day, how: Reading, lines: list[OrderLine]) -> list[str]:
+def _dates_alone(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
     """That dates have no time of day, where none of them has."""
-    start = clock(how.start)
-    if day.midnight is None or not lines or any((start + line.release * how.seconds) % _DAY for line in lines):
+    how = rows.how
+    if rows.midnight is None or not lines or any((how.clock + line.release * how.seconds) % _DAY for line in lines):
         return []
-    return [f"dates in '{table.titles['release']}' have no time of day: all orders of a day come at 00:00"]
+    return [f"dates in '{rows.titles['release']}' have no time of day: all orders of a day come at 00:00"]
 
 
-def _priorities(table: Table, lines: list[OrderLine]) -> list[str]:
+def _priorities(rows: ExportRows) -> list[str]:
     """How priorities are read, where they differ."""
-    given = {line.priority for line in lines if line.priority is not None}
-    title = table.titles.get("priority", "priority")
-    return [f"'{title}' is higher where it is more urgent: {max(given)} before {min(given)}"] if len(given) > 1 else []
+    priorities = {line.priority for line in rows.lines() if line.priority is not None}
+    if len(priorities) < 2:  # noqa: PLR2004 - nothing comes before another
+        return []
+    title, first, last = rows.titles["priority"], max(priorities), min(priorities)
+    return [f"'{title}' is higher where it is more urgent: {first} before {last}"]
 
 
 def _turned(model: Model, lines: list[OrderLine]) -> list[str]:
@@ -220,119 +222,37 @@ def _turned(model: Model, lines: list[OrderLine]) -> list[str]:
     return [f"{turned:,} of {len(lines):,} lines go from a station to storage, though {flow} the other way"]
 
 
-class _Day:
-    """A file while it is read; rows that the model would take as they are may be wrong here: doubles, empty places."""
+def _totals(cells: pd.DataFrame) -> Any:
+    """Which rows are totals: no place and no order, but a word for a sum."""
+    words = cells[_ours(cells)].apply(lambda column: column.str.match(_TOTAL)).any(axis=1).to_numpy()
+    return words & (cells[[name for name in ("from", "to") if name in cells]] == "").all(axis=1).to_numpy()
 
-    def __init__(self, spec: OrdersFile, table: Table, how: Reading) -> None:
-        self.spec = spec
-        self.table = table
-        self.how = how
-        self.found = Problems(spec.file)
-        self.pieces = 0
-        self.seen: set[int] = set()
-        self.with_places: set[str] = set()
-        self.midnight = first_day(spec, table, how)
-        check_there(table.path)
 
-    def read(self) -> tuple[list[OrderLine], list[pd.DataFrame]]:
-        """The rows that could be read, and the others."""
-        import numpy as np
+def _unread(rows: ExportRows, unread: Sequence[int]) -> set[int]:
+    """Flag rows that say in a column that is not read that nobody drives them; returns columns with places."""
+    with_places = set()
+    for rank in unread:
+        texts = rows.cells[rank]
+        words = set(texts) - {""}
+        if words and sum(word in rows.how.names or word in rows.how.numbers for word in words) * 2 >= len(words):
+            with_places.add(rank)
+        states = [word for word in words if re.fullmatch(_CANCELLED, word)]
+        expected = "orders that are driven; --skip-bad leaves such rows out"
+        rows.flag(texts.isin(states).to_numpy() & ~rows.bad, rank, "an order that was called off", expected)
+    return with_places
 
-        lines: list[OrderLine] = []
-        skipped: list[pd.DataFrame] = []
-        rows, most = 0, LIMITS["tasks"][0]
-        for frame in chunks(self.spec, self.table, rest=True):
-            rows += len(frame)
-            if rows > most:  # whatever they are: those that are left out are kept, too
-                raise ModelError(
-                    [f"{self.spec.file}: too many rows, expected at most {most:,}; split the file by days"]
-                )
-            numbered = frame.assign(row=frame.index).drop(columns=[BEYOND, REST], errors="ignore")
-            total = self.totals(frame)
-            if total.any():
-                said = frame[total].fillna("").astype(str).agg(" ".join, axis=1).str.strip()
-                self.found.add("", "a total", "orders alone", frame.index[total].tolist(), said)
-            total |= self.cancelled(frame) & ~total
-            kept = frame[~total]
-            chunk = Chunk(kept, self.spec, self.table, self.how, self.midnight, self.found)
-            good = chunk.lines()
-            self.more_problems(chunk)
-            fine = ~chunk.bad
-            at_first = np.flatnonzero(fine)
-            wanted = set(at_first.tolist())
-            ranks = [rank for rank in range(len(kept)) if rank not in chunk.unread]
-            lines += [line for line, rank in zip(good, ranks, strict=True) if rank in wanted]
-            self.pieces += sum(chunk.pieces[rank] for rank in wanted)
-            bad = np.array(total, dtype=bool)
-            bad[np.flatnonzero(~total)[~fine]] = True
-            if bad.any():
-                skipped.append(numbered[bad])
-        return lines, skipped
 
-    def readings(self) -> list[str]:
-        """How times and numbers are read that may be meant otherwise."""
-        called = self.table.titles
-        return [
-            *(
-                f"'{called[name]}' is as on the clock of the hall: {zone} is left out"
-                for name, zone in self.found.zones.items()
-                if name not in self.found.ways
-            ),
-            *(f"'{called[name]}' {way}" for name, way in self.found.ways.items()),
-            *(f"points in '{called[name]}' stand between thousands" for name in sorted(self.found.thousands)),
-        ]
+def _doubles(rows: ExportRows) -> None:
+    """Flag rows that are there twice, and places that are not said where others say theirs.
 
-    def cancelled(self, frame: pd.DataFrame) -> Any:
-        """Which rows say in a column that is not read that nobody drives them; looks for places there, too."""
-        import numpy as np
-
-        found = np.zeros(len(frame), dtype=bool)
-        if REST not in frame:
-            return found
-        cells = frame[REST].str.split(BETWEEN, expand=True)
-        for column, name in zip(cells, self.table.unread.values(), strict=False):
-            texts = cells[column].fillna("")
-            distinct = set(texts.unique()) - {""}
-            if distinct and sum(one in self.how.names or one in self.how.numbers for one in distinct) * 2 >= len(
-                distinct
-            ):
-                self.with_places.add(name)
-            hit = texts.str.fullmatch(_CANCELLED).to_numpy(dtype=bool) & ~found
-            if hit.any():
-                expected = "orders that are driven; --skip-bad leaves such rows out"
-                self.found.add(name, "an order that was called off", expected, frame.index[hit].tolist(), texts[hit])
-            found |= hit
-        return found
-
-    def totals(self, frame: pd.DataFrame) -> Any:
-        """Which rows are totals: no place and no order, but a word for a sum."""
-        import pandas as pd
-
-        frame = frame.drop(columns=REST, errors="ignore")
-        text = frame.astype(str).apply(lambda column: column.str.strip())
-        word = text.apply(lambda column: column.str.match(_TOTAL.pattern)).any(axis=1).to_numpy()
-        places = [name for name in ("from", "to") if name in frame]
-        empty = (text[places] == "") | frame[places].isna() if places else pd.DataFrame(index=frame.index)
-        return word & empty.all(axis=1).to_numpy()
-
-    def more_problems(self, chunk: Chunk) -> None:
-        """Rows that are there twice, and places that are not said where others say theirs."""
-        import numpy as np
-        import pandas as pd
-
-        frame = chunk.table
-        for column in ("from", "to"):
-            if column in frame:
-                texts = np.array([not str(cell).strip() for cell in frame[column].fillna("")], dtype=bool)
-                cure = "a place, or no such column (the flow then says where)"
-                chunk.problem(texts & ~chunk.bad, column, "nothing there", cure)
-        if "order" in frame and len(frame):
-            hashes = pd.util.hash_pandas_object(frame.astype(str), index=False).tolist()
-            twice = np.zeros(len(frame), dtype=bool)
-            for rank, number in enumerate(hashes):
-                twice[rank] = number in self.seen
-                self.seen.add(number)
-            chunk.problem(twice & ~chunk.bad, "order", "the same row as one before", "every row once")
+    Rows are alike only if all their cells are, also those that are not read.
+    """
+    for column in [name for name in ("from", "to") if name in rows.cells]:
+        cure = "a place, or no such column (the flow then says where)"
+        rows.flag((rows.cells[column] == "").to_numpy() & ~rows.bad, column, "nothing there", cure)
+    if "order" in rows.cells:
+        twice = rows.cells.duplicated().to_numpy() & ~rows.bad
+        rows.flag(twice, "order", "the same row as one before", "every row once")
 
 
 def files(day: OrderDay, out: Path) -> tuple[Path, ...]:
