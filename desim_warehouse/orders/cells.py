@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 
 _AROUND_ALL = dt.timedelta(days=366)
 """Orders so long before most others are dates of nothing, such as 1900-01-01, and no start of a run."""
+_HALF_A_DAY = 43_200.0
 _COUNTED = r"(?i)^([\d.,]+)\s*(?:st|stk|stck|stück|stueck|pc|pcs|pce|pieces?|ea|each|units?)\.?$"
 """Quantities with a word for pieces; kilograms, cartons or pallets are none."""
 _GROUPED, _POINT = r"[+-]?[1-9]\d{0,2}(\.\d{3})+", r"[+-]?\d*\.\d+"
@@ -59,9 +60,14 @@ class ExportRows(Rows):
         self._comma = export.decimal_comma
         self._slashes = dates
         self._per_load = per_load
-        self._columns = {name: self._parsed(name) for name in ("release", "due") if name in export.cells}
+        self._columns = {"release": (release := self._parsed("release"))}
+        self._cross_midnight(release.hands)
+        if "due" in export.cells:
+            self._columns["due"] = due = self._parsed("due", dated=bool(release.dates.notna().any()))
+            due.hands[release.hands - due.hands > _HALF_A_DAY / how.seconds] += 2 * _HALF_A_DAY / how.seconds
+            self._to_the_end_of_days(due.dates)
         if self.midnight is None:
-            self.midnight = _first_day(self._columns["release"].dates)
+            self.midnight = _first_day(release.dates)
 
     def times(self, column: str, _text: pd.Series[Any]) -> Any:
         """Cells as times from the start of the run in the model's unit, nan where they are none."""
@@ -97,22 +103,49 @@ class ExportRows(Rows):
         most = self._per_load
         return [max(1, math.ceil(amount / most)) for amount in quantities] if most else quantities
 
-    def _parsed(self, column: str) -> _Times:
-        """A column of times, in its one reading."""
+    def _parsed(self, column: str, *, dated: bool = False) -> _Times:
+        """A column of times, in its one reading; `dated`: whether numbers are rather days than seconds."""
         import numpy as np
         import pandas as pd
 
         text = self.cells[column]
         filled = (text != "").to_numpy()
         numbers, none = self.amounts(column, text), np.full(len(text), np.nan)
-        if filled.any() and are_days_of_excel(numbers[filled]):
+        if filled.any() and are_days_of_excel(numbers[filled], whole=dated):
             self.assumed.append(f"'{self.titles[column]}' counts days, as Excel does")
-            return _Times(none, none, of_excel(text.str.replace("," if self._comma else ".", ".", regex=False)))
+            return _Times(none, none.copy(), of_excel(text.str.replace("," if self._comma else ".", ".", regex=False)))
         text = text.where(np.isnan(numbers), "")
         hands = self.hands(text)
         text = text.where(np.isnan(hands), "")
         dates = read_dates(text, self._way(column, text)) - pd.to_timedelta(self._ahead(column, text), unit="h")
         return _Times(numbers, hands, dates)
+
+    def _cross_midnight(self, hands: np.ndarray[Any, Any]) -> None:
+        """Put times of day that come after midnight in a night shift on the next day.
+
+        They follow later ones, in rows that rise otherwise; or they are more than 12 h before the start of the run.
+        """
+        import numpy as np
+
+        rows = np.flatnonzero(~np.isnan(hands))
+        times, half = hands[rows], _HALF_A_DAY / self.how.seconds
+        falls = np.flatnonzero(np.diff(times) < 0)
+        next_day = times < -half
+        if len(falls) == 1 and -np.diff(times)[falls[0]] > half and times[-1] < times[0]:
+            next_day = np.arange(len(times)) > falls[0]
+        if next_day.any():
+            hands[rows[next_day]] += 2 * half
+            first = self.cells["release"].iloc[rows[next_day][0]]
+            self.assumed.append(f"'{self.titles['release']}' crosses midnight: {first} is on the next day")
+
+    def _to_the_end_of_days(self, dates: pd.Series[Any]) -> None:
+        """Put due dates without a time of day at the end of their day."""
+        alone = dates.notna() & ~self.cells["due"].str.contains(":")
+        if not alone.any() and (dates.dropna() == dates.dropna().dt.normalize()).all():
+            alone = dates.notna()
+        if alone.any():
+            dates[alone] += dt.timedelta(days=1)
+            self.assumed.append(f"dates in '{self.titles['due']}' have no time of day: due at the end of the day")
 
     def _way(self, column: str, text: pd.Series[Any]) -> Slashes | None:
         """How dates with slashes are meant; those that may be meant in two ways are refused."""

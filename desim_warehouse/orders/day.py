@@ -12,10 +12,10 @@ from operator import attrgetter
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
-from desim_warehouse.errors import ModelError, reason, spoken
+from desim_warehouse.errors import ModelError, reason
 from desim_warehouse.model.parse import from_file
 from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
-from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, StorageEnd
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.order_lines import OrderLine, Problems
 from desim_warehouse.orders.cells import ExportRows
 from desim_warehouse.orders.export import read_export
@@ -62,6 +62,11 @@ class OrderDay:
     def orders(self) -> int:
         """How many orders there are."""
         return len({line.order for line in self.lines})
+
+    @property
+    def a_day(self) -> float:
+        """How many orders there are on average on a day on which some come."""
+        return self.orders / max(1, len({self.time_of(line.release) // _DAY for line in self.lines}))
 
     @property
     def trips(self) -> int:
@@ -149,7 +154,7 @@ def order_day(
     rows.check()
     _doubles(rows)
     lines = rows.lines()
-    assumed = [*export.assumed, *rows.assumed, *_priorities(rows), *_dates_alone(rows, lines), *_turned(loaded, lines)]
+    assumed = [*export.assumed, *rows.assumed, *_priorities(rows), *_dates_alone(rows, lines)]
     if quantity is None and "quantity" in titles:
         loads = f"{pieces_per_load} on a load" if pieces_per_load else "all of a row on one load"
         assumed.insert(len(export.assumed), f"'{titles['quantity']}' counts pieces, {loads}")
@@ -203,23 +208,6 @@ def _priorities(rows: ExportRows) -> list[str]:
         return []
     title, first, last = rows.titles["priority"], max(priorities), min(priorities)
     return [f"'{title}' is higher where it is more urgent: {first} before {last}"]
-
-
-def _turned(model: Model, lines: list[OrderLine]) -> list[str]:
-    """Tasks from a station to storage, where all flows of the model lead the other way."""
-    zones = {station.zone for station in model.floor.stations.values()}
-    flows = model.tasks.flows
-    outward = [name for name, flow in flows.items() if isinstance(flow.source, StorageEnd) and flow.target is not None]
-    turned = sum(
-        (line.target == STORAGE or isinstance(line.target, int))
-        and isinstance(line.source, str)
-        and (line.source in zones or line.source in model.floor.stations)
-        for line in lines
-    )
-    if not turned or not outward or len(outward) < len(flows):
-        return []
-    flow = f"flow {spoken(outward)} {'leads' if len(outward) == 1 else 'lead'}"
-    return [f"{turned:,} of {len(lines):,} lines go from a station to storage, though {flow} the other way"]
 
 
 def _totals(cells: pd.DataFrame) -> Any:

@@ -110,7 +110,6 @@ def _made(
         raise ModelError([f"{path}: {text}; desim orders --map says which other is meant"])
     meant = [f"'{names[rank]}' is {ours}" for ours, rank in ranks.items() if heading(names[rank])[0] != ours]
     assumed = [", ".join(meant)] if meant and not columns else []
-    assumed += _rivals(names, ranks, columns)
     assumed += [f"encoding {encoding}"] if encoding == "cp1252" else []
     assumed += [f"cells end with {delimiter!r}"] if delimiter != "," else []
     assumed += [f"the header is row {head + 1}"] if head else []
@@ -207,21 +206,6 @@ def _header(top: Sequence[Sequence[str]], columns: Mapping[str, str]) -> tuple[i
         if "release" in ranks:
             return head, names, ranks
     return 0, rows[0] if rows else [], {}
-
-
-def _rivals(names: Sequence[str], ranks: Mapping[str, int], columns: Mapping[str, str]) -> list[str]:
-    """Columns that are left though their heading may mean one of ours, too."""
-    rivals = []
-    for ours, rank in ranks.items():
-        words = HEADINGS.get(ours, ours).split() if ours not in columns else []
-        others = [
-            got(name)
-            for other, name in enumerate(names)
-            if heading(name)[0] in words and other not in ranks.values() and name != names[rank]
-        ]
-        if others:
-            rivals.append(f"{got(names[rank])} is {ours}, and {', '.join(others)} left out")
-    return rivals
 
 
 def _missing(path: Path, ours: str, columns: Mapping[str, str], names: Sequence[str]) -> ModelError:
