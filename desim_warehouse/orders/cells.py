@@ -66,6 +66,9 @@ class ExportRows(Rows):
             self._columns["due"] = due = self._parsed("due", dated=bool(release.dates.notna().any()))
             due.hands[release.hands - due.hands > _HALF_A_DAY / how.seconds] += 2 * _HALF_A_DAY / how.seconds
             self._to_the_end_of_days(due.dates)
+        if _are_days(release.dates):
+            text = "have no time of day: all orders of a day come at 00:00"
+            self.assumed.append(f"dates in '{self.titles['release']}' {text}")
         if self.midnight is None:
             self.midnight = _first_day(release.dates)
 
@@ -140,9 +143,7 @@ class ExportRows(Rows):
 
     def _to_the_end_of_days(self, dates: pd.Series[Any]) -> None:
         """Put due dates without a time of day at the end of their day."""
-        alone = dates.notna() & ~self.cells["due"].str.contains(":")
-        if not alone.any() and (dates.dropna() == dates.dropna().dt.normalize()).all():
-            alone = dates.notna()
+        alone = dates.notna() & (_are_days(dates) or ~self.cells["due"].str.contains(":"))
         if alone.any():
             dates[alone] += dt.timedelta(days=1)
             self.assumed.append(f"dates in '{self.titles['due']}' have no time of day: due at the end of the day")
@@ -179,6 +180,12 @@ class ExportRows(Rows):
         other = (zones.notna() & (zones != zone)).to_numpy(dtype=bool)
         self.flag(other, column, f"a time of another zone than {zone}", "all as on the clock of the hall")
         return 0.0
+
+
+def _are_days(dates: pd.Series[Any]) -> bool:
+    """Whether there are dates, and none has a time of day."""
+    days = dates.dropna()
+    return len(days) > 0 and bool((days == days.dt.normalize()).all())
 
 
 def _first_day(dates: pd.Series[Any]) -> dt.datetime | None:
