@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from base64 import b64encode
 from bisect import bisect_right
 from collections import defaultdict
+from typing import TYPE_CHECKING
 
+from desim_warehouse import plot
 from desim_warehouse.answer import numbers
-from desim_warehouse.answer.page import rows
 from desim_warehouse.answer.parts import Bar, Rows
 from desim_warehouse.errors import number_of
 from desim_warehouse.look import html
-from desim_warehouse.look.html import Html
 from desim_warehouse.look.palette import WAITED_STEPS
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, By, counted_tasks
 from desim_warehouse.outcome.zones import Zone, zones
@@ -19,18 +18,27 @@ from desim_warehouse.plot.floor import ends, step_of
 from desim_warehouse.plot.heat import edge_values, node_values, step_words
 from desim_warehouse.run import RunData
 
+
+def drawings(run: RunData) -> list[Rows | Markup]:
+    """Draw what every page that shows a run has below the answer, as far as the log tells."""
+    return [drawing for drawing in (account(run), floor(run)) if drawing is not None]
+
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
 _MARGIN = 0.03
 """Room around the floor, as a part of its width."""
 _LANES = 3000
 """Of more lanes the drawing is a picture."""
 
 
-def floor(run: RunData) -> Html | None:
+def floor(run: RunData) -> Markup | None:
     """The map of waits of a run with goods, stations and bays; None where nobody waited."""
     if not run.kpis["S"]:
         return None
     if len(run.layout.lanes) > _LANES:
-        return _picture(run)
+        return html.picture(plot.congestion(run))
     layout, step = run.layout, step_of(run.layout)
     lanes: defaultdict[int, list[str]] = defaultdict(list)
     for edge, waited in edge_values(run, "blocked").items():
@@ -60,28 +68,21 @@ def _step(run: RunData, waited: float) -> int:
 
 def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str]]:
     """Kind, point and name of each zone: beyond its slots, as seen from its node, away from the middle."""
-    found = []
+    names = []
     for zone in places:
         node = run.layout.graph.nodes[zone.node]
         xs, ys = zip(*zone.places, strict=True)
         away = 0.8 * room + zone.room
         y = max(ys) if sum(ys) / len(ys) > node["y"] else min(ys)
-        found.append((zone.kind, sum(xs) / len(xs), y + (away if y > middle else -away), zone.name))
-    return found
-
-
-def _picture(run: RunData) -> Html:
-    from desim_warehouse import plot
-
-    data, facts = plot.congestion(run)._repr_png_()  # type: ignore[attr-defined] # what Jupyter calls, too
-    return html.picture(b64encode(data).decode("ascii"), facts["width"], facts["alt"])
+        names.append((zone.kind, sum(xs) / len(xs), y + (away if y > middle else -away), zone.name))
+    return names
 
 
 _LEAST = 0.005
 """Part of a task's time from which on it has a bar of its own."""
 
 
-def account(run: RunData) -> Html | None:
+def account(run: RunData) -> Rows | None:
     """Where the time of a task goes, of a robot where there were none, in one unit; None: the log does not say."""
     if run.record.level != "all":
         return None
@@ -104,4 +105,4 @@ def account(run: RunData) -> Html | None:
         if part >= _LEAST * whole
     )
     many = number_of(len(table), by)
-    return rows(Rows(title=f"Where the {unit.value(whole)} of a {by} go, mean of {many}", rows=marks))
+    return Rows(title=f"Where the {unit.value(whole)} of a {by} go, mean of {many}", rows=marks)
