@@ -31,8 +31,8 @@ if TYPE_CHECKING:
     from desim_warehouse.live import serve
     from desim_warehouse.live.frozen import what_if_page
     from desim_warehouse.model import Model, load
-    from desim_warehouse.model.order_day import order_day
     from desim_warehouse.model.overrides import UNSET
+    from desim_warehouse.orders.day import order_day
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
     from desim_warehouse.questions.best import best
@@ -70,7 +70,7 @@ _HOME = {
     "live": ("serve",),
     "live.frozen": ("what_if_page",),
     "model": ("Model", "load"),
-    "model.order_day": ("order_day",),
+    "orders.day": ("order_day",),
     "model.overrides": ("UNSET",),
     "plants": ("read_layout",),
     "plants.export": ("write_layout",),

@@ -121,9 +121,6 @@ CODES: dict[str, Code] = {
     "KINDS_AND_SIZE": Code("warning", "kinds of robots that nearly add up to the fleet, so that a few are of no kind"),
     "NARROW_AISLES": Code("warning", "an aisle leaves less than 10 cm on either side of a robot"),
     "ENDS_SWAPPED": Code("warning", "rows of orders that go to where their flow begins, from where it ends"),
-    "RAW_ORDERS": Code(
-        "warning", "a file of orders that `desim orders` did not write, which no model reads from 0.5 on"
-    ),
     "SAME_ENDS": Code("warning", "a flow goes from some nodes to the same nodes"),
     "NOT_USED": Code("note", "a key that changes nothing in this model, and may be there for a variant of it"),
     "PROFILE_REPEATS": Code("note", "the rates of a profile are over before the run, and start again"),
