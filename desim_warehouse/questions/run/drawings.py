@@ -7,6 +7,7 @@ from bisect import bisect_right
 from collections import defaultdict
 
 from desim_warehouse.answer import numbers
+from desim_warehouse.answer.course import figure
 from desim_warehouse.answer.page import rows
 from desim_warehouse.answer.parts import Bar, Rows
 from desim_warehouse.errors import number_of
@@ -14,6 +15,7 @@ from desim_warehouse.look import html
 from desim_warehouse.look.html import Html
 from desim_warehouse.look.palette import WAITED_STEPS
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, By, counted_tasks
+from desim_warehouse.outcome.day import day
 from desim_warehouse.outcome.zones import Zone, zones
 from desim_warehouse.plot.floor import ends, step_of
 from desim_warehouse.plot.heat import edge_values, node_values, step_words
@@ -23,6 +25,13 @@ _MARGIN = 0.03
 """Room around the floor, as a part of its width."""
 _LANES = 3000
 """Of more lanes the drawing is a picture."""
+
+
+def course(run: RunData) -> Html | None:
+    """How the run went by the clock; None where no time was counted."""
+    if not run.history.counted:
+        return None
+    return figure(day(run.history), run.model, run.history.chargers)
 
 
 def floor(run: RunData) -> Html | None:

@@ -31,7 +31,7 @@ from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.questions.run import words as run_words
-from desim_warehouse.questions.run.drawings import account, floor
+from desim_warehouse.questions.run.drawings import account, course, floor
 from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
 from desim_warehouse.values.units import SECONDS
@@ -197,20 +197,24 @@ def in_full(model: Model, seed: int) -> RunData | None:
 
 
 def drawings(run: RunData) -> list[Html]:
-    """Draw where the time of a task goes, and the floor by waiting, as far as the log tells."""
-    return [drawing for drawing in (account(run), floor(run)) if drawing is not None]
+    """Draw how the run went by the clock, and the floor by waiting, as far as the log tells."""
+    return [drawing for drawing in (course(run), floor(run)) if drawing is not None]
 
 
 def tables(run: RunData) -> list[tuple[str, Html]]:
     """List what the page of an answer folds away of the run that it shows, each table with its title."""
-    parts = {"Stations and chargers": resources(run), "What robots waited for": lost_time(run)}
+    parts = {
+        "Where the time goes": account(run),
+        "Stations and chargers": resources(run),
+        "What robots waited for": lost_time(run),
+    }
     shown = [(title, part) for title, part in parts.items() if part is not None]
     return [*shown, ("The warehouse", model_facts(run.model))]
 
 
 def in_short(run: RunData) -> StillPage:
     """Compose what Jupyter shows of a run: the first page of its report, and its indicators."""
-    first = [first_page(run), account(run), floor(run)]
+    first = [first_page(run), account(run), course(run), floor(run)]
     report = ReportPage(title=run.model.name, first=first, folded={"All indicators": [indicators(run)]})
     return StillPage(run.model.name, report.html())
 
@@ -220,7 +224,7 @@ def page(folder: str | Path | RunData, replay: str | None = None) -> ReportPage:
     run = read(folder)
     return ReportPage(
         title=run.model.name,
-        first=[first_page(run, replay), account(run), floor(run)],
+        first=[first_page(run, replay), account(run), course(run), floor(run)],
         folded={
             "Stations and chargers": [resources(run)],
             "What robots waited for": [lost_time(run)],
