@@ -132,7 +132,7 @@ def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> li
 
     lane("Delivered", "an hour", "delivered", day.delivered)
     if not isinstance(model.tasks.goods, SaturatedGoods):
-        lane("Open tasks", "not done yet", "open", day.open)
+        lane("Open tasks", "at a time", "open", day.open)
     if day.queue[inside].max() >= _SEEN * fleet:
         workers = any(one.work_time is not None for one in model.layout.stations.values())
         lane("Queue", "loads before the workers" if workers else "robots at stations", "queue", day.queue)
