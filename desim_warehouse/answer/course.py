@@ -63,6 +63,21 @@ class CourseLane(NamedTuple):
     layers: tuple[Layer, ...]
 
 
+class Curve(NamedTuple):
+    """A curve below the lane of robots: its name and unit, its class in the style, its values, and its top."""
+
+    name: str
+    unit: str
+    kind: str
+    values: Numbers
+    top: float
+
+    @property
+    def top_text(self) -> str:
+        """The top of its lane as it stands beside it."""
+        return numbers.PERCENT.value(self.top) if self.kind == "battery" else numbers.measured(self.top)
+
+
 def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
     """Say when deliveries stood still and why; `times`: how often for that cause, of which this was the longest."""
     start, end = moment(model, halt.start), moment(model, halt.end)
@@ -112,6 +127,23 @@ def figure(day: Day, model: Model, chargers: int, shown: tuple[float, float] | N
     )
 
 
+def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
+    """The curves that a run has below the lane of robots."""
+    most = float(day.queue.max())
+    workers = any(one.work_time is not None for one in model.layout.stations.values())
+    found = [Curve("Delivered", "an hour", "delivered", day.delivered, _top(day.delivered))]
+    if not isinstance(model.tasks.goods, SaturatedGoods):
+        found.append(Curve("Open tasks", "at a time", "open", day.open, _top(day.open)))
+    if most >= _SEEN * model.fleet.size:
+        who = "loads before workers" if workers else "robots at stations"
+        found.append(Curve("Queue", who, "queue", day.queue, most))
+    if day.chargers is not None:
+        found.append(Curve("Chargers", f"in use, of {chargers}", "charging", day.chargers, float(chargers)))
+    if day.battery is not None:
+        found.append(Curve("Battery", "mean", "battery", day.battery, 1.0))
+    return found
+
+
 def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> list[CourseLane]:
     """The lanes that a run has, each between two times."""
     inside = (day.bounds[1:] > start) & (day.bounds[:-1] < end)
@@ -121,26 +153,16 @@ def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> li
         if values[inside].max() >= _SEEN * fleet:
             below = below + values[inside]
             layers.append(Layer(name, DOING[name], _area(below, ends, fleet)))
-    every = [
-        CourseLane("Robots", f"what all {fleet} do" if fleet > 1 else "what it does", str(fleet), tuple(layers[::-1]))
-    ]
-
-    def lane(name: str, unit: str, kind: str, values: Numbers, most: float | None = None) -> None:
-        top = most or float(values[inside].max()) or 1.0
-        text = numbers.PERCENT.value(top) if kind == "battery" else numbers.measured(top)
-        every.append(CourseLane(name, unit, text, (Layer(kind, None, _area(values[inside], ends, top)),)))
-
-    lane("Delivered", "an hour", "delivered", day.delivered)
-    if not isinstance(model.tasks.goods, SaturatedGoods):
-        lane("Open tasks", "at a time", "open", day.open)
-    if day.queue[inside].max() >= _SEEN * fleet:
-        workers = any(one.work_time is not None for one in model.layout.stations.values())
-        lane("Queue", "loads before the workers" if workers else "robots at stations", "queue", day.queue)
-    if day.chargers is not None:
-        lane("Chargers", f"in use, of {chargers}", "charging", day.chargers, float(chargers))
-    if day.battery is not None:
-        lane("Battery", "mean", "battery", day.battery, 1.0)
+    who = f"what all {fleet} do" if fleet > 1 else "what it does"
+    every = [CourseLane("Robots", who, str(fleet), tuple(layers[::-1]))]
+    for one in curves(day, model, chargers):
+        area = Layer(one.kind, None, _area(one.values[inside], ends, one.top))
+        every.append(CourseLane(one.name, one.unit, one.top_text, (area,)))
     return every
+
+
+def _top(values: Numbers) -> float:
+    return float(values.max()) or 1.0
 
 
 def ticks(model: Model, start: float, end: float) -> list[tuple[float, str]]:

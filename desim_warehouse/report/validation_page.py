@@ -37,13 +37,13 @@ def page(found: Validation, command: str = "") -> pages.ReportPage:
         first=[
             pages.first_page(found.model.name, "", question, tiles, answer),
             html.paragraph(_said_of(found, worst)),
-            plot.day(found, worst),
+            plot.real_day(found, worst),
             html.table(HEAD, cells(found), name="measures"),
         ],
         folded={
             "Where robots drove": [] if found.passed is None else [plot.passages(found), plot.residuals(found)],
             "Where robots stood": [] if found.stood is None else [plot.residuals(found, by="stood")],
-            "Other days": [plot.day(found, number, title=found.days[number]) for number in others],
+            "Other days": [plot.real_day(found, number, title=found.days[number]) for number in others],
             "Method and reproducibility": [
                 html.bullets(_METHOD),
                 *([html.code(command)] if command else []),

@@ -12,6 +12,7 @@ from PIL import Image
 import desim_warehouse as dw
 from desim_warehouse.errors import ReportError
 from desim_warehouse.look import palette
+from desim_warehouse.outcome import day as outcome
 from desim_warehouse.plot import paths
 from desim_warehouse.plot.heat import edge_values
 from desim_warehouse.study.statistics.warmup import mser, welch
@@ -420,3 +421,15 @@ def test_a_share_in_other_units_is_judged_as_the_number_that_it_is():
     )
     assert plain.interval == counted.interval
     assert plain.mean == pytest.approx(93)
+
+
+def test_the_course_of_a_run_is_drawn_as_it_is_computed(lifelong):
+    ax, found = plot.day(lifelong), outcome.day(lifelong.history)
+    robots, delivered, *_, battery = ax.child_axes
+    assert [area.get_label() for area in robots.collections] == [outcome.DOING[name] for name in found.robots]
+    assert robots.get_ylim() == (0, 6)
+    for lane, values in ((delivered, found.delivered), (battery, found.battery)):
+        (curve,) = lane.patches
+        assert list(curve.get_data()[0]) == values.tolist()
+    assert [tick.get_text() for tick in battery.get_yticklabels()] == ["0", "100 %"]
+    assert [tick.get_text() for tick in battery.get_xticklabels()][:2] == ["0 s", "50 s"]
