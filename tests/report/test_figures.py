@@ -432,4 +432,4 @@ def test_the_course_of_a_run_is_drawn_as_it_is_computed(lifelong):
         (curve,) = lane.patches
         assert list(curve.get_data()[0]) == values.tolist()
     assert [tick.get_text() for tick in battery.get_yticklabels()] == ["0", "100 %"]
-    assert [tick.get_text() for tick in battery.get_xticklabels()][:2] == ["0 s", "50 s"]
+    assert [tick.get_text() for tick in battery.get_xticklabels()][:2] == ["0 s", "60 s"]
