@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from base64 import b64encode
 from bisect import bisect_right
 from collections import defaultdict
@@ -16,6 +17,7 @@ from desim_warehouse.look.html import Html
 from desim_warehouse.look.palette import WAITED_STEPS
 from desim_warehouse.outcome.account import OF_ROBOTS, OF_TASKS, By, counted_tasks
 from desim_warehouse.outcome.day import day
+from desim_warehouse.outcome.rows import waits_by_row
 from desim_warehouse.outcome.zones import Zone, zones
 from desim_warehouse.plot.floor import ends, step_of
 from desim_warehouse.plot.heat import edge_values, node_values, step_words
@@ -23,6 +25,10 @@ from desim_warehouse.run import RunData
 
 _MARGIN = 0.03
 """Room around the floor, as a part of its width."""
+_ROWS = 4
+"""Rows that have a bar of their own."""
+_ARROWS = 200
+"""Of more lanes none has an arrow."""
 _LANES = 3000
 """Of more lanes the drawing is a picture."""
 
@@ -59,12 +65,50 @@ def floor(run: RunData) -> Html | None:
     box = min(xs) - 2 * room, min(ys) - room, max(xs) - min(xs) + 4 * room, max(ys) - min(ys) + 2 * room
     side = 0.8 * (layout.goods_size or 0.09 * step) / 2
     goods = "".join(f"M{one.x - side:.4g} {one.y:.4g}h{2 * side:.3g}" for one in layout.storage)
-    return html.figure("floor", box, sorted(lanes.items()), nodes, goods, 2 * side, slots, names, step_words(), room)
+    title, by_row = _where(run)
+    drawn = html.figure(
+        *("floor", title, box, sorted(lanes.items()), _arrows(run, step), nodes, goods, 2 * side, slots, names),
+        *(step_words(), room),
+    )
+    return drawn if by_row is None else drawn + by_row
+
+
+def _where(run: RunData) -> tuple[str, Html | None]:
+    """Say for which part of their time robots wait and in which row most, with bars of the rows if that is much."""
+    share = run.kpis["share_waiting"]
+    title = f"Where robots wait: {numbers.PERCENT.value(share)} of their time"
+    found = waits_by_row(run.history) if run.record.level == "all" else {}
+    if next(iter(found.values()), 0.0) < WAITED_STEPS[0]:
+        return title, None
+    most = list(found.items())[:_ROWS]
+    title += f", {most[0][0]} alone {numbers.PERCENT.value(most[0][1])}"
+    rest = max(share - math.fsum(part for _, part in most), 0.0)
+    marks = tuple(
+        Bar(label=name, mean=part, text=f"{numbers.PERCENT.value(part)} of the fleet's time", standing="part")
+        for name, part in (*most, ("all else", rest))
+    )
+    return title, rows(Rows(title="The same, by rows of the floor", rows=marks))
+
+
+def _arrows(run: RunData, step: float) -> str:
+    """Heads of arrows in the middle of one-way lanes, where there is room for them."""
+    edges, size = run.layout.graph.edges, 0.06 * step
+    if len(run.layout.lanes) > _ARROWS:
+        return ""
+    drawn = []
+    for edge in run.layout.lanes:
+        if not edges[edge].get("two_way"):
+            (x0, y0), (x1, y1) = ends(run.layout, edge, step)
+            long = math.hypot(x1 - x0, y1 - y0) or 1.0
+            dx, dy = size * (x1 - x0) / long, size * (y1 - y0) / long
+            x, y = (x0 + x1) / 2 + dx, (y0 + y1) / 2 + dy
+            drawn.append(f"M{x:.4g} {y:.4g}l{-2 * dx - dy:.3g} {-2 * dy + dx:.3g}l{2 * dy:.3g} {-2 * dx:.3g}z")
+    return "".join(drawn)
 
 
 def _step(run: RunData, waited: float) -> int:
-    """The step of the scale of a time waited: 0 where nobody waits."""
-    return 1 + bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0)) if waited else 0
+    """The step of the scale of a time waited: 0 where nobody waits, or for so short a time that it has no colour."""
+    return bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0))
 
 
 def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str]]:

@@ -168,6 +168,8 @@ def _policies(model: Model) -> str:
 
 _ROOTS = 10
 """Roots of waiting in a table."""
+_LEAST_LOST = 0.001
+"""The part of the fleet's time from which a root is in it."""
 _PLACES = 24
 """Stations and chargers in a table, and in a figure."""
 _GANTT = 24
@@ -329,10 +331,10 @@ def lost_time(run: RunData) -> Html | None:
     """What robots waited for in the end, and how much time was lost to it."""
     if run.record.level != "all":
         return html.paragraph("What robots waited for needs a run with log: all.", "note")
-    found = list(lost_to(run.history).items())[:_ROOTS]
+    whole, unit = run.history.counted * run.model.fleet.size, run.model.units.time
+    found = [one for one in lost_to(run.history).items() if one[1][0] >= _LEAST_LOST * whole][:_ROOTS]
     if not found:
         return None
-    whole, unit = run.history.counted * run.model.fleet.size, run.model.units.time
     rows = [
         [root_in_words(root, run.model), numbers.duration(time, unit), numbers.PERCENT.value(time / whole), str(robots)]
         for root, (time, robots) in found

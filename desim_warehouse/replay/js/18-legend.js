@@ -101,8 +101,8 @@ function drawLane(ctx, used, colours) {
 function drawScale(box, colours, steps, shown) {
   box.hidden = !shown;
   if (box.hidden) return;
-  const ends = steps.map((step) => `${100 * step}`), last = ends.length;
-  const words = colours.heat.map((_, i) => (i === 0 ? `under ${ends[0]} %` : i === last ? `over ${ends[last - 1]} %` : `${ends[i - 1]} to ${ends[i]} %`));
-  const parts = words.map((text, i) => element("span", {}, element("i", { style: `background: ${colours.heat[i]}` }), text));
-  box.replaceChildren(element("span", {}, "Share of time a robot waits here:"), ...parts);
+  const ends = steps.map((step) => `${100 * step}`), last = ends.length - 1;
+  const words = colours.heat.map((_, i) => (i === last ? `over ${ends[i]} %` : `${ends[i]} to ${ends[i + 1]} %`));
+  const parts = words.map((text, i) => element("span", {}, element("i", { style: `background: ${colours.heat[i]}; height: ${3 + 2.5 * i}px` }), text));
+  box.replaceChildren(element("span", {}, "Share of time a robot waits here:"), ...parts, element("span", {}, `no colour: under ${ends[0]} %`));
 }
