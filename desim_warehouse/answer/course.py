@@ -13,7 +13,6 @@ import numpy as np
 from desim_warehouse.answer import numbers
 from desim_warehouse.errors import number_of
 from desim_warehouse.look import html
-from desim_warehouse.look.html import Html
 from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.model.sections.goods import SaturatedGoods
 from desim_warehouse.outcome.day import DOING, Day
@@ -21,6 +20,8 @@ from desim_warehouse.outcome.halts import Halt
 from desim_warehouse.values.calendars import clock_of
 
 if TYPE_CHECKING:
+    from markupsafe import Markup
+
     from desim_warehouse.model import Model
     from desim_warehouse.outcome.day import Numbers
 
@@ -42,6 +43,8 @@ _STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400,
 """Seconds between them."""
 _BY_HOURS, _BY_MINUTES = 7200, 600
 """Seconds from which times are said in hours and minutes, or in minutes."""
+_NUMBERED = 100
+"""More robots than this are not told apart by number."""
 _SEEN = 0.01
 """Part of the fleet from which on a part of the day shows what it does."""
 
@@ -110,7 +113,7 @@ def moment(model: Model, time: float) -> str:
     return time_of_day(model, time) if model.run.start != "00:00" else numbers.duration(time, model.units.time)
 
 
-def figure(day: Day, model: Model, chargers: int, shown: tuple[float, float] | None = None) -> Html:
+def figure(day: Day, model: Model, chargers: int, shown: tuple[float, float] | None = None) -> Markup:
     """Draw the course of a run, or of its part between two times, as a figure of a page."""
     start, end = shown or (float(day.bounds[0]), float(day.bounds[-1]))
     part = numbers.duration(float((day.bounds[1:] - day.bounds[:-1]).max()), model.units.time)
@@ -119,12 +122,29 @@ def figure(day: Day, model: Model, chargers: int, shown: tuple[float, float] | N
         low, high = (_across(time, start, end) for time in (day.worst.start, day.worst.end))
         span = f"{moment(model, day.worst.start)} to {moment(model, day.worst.end)}"
         band = low, max(high - low, 2), f"{span}: {flag(day)}"
-    made = lanes(day, model, chargers, start, end)
-    return Html(
-        html.template("course.html").module.course(  # type: ignore[attr-defined] # a macro
-            made, band, _across(day.begin, start, end), ticks(model, start, end), part, worst(day, model, chargers)
-        )
+    drawn = lanes(day, model, chargers, start, end)
+    made: Markup = html.template("course.html").module.course(  # type: ignore[attr-defined] # a macro
+        drawn, band, _across(day.begin, start, end), ticks(model, start, end), part, worst(day, model, chargers)
     )
+    return made
+
+
+def by_robot(shares: dict[str, Numbers]) -> Markup:
+    """Draw what robots do, stacked parts of their time: robots by number, or of many those at work most first."""
+    count = len(next(iter(shares.values())))
+    few = count <= _NUMBERED
+    order = np.arange(count) if few else np.argsort(-shares.get("work", np.zeros(count)), kind="stable")
+    ends = [_across(number, 0, count) for number in range(count + 1)]
+    below, layers = np.zeros(count), []
+    for name, values in shares.items():
+        below = below + values[order]
+        if values.max() >= _SEEN:
+            layers.append(Layer(name, DOING[name], _area(below, ends, 1.0)))
+    step = -(-count // _TICKS)
+    places = [(round(100 * (n + 0.5) / count, 2), str(n)) for n in range(0, count, step)] if few else []
+    lane = CourseLane("Robots", "by number" if few else f"all {count}, the busiest first", "100 %", tuple(layers[::-1]))
+    made: Markup = html.template("course.html").module.robots(lane, places)  # type: ignore[attr-defined] # a macro
+    return made
 
 
 def curves(day: Day, model: Model, chargers: int) -> list[Curve]:

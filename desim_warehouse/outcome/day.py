@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from desim_warehouse.outcome.halts import Halt, halts, parts_of_time
+from desim_warehouse.outcome.halts import Halt, halts, parts_of_robots, parts_of_time
 from desim_warehouse.states import CHARGER, OFF_DUTY, SHOWN, Phase
 
 if TYPE_CHECKING:
@@ -157,6 +157,19 @@ def _robots(history: History, bounds: Numbers) -> dict[str, Numbers]:
     for start, end, part in parts_of_time(history):
         of[doing(part)].append((start, end))
     return {name: mean_number(spans, bounds) for name, spans in of.items() if spans}
+
+
+def shares_of_robots(history: History) -> dict[str, Numbers]:
+    """For each robot the shares of its counted time by what it does, in the order of `DOING`.
+
+    They are nan where no time is counted. What no robot ever does is left out. Waiting in traffic is told from work as
+    far as `day` does.
+    """
+    spent = {name: np.zeros(history.model.fleet.size) for name in DOING}
+    for number, robot in enumerate(parts_of_robots(history)):
+        for start, end, part in robot:
+            spent[doing(part)][number] += history.within(start, end)
+    return {name: times / (history.counted or math.nan) for name, times in spent.items() if times.any()}
 
 
 def _queue(history: History, robots: dict[str, Numbers], bounds: Numbers) -> Numbers:

@@ -5,13 +5,12 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import simulated_with
 from desim_warehouse.answer.course import figure
 from desim_warehouse.errors import number_of
-from desim_warehouse.look.html import Html
-from desim_warehouse.look.page import course_style
+from desim_warehouse.look.html import course_style
 from desim_warehouse.look.palette import GROUND, HEAT, PAGE, PALETTES, WAITED_STEPS
 from desim_warehouse.look.web import joined, safe_json
 from desim_warehouse.model.facts.keys import about
@@ -20,6 +19,9 @@ from desim_warehouse.outcome.history import History
 from desim_warehouse.replay.columns import pack
 from desim_warehouse.replay.payload import payload
 from desim_warehouse.replay.stops import better
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 _SAID = {"name", "description"}
 """Keys that people are told in another way, or that are no difference."""
@@ -49,7 +51,7 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
     return joined("desim_warehouse.replay", parts)
 
 
-def courses(runs: Sequence[History], windows: Sequence[tuple[float, float]]) -> list[Html]:
+def courses(runs: Sequence[History], windows: Sequence[tuple[float, float]]) -> list[Markup]:
     """Draw how each run goes by the clock, from the first to the last moment that the player has."""
     seconds = [history.model.units.seconds for history in runs]
     first = min(start * unit for (start, _), unit in zip(windows, seconds, strict=True))

@@ -166,9 +166,9 @@ def test_an_accepted_error_is_recorded_with_the_run_and_said_in_its_report(tmp_p
     done = desim_says("run", PLANNER, *wide, "--accept", "ROBOT_WIDER_THAN_AISLE", "--out", tmp_path / "wide")
     assert done.exit_code == 0, done.output
     assert dw.load_run(tmp_path / "wide").model.accept == ("ROBOT_WIDER_THAN_AISLE",)
-    from desim_warehouse.questions.run.page import model_facts
+    from desim_warehouse.questions.run.warehouse import facts
 
-    assert "an aisle is 0.9 m wide, a robot 1" in model_facts(dw.load_run(tmp_path / "wide").model)._repr_html_()
+    assert "an aisle is 0.9 m wide, a robot 1" in str(facts(dw.load_run(tmp_path / "wide").model))
 
 
 def test_a_study_accepts_by_its_file():

@@ -7,8 +7,9 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.answer.course import figure, lanes, ticks, worst
-from desim_warehouse.outcome.day import DOING, PileUp, day, doing, mean_number, part_length
+from desim_warehouse.outcome.day import DOING, PileUp, day, doing, mean_number, part_length, shares_of_robots
 from desim_warehouse.outcome.halts import Halt
+from desim_warehouse.outcome.rows import waits_by_row
 from desim_warehouse.states import SHOWN
 from tests.report.replay.floors import busy, busy_run, due_run, jammed_run, paper_run, people_run
 from tests.run.test_halts import LOW_TOGETHER
@@ -187,3 +188,24 @@ def test_times_below_are_round_and_by_the_clock_where_the_run_is():
     own = dw.load("models/my_own_day.yaml")
     assert ticks(own, 0.0, 57600.0)[:2] == [(0.0, "06:00"), (12.5, "08:00")]
     assert ticks(dw.load(busy()), 0.0, 900.0)[:2] == [(0.0, "0 min"), (13.33, "2 min")]
+
+
+@pytest.mark.parametrize("name", ["busy", "people"])
+def test_the_shares_of_robots_are_whole_and_their_means_those_of_the_run(name):
+    run = RUNS[name]()
+    shares = shares_of_robots(run.history)
+    assert sum(shares.values()) == pytest.approx(np.ones(16))
+    robots = day(run.history).robots
+    for what, values in shares.items():
+        assert values.mean() == pytest.approx(counted(run, robots[what]) / run.history.counted / 16, abs=1e-9)
+
+
+def test_waits_add_up_by_the_rows_of_a_floor():
+    """Names as `blocks` gives them: r1c2 is in row 1 and aisle 2; what is not waited for in rows is no row."""
+    own = dw.load("models/my_own_day.yaml", {"run.length": "30 min", "log": "all"})
+    run = dw.simulate(own)
+    rows = waits_by_row(run.history)
+    assert sum(rows.values()) == pytest.approx(run.kpis["share_waiting"])
+    assert list(rows.values()) == sorted(rows.values(), reverse=True)
+    assert all(name.split()[0] == next(iter(rows)).split()[0] for name in rows)
+    assert waits_by_row(busy_run().history) == {}

@@ -8,6 +8,7 @@ from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.busiest import busiest
 from desim_warehouse.answer.course import stood_still
 from desim_warehouse.answer.numbers import sentence
+from desim_warehouse.answer.parts import BigNumber
 from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.chains import lost_to
@@ -26,21 +27,21 @@ def sentences(run: RunData) -> list[str]:
     return [_delivered(run), *_halts(run), *lasts, _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
 
 
-def numbers_of(run: RunData) -> list[tuple[str, str, str]]:
-    """The three numbers of a run that come first: each with what it is, and a note."""
+def numbers_of(run: RunData) -> list[BigNumber]:
+    """The three numbers of a run that come first."""
     kpis, model = run.kpis, run.model
-    found = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour", "")]
+    pairs = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour")]
     if piles_up(run.verdicts):
-        found.append((number_of(kpis["backlog"], "task"), "open at the end: it cannot keep up", ""))
+        pairs.append((number_of(kpis["backlog"], "task"), "open at the end: it cannot keep up"))
     elif math.isfinite(kpis.get("on_time", math.nan)):
-        found.append((numbers.PERCENT.value(kpis["on_time"]), "on time", ""))
+        pairs.append((numbers.PERCENT.value(kpis["on_time"]), "on time"))
     else:
-        found.append((words.value("cycle_time_p95", kpis["cycle_time_p95"], model), "95 % of tasks done within", ""))
+        pairs.append((words.value("cycle_time_p95", kpis["cycle_time_p95"], model), "95 % of tasks done within"))
     if "annual_cost" in kpis:
-        found.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "a year", ""))
+        pairs.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "a year"))
     else:
-        found.append((numbers.PERCENT.value(kpis["share_waiting"]), "of the time waiting in traffic", ""))
-    return found
+        pairs.append((numbers.PERCENT.value(kpis["share_waiting"]), "of the time waiting in traffic"))
+    return [BigNumber(value=value, what=what) for value, what in pairs]
 
 
 def waited(run: RunData) -> list[str]:
