@@ -87,7 +87,10 @@ def _shown(value: float | None) -> str:
 
 
 def read(folder: str | Path) -> Answer:
-    """The answer of a folder, also of version 0.3.
+    """Read the answer of a folder, also of version 0.3; that of a study as far as its runs are finished.
+
+    Returns:
+        The answer, as it was kept.
 
     Raises:
         ReportError: where it is damaged.
