@@ -107,11 +107,15 @@ class PairGrid(_Plain):
 
 
 class Folded(_Plain):
-    """A table that is folded away on the page; `printed`: the terminal has it, too."""
+    """A table that is folded away on the page; without a head each row is a name and a fact, or a sentence.
+
+    `printed`: the terminal has it, too, and the page shows it unfolded. `numbers`: all columns but the first hold some.
+    """
 
     title: str
     note: str = ""
     printed: bool = False
+    numbers: bool = False
     head: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
 

@@ -134,6 +134,9 @@ def order_day(
         quantity: what quantities count; default: pieces.
         pieces_per_load: how many pieces fit on one load; default: all of a row.
 
+    Returns:
+        The orders by good row, and what is wrong with the others.
+
     Raises:
         ModelError: where the file or the model cannot be read. Rows with problems are in the result.
     """

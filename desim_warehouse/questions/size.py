@@ -26,9 +26,21 @@ from desim_warehouse.study.statistics.limits import FIRST
 from desim_warehouse.study.target import Days, days_of
 
 
-@dataclass(frozen=True)
-class SizeFound(Smallest, Answered):
-    """The smallest value that meets a target, with the answer."""
+@dataclass(frozen=True, repr=False)
+class Size(Answered, Smallest):
+    """The smallest value that meets a target: what `size` found.
+
+    Attributes:
+        answer: in words; printing prints it.
+        smallest: the value; None: none was shown to meet the target.
+        target: what is to be met.
+        decisions: the verdict on each value that was looked at.
+        runs: simulated for it in all.
+    """
+
+    def in_short(self) -> str:
+        """Name the value and the target."""
+        return f"{self.smallest}: {self.target}" if self.smallest is not None else f"none: {self.target}"
 
 
 def size(
@@ -38,7 +50,7 @@ def size(
     zone: float | str | None = None,
     scan: bool = False,
     search: Search = USUAL,
-) -> SizeFound:
+) -> Size:
     """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
 
     Args:
@@ -48,13 +60,16 @@ def size(
         scan: look at all values from the first on, as where more need not be better, instead of by bisection.
         search: how runs are done; confidence, seed and time limit are the study's.
 
+    Returns:
+        The smallest value with the verdict on each that was looked at, and the answer in words; see `Size`.
+
     Raises:
         StudyError: not one factor, a bad target, or a run that failed but for a robot that ran flat, which fails.
 
-    Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes: a plan with one count.
+    Source: a search by bisection with sequential tests, as for a plan of one count.
     """
     least = smallest(study, target, zone=zone, scan=scan, search=search)
-    return SizeFound(**vars(least), answer=answer(least).keep(search.out, search.command))
+    return Size(**vars(least), answer=answer(least).keep(search.out, search.command))
 
 
 def most(

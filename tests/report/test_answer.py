@@ -18,6 +18,7 @@ from desim_warehouse import questions
 from desim_warehouse.answer import answer as answers
 from desim_warehouse.answer import words
 from desim_warehouse.answer.numbers import capital
+from desim_warehouse.answer.page import page
 from desim_warehouse.answer.parts import Rows
 from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.answer.text import printed
@@ -30,7 +31,6 @@ from desim_warehouse.questions.plan import plan_fleet, worded
 from desim_warehouse.questions.size import size
 from desim_warehouse.questions.why import why
 from desim_warehouse.questions.why import worded as why_worded
-from desim_warehouse.report.answer_page import page
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import Designs, FleetSizes, Shown, Sized
@@ -129,7 +129,7 @@ def text_of(source):
 
 def is_everywhere(answer):
     """Whether terminal, page and JSON say the same, every number once with one interval."""
-    shown, terminal = text_of(page(answer, None)), printed(answer, 400)
+    shown, terminal = text_of(page(answer)), printed(answer, 400)
     content = json.loads(json.dumps(answer.content()))
     assert content["answer"] == list(answer.answer)
     for line in (*answer.answer, *answer.notes, answer.promise):
@@ -359,7 +359,7 @@ def test_numbers_of_a_first_page_are_of_the_option_of_its_sentence_and_have_one_
             assert whole in texts.values() or tile.what == "a year"
         said = " ".join(answer.answer)
         assert option.name in said or capital(option.name) in said or len(answer.options) == 1
-    first = text_of(page(answer, None)).partition("Everything tried")[0]
+    first = text_of(page(answer)).partition("Everything tried")[0]
     known = {text for one in answer.options for text in [one.said, *(number.text for number in one.numbers)]}
     for interval in re.findall(INTERVAL, first):
         assert any(interval in text for text in known), interval
