@@ -102,6 +102,8 @@ def _made(
 ) -> Export:
     """The table below its header, and what was assumed of it."""
     head, names, ranks = _header(top := [*islice(rows, _HEAD)], columns)
+    if len(names) > LIMITS["columns"][0]:
+        raise ValueError(f"{len(names):,} columns, expected at most {LIMITS['columns'][0]:,}")
     for ours in ("release", *columns):
         if ours not in ranks:
             raise _missing(path, ours, columns, names)

@@ -191,3 +191,8 @@ def test_a_workbook_with_a_damaged_part_is_refused(hall, tmp_path, part):
     begin = info.header_offset + 30 + len(part)
     content[begin : begin + 8] = b"\xff" * 8
     assert "cannot be read (damaged: " in refused(tmp_path, hall, bytes(content), "day.xlsx")
+
+
+def test_a_table_of_more_columns_than_a_table_has_is_refused(hall, tmp_path):
+    said = refused(tmp_path, hall, "release," + ",".join(f"c{number}" for number in range(1000)) + "\n60\n")
+    assert "cannot be read (1,001 columns, expected at most 1,000)" in said

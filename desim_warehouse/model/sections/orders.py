@@ -119,7 +119,7 @@ def check_there(path: Path) -> tuple[int, int]:
 
 def unreadable(path: Path, error: Exception, kinds: str = "CSV or Parquet") -> str:
     """Why a file of orders cannot be read."""
-    return f"{path}: cannot be read ({_why(error)}), expected orders in {kinds}"
+    return f"{near(path)}: cannot be read ({_why(error)}), expected orders in {kinds}"
 
 
 def _why(error: Exception) -> str:
@@ -325,6 +325,8 @@ def resampled(
 def _checked(spec: OrdersFile, how: Reading, problems: Problems) -> Iterator[list[OrderLine]]:
     """The rows that could be read, chunk by chunk; what is wrong with others comes to the problems."""
     path = Path(spec.file)
+    if ways := not_plain(path):  # it may have changed since the model was read
+        raise ModelError([f"{near(path)}: no plain table of orders (got {'; '.join(ways)})"])
     midnight = how.day or _first_day(path, check_there(path))
     for cells in _chunks(path):
         rows = Rows(cells, how, problems, midnight)
