@@ -19,14 +19,21 @@ from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.order_lines import OrderLine, Problems, Reading
 from desim_warehouse.orders.cells import ExportRows
 from desim_warehouse.orders.export import read_export
+from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 _TOTAL = r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$"  # SAP has stars
-_CANCELLED = r"(?i)cancell?ed|storno|storniert|abgesagt|returned|retoure|refunded|voided|deleted|gelöscht"
+_CANCELLED = (
+    r"cancel|cancell?ed|storno|storniert|stornierung|annulliert|abgesagt|returned|retoure|retourniert|refunded|voided|"
+    r"deleted|gelöscht"
+)
 """States in which an order is not driven."""
+_FLAG = rf"(?:is|ist)?(?:{_CANCELLED})(?:flag|kz|kennzeichen)?"
+"""Headings of columns that say of each order whether it is in such a state."""
+_NO = {"", "0", "n", "no", "nein", "f", "false", "falsch", "-"}
 _HOUR, _DAY = 3600.0, 86_400.0
 
 
@@ -215,7 +222,10 @@ def _unread(rows: ExportRows, unread: Sequence[int]) -> set[int]:
         words = set(texts) - {""}
         if words and sum(word in rows.how.names or word in rows.how.numbers for word in words) * 2 >= len(words):
             with_places.add(rank)
-        states = [word for word in words if re.fullmatch(_CANCELLED, word)]
+        flag = re.fullmatch(_FLAG, heading(rows.titles[rank])[0])
+        states = [
+            word for word in words if re.fullmatch(_CANCELLED, word.casefold()) or (flag and word.casefold() not in _NO)
+        ]
         expected = "orders that are driven; --skip-bad leaves such rows out"
         rows.flag(texts.isin(states).to_numpy() & ~rows.bad, rank, "an order that was called off", expected)
     return with_places

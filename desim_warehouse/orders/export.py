@@ -117,8 +117,9 @@ def _made(
     assumed += [f"the header is row {head + 1}"] if head else []
     labels = {rank: ours for ours, rank in ranks.items()}
     cells = framed(_limited(path, chain(top[head + 1 :], rows)), [labels.get(n, n) for n in range(len(names))], 1)
-    titles: dict[str | int, str] = {labels.get(rank, rank): name for rank, name in enumerate(names)}
-    unread = tuple(rank for rank, name in enumerate(names) if name and rank not in labels)
+    titles: dict[str | int, str] = {labels.get(n, n): name or f"column {n + 1}" for n, name in enumerate(names)}
+    others = [rank for rank in range(len(names)) if rank not in labels]
+    unread = tuple(rank for rank in others if names[rank] or (cells[rank] != "").any())
     return Export(_whole(cells, [*ranks]), titles, unread, tuple(assumed), delimiter != ",")
 
 
