@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from desim_warehouse.model.sections.order_lines import Problems, Reading, Rows
 from desim_warehouse.orders.export import Export
@@ -49,7 +49,7 @@ class _Times(NamedTuple):
 class ExportRows(Rows):
     """Rows of an export; `assumed` has how its cells are read, where they may be meant otherwise."""
 
-    quantity = "a whole number of at least 1, alone or with ST or pcs"
+    quantity: ClassVar = "a whole number of at least 1, alone or with ST or pcs"
 
     def __init__(
         self, export: Export, how: Reading, problems: Problems, dates: Slashes | None, per_load: float | None

@@ -41,7 +41,7 @@ HEADINGS = {
     "order": "order orderid orderno ordernr ordernumber auftrag auftragsnr auftragsnummer bestellnr bestellnummer "
     "bestellung belegnr belegnummer beleg vbeln",
 }
-"""What files call our columns, in letters and digits alone; `clock`: the time of day where it has a column of its own.
+"""Headings of our columns in files, in letters and digits alone; `clock`: the time of day in a column of its own.
 
 They are looked for where a file has no column `release`, so in none that is written in our words.
 """
@@ -167,7 +167,7 @@ def _of_parquet(path: Path, columns: Mapping[str, str]) -> Iterator[Sequence[str
 
 
 def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
-    """What stands between cells: with it there is a column of releases, and the most columns."""
+    """The separator of cells: the one with which there is a column of releases, and the most columns."""
     with path.open(encoding=encoding, newline="") as lines:
         sample = lines.read(_SAMPLE)
     if "\0" in sample:

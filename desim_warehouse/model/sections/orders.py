@@ -40,7 +40,7 @@ _EARLIER: dict[str, Any] = {"columns": {}, "sheet": None, "dates": None, "quanti
 
 @dataclass(frozen=True)
 class Summary:
-    """What a file holds: tasks, rows, the last release, and the nodes and stations it names.
+    """Contents of a file: tasks, rows, the last release, and the nodes and stations it names.
 
     `due` and `urgent`: rows with a due time, and with a priority; `orders`: how many different ones; `in_order`:
     whether every row is released no earlier than those before; `fetched`, `stored`: rows from a storage place to a node
@@ -286,7 +286,7 @@ def nodes_named(files: Iterable[OrdersFile], how: Reading, layout: Layout) -> tu
 
 
 def problems_of(files: Iterable[OrdersFile], how: Reading, model: str) -> list[str]:
-    """What is wrong with files of orders, by row and column, and the command that reads other tables for the model."""
+    """Problems of files of orders, by row and column, and the command that reads other tables for the model."""
     problems: list[str] = []
     for spec in files:
         try:
