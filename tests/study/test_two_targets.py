@@ -67,8 +67,6 @@ def test_what_cannot_be_asked_is_refused(ring, targets, how, message):  # noqa: 
 def test_what_takes_one_target_refuses_several(ring, tmp_path):  # noqa: F811
     with pytest.raises(dw.StudyError, match="expected words such as"):
         plan_options({"A": ring, "B": ring}, [IN_TIME, SHORT])
-    with pytest.raises(dw.StudyError, match="expected words such as"):
-        dw.size(dw.Study(ring, {"fleet.size": [1, 2]}), [IN_TIME, SHORT])
     model = tmp_path / "ring.yaml"
     model.write_text(json.dumps(RING | {"tasks": RING["tasks"] | {"flows": {"out": FLOW}}, "run": {"length": 1800}}))
     twice = f'--target "{IN_TIME}" --target "{SHORT}"'
