@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING, TypeVar
 
 from pydantic import ValidationError
 
@@ -13,6 +13,9 @@ from desim_warehouse.answer.parts import AnswerData
 from desim_warehouse.answer.text import printed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import ANSWER, write_whole
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 T = TypeVar("T")
 
@@ -36,8 +39,22 @@ class Answer(AnswerData):
             answer.save(folder)
         return answer
 
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each option: design, what it sets, each number with the ends of its interval, verdict, runs.
+
+        Ends are named as the number, with `_low` and `_high`; keys have _ instead of dots. Numbers are in the units of
+        the model, also where the text has others.
+        """
+        from desim_warehouse.answer.frame import frame
+
+        return frame(self)
+
     def __str__(self) -> str:
         return printed(self)
+
+    def __repr__(self) -> str:
+        return f"Answer({self.question})"
 
     def _repr_html_(self) -> str:
         """Show the page, without drawings of a run, in a frame of its own."""
@@ -47,15 +64,40 @@ class Answer(AnswerData):
         return StillPage(self.question, page(self))._repr_html_()
 
 
-@dataclass(frozen=True)
-class Answered:
-    """Data that a question returns, with its answer in words, which Jupyter shows."""
+class Answering:
+    """What a question returns: printed it is the text of its `answer`, in Jupyter the page, as `repr` a line."""
 
-    answer: Answer = field(repr=False, compare=False, kw_only=True)
+    if TYPE_CHECKING:
+
+        @property
+        def answer(self) -> Answer:
+            """The answer in words."""
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each design: see `Answer.table`."""
+        return self.answer.table
+
+    def in_short(self) -> str:
+        """Say the answer in a few words, for `repr`."""
+        return self.answer.name
+
+    def __str__(self) -> str:
+        return str(self.answer)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.in_short()})"
 
     def _repr_html_(self) -> str:
         """Show the page of the answer in a frame."""
         return self.answer._repr_html_()
+
+
+@dataclass(frozen=True, repr=False)
+class Answered(Answering):
+    """Data that a question returns, with its answer in words."""
+
+    answer: Answer = field(repr=False, compare=False, kw_only=True)
 
 
 def load(folder: str | Path) -> Answer:

@@ -138,6 +138,9 @@ def calibrate(
         orders: a file of orders that the calibrated model takes its demand from, as they are.
         dates: how 03/02/2026 is meant in trips.
 
+    Returns:
+        For each key a value with interval and evidence, in the units of the model; see `Calibration`.
+
     Raises:
         ReportError: logs that cannot be read or are of another floor. ModelError: the model or orders.
     """

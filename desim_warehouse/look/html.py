@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
-from desim_warehouse.look.palette import HEAT
+from desim_warehouse.look.palette import COURSE, HEAT
 from desim_warehouse.look.web import colours
 
 if TYPE_CHECKING:
@@ -42,4 +42,20 @@ def style() -> str:
     """Return the style of a page, with the colours of waiting as on the floors of replays."""
     light, dark = (" ".join(f"--w{n}: {colour};" for n, colour in enumerate(HEAT[ground], 1)) for ground in HEAT)
     heat = f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
-    return colours() + heat + files("desim_warehouse.look").joinpath("templates", "report.css").read_text("utf-8")
+    return colours() + heat + _css("report.css") + course_style()
+
+
+def course_style() -> str:
+    """Return the style of the course of a run, with its colours; pages with a theme of their own set `data-theme`."""
+    light, dark = (
+        {f".c-{name}": f"{{ --c: {colour}; }}" for name, colour in COURSE[ground].items()} for ground in COURSE
+    )
+    rules = " ".join(f"{name} {rule}" for name, rule in light.items())
+    by_system = " ".join(f':root:not([data-theme="light"]) {name} {rule}' for name, rule in dark.items())
+    by_hand = " ".join(f':root[data-theme="dark"] {name} {rule}' for name, rule in dark.items())
+    themes = f"@media screen and (prefers-color-scheme: dark) {{ {by_system} }}\n@media screen {{ {by_hand} }}\n"
+    return f"{rules}\n{themes}" + _css("course.css")
+
+
+def _css(name: str) -> str:
+    return files("desim_warehouse.look").joinpath("templates", name).read_text("utf-8")

@@ -85,8 +85,12 @@ class _Planned:
             today=self._facts(plan.today),
             grown=None if plan.grown is None else self._facts(plan.grown),
             **({"years": [self._facts(sized) for sized in plan.demands]} if self.yearly else {}),
-            **({} if self.key is None else {"key": self.key.of, "smallest": plan.smallest}),
+            **({} if self.key is None else {"key": self.key.of, "smallest": self._smallest(self.key)}),
         )
+
+    def _smallest(self, key: OneKey) -> Any:
+        best = self.plan.today.best
+        return None if best is None else key.value(best.counts)
 
     def _question(self) -> str:
         if self.key is not None:

@@ -3,19 +3,51 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 from desim_warehouse.answer import words
-from desim_warehouse.questions import race, sentences
-from desim_warehouse.questions.plan import FleetPlan, worded
+from desim_warehouse.answer.answer import Answered
+from desim_warehouse.questions import plan_words, race, sentences
 from desim_warehouse.questions.race import Best
 from desim_warehouse.questions.study import Study
 from desim_warehouse.study import procedures
-from desim_warehouse.study.fleet import size_key
+from desim_warehouse.study.fleet import FleetSizes, size_key
 from desim_warehouse.study.fleet.capped import tried_cap, waits_much
 from desim_warehouse.study.procedures import FLEET, ZONE
 from desim_warehouse.study.search import USUAL, Search
+from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.statistics.limits import FIRST
+
+
+@dataclass(frozen=True, repr=False)
+class Size(Answered, FleetSizes):
+    """The smallest value that meets a target: what `size` found, a plan of one key.
+
+    Attributes:
+        answer: in words; printing prints it.
+        smallest: the value; None: none was shown to meet the target.
+        target: what is to be met.
+        decisions: the verdict on each value that was looked at.
+        runs: simulated for it in all.
+    """
+
+    @property
+    def smallest(self) -> Any:
+        """The value; None: none was shown to meet the target."""
+        best = self.today.best
+        return None if best is None else self.designs.value(best.counts)
+
+    @property
+    def decisions(self) -> tuple[DesignVerdict[Any], ...]:
+        """The verdict on each value that was looked at, smallest first."""
+        tried = [*self.today.below, *([self.today.best] if self.today.best else [])]
+        tried.sort(key=lambda shown: shown.counts)
+        return tuple(replace(shown.verdict, value=self.designs.value(shown.counts)) for shown in tried)
+
+    def in_short(self) -> str:
+        """Name the value and the target."""
+        return f"{self.smallest}: {self.target}" if self.smallest is not None else f"none: {self.target}"
 
 
 def size(
@@ -25,10 +57,8 @@ def size(
     zone: float | str | None = None,
     scan: bool = False,
     search: Search = USUAL,
-) -> FleetPlan:
+) -> Size:
     """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
-
-    The plan of one key: `smallest` is the value, `today` what shows it.
 
     Args:
         study: with one factor, its values upwards.
@@ -38,12 +68,16 @@ def size(
         scan: look at all values from the first on, as where more need not be better, instead of by bisection.
         search: how runs are done; confidence, seed and time limit are the study's.
 
+    Returns:
+        The smallest value with the verdict on each that was looked at, and the answer in words; see `Size`.
+
     Raises:
         StudyError: not one factor, a bad target, or a run that failed but for a robot that ran flat, which fails.
 
-    Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes.
+    Source: a search by bisection with sequential tests: a plan of one count.
     """
-    return worded(size_key(study, target, zone=zone, scan=scan, search=search), search)
+    sizes = size_key(study, target, zone=zone, scan=scan, search=search)
+    return Size(**vars(sizes), answer=plan_words.answer(sizes).keep(search.out, search.command))
 
 
 def most(

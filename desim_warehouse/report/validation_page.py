@@ -27,10 +27,10 @@ def page(found: Validation, command: str = "") -> str:
     others = [number for number in range(days) if number != worst]
     first = "The day that lies out farthest" if others else "The day"
     drawings = {
-        first: [plot.day(found, worst)],
+        first: [plot.real_day(found, worst)],
         "Where robots drove": [] if found.passed is None else [plot.passages(found), plot.residuals(found)],
         "Where robots stood": [] if found.stood is None else [plot.residuals(found, by="stood")],
-        "Other days": [plot.day(found, number, title=found.days[number]) for number in others],
+        "Other days": [plot.real_day(found, number, title=found.days[number]) for number in others],
     }
     answer = Answer(
         kind="validate",

@@ -20,9 +20,7 @@ from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics.comparison import Comparison
 from desim_warehouse.study.statistics.procedure import Procedure
-from desim_warehouse.study.statistics.screening import MainEffects
 from desim_warehouse.study.table import Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
@@ -174,7 +172,15 @@ class StudyEngine:
                 pass
         return self
 
-    def stream(self, **where: Any) -> Generator[Row]:
+    def stream(
+        self,
+        *,
+        workers: int | str = 1,
+        cluster: str | None = None,
+        out: str | Path | None = None,
+        cache: bool = False,
+        progress: bool = False,
+    ) -> Generator[Row]:
         """The rows of the study as they end, those first that are there: `run()`, for who shows or judges them at once.
 
         Closing the generator ends the study at once: what is not finished is cancelled, what ended is kept.
@@ -183,12 +189,17 @@ class StudyEngine:
                 print(row.point, row.value("T"))
 
         Args:
-            where: as in `run`.
+            workers: as of `run`, as all of these.
+            cluster: a Dask scheduler.
+            out: the study folder.
+            cache: whether runs are kept without one.
+            progress: whether progress is shown.
 
         Raises:
             StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
         """
-        with self.session(Search(**{"cache": False, **where})) as runner:
+        search = Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress)
+        with self.session(search) as runner:
             yield from runner.replicate()
 
     def follow(
@@ -341,16 +352,6 @@ class StudyEngine:
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
         """Mean, half-width, median and quantiles of each indicator at each design point, as a tidy table."""
         return self.results.summary(indicators)
-
-    def compare(
-        self, indicator: str, baseline: Mapping[str, Any] | None = None, method: str = "bonferroni"
-    ) -> Comparison:
-        """Paired differences of all designs to the baseline, with intervals that hold all at once."""
-        return self.results.compare(indicator, baseline, method)
-
-    def main_effects(self, indicator: str) -> MainEffects:
-        """The main effect of each factor."""
-        return self.results.main_effects(indicator)
 
     def __repr__(self) -> str:
         """Name, designs and finished runs."""

@@ -240,9 +240,9 @@ def test_size_leads_with_its_count(tmp_path):
     assert is_everywhere(answer)
     assert answer.tiles[0].value == str(found.smallest)
     assert dw.load(answer.about.model).fleet.size == found.smallest
-    verdicts = {shown.overrides["fleet.size"]: shown.verdict for shown in (found.today.best, *found.today.below)}
+    by_value = {one.value: one for one in found.decisions}
     for option in answer.options:
-        one = verdicts[option.set["fleet.size"]]
+        one = by_value[option.set["fleet.size"]]
         assert option.number is None or (option.number.low, option.number.high) == (one.low, one.high)
 
 

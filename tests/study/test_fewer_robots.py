@@ -35,4 +35,4 @@ def test_a_target_that_the_fewest_miss_is_missed_by_all(ring):
 def test_size_knows_it_too(ring):
     study = dw.Study(ring, {"fleet.size": [1, 2, 3, 4]})
     found = dw.size(study, "share_idle <= 50 %", search=SEARCH)
-    assert (found.smallest, found.today.below) == (1, ())
+    assert (found.smallest, [one.value for one in found.decisions]) == (1, [1])

@@ -9,7 +9,7 @@ from desim_warehouse import plot
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.page import page as page_of
-from desim_warehouse.answer.parts import Folded
+from desim_warehouse.answer.parts import Folded, Rows
 from desim_warehouse.answer.root_words import root as root_in_words
 from desim_warehouse.errors import WarehouseError, number_of
 from desim_warehouse.look.web import StillPage
@@ -18,22 +18,23 @@ from desim_warehouse.model.facts.charging import said
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.questions.run import words as run_words
-from desim_warehouse.questions.run.drawings import drawings
+from desim_warehouse.questions.run.drawings import account, drawings, robots
 from desim_warehouse.questions.run.warehouse import facts, work
 from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
+    from markupsafe import Markup
     from matplotlib.axes import Axes
 
 _ROOTS = 10
 """Roots of waiting in a table."""
+_LEAST_LOST = 0.001
+"""The part of the fleet's time from which a root is in it."""
 _PLACES = 24
 """Stations and chargers in a table, and in a figure."""
-_GANTT = 24
-"""Robots in the Gantt chart."""
-_SPANS = 400
-"""The most states in the Gantt chart; of longer runs a part is shown."""
 _UNLOGGED = "This needs a run with log: all."
 
 
@@ -59,20 +60,32 @@ def in_full(model: Model, seed: int) -> RunData | None:
 
 def page(run: RunData, folder: Path | None = None, replay: str = "") -> str:
     """Compose the page of a run with all its figures; `folder`: where it is kept; `replay`: as `answer.page` has it."""
-    figures = {"Robots": robot_figures(run), "Warm-up": warm_up_figures(run)}
-    return page_of(answer(run, folder), {"": drawings(run), **figures}, replay=replay)
+    of_robots = robots(run)
+    figures: dict[str, Sequence[Rows | Markup | Axes]] = {
+        "": [*_account(run), *drawings(run)],
+        "Robots": [] if of_robots is None else [of_robots],
+        "Warm-up": warm_up_figures(run),
+    }
+    return page_of(answer(run, folder), figures, replay=replay)
 
 
 def page_with(answer: Answer, run: RunData, replay: str = "") -> str:
     """Compose the page of another question's answer, which shows a run of the design that the answer is about."""
     warehouse = Folded(title="The warehouse", rows=tuple(facts(run.model)))
-    return page_of(answer, {"": drawings(run)}, (resources(run), lost_time(run), warehouse), replay)
+    where = Folded(title="Where the time goes")
+    figures: dict[str, list[Rows | Markup]] = {"": drawings(run), where.title: [*_account(run)]}
+    return page_of(answer, figures, (where, resources(run), lost_time(run), warehouse), replay)
 
 
 def in_short(run: RunData) -> StillPage:
     """Compose what Jupyter shows of a run: its answer and drawings, and of its tables the indicators."""
     short = answer(run).model_copy(update={"tables": (indicators(run),)})
-    return StillPage(run.model.name, page_of(short, {"": drawings(run)}))
+    return StillPage(run.model.name, page_of(short, {"": [*_account(run), *drawings(run)]}))
+
+
+def _account(run: RunData) -> list[Rows]:
+    where = account(run)
+    return [] if where is None else [where]
 
 
 def answer(run: RunData, folder: Path | None = None) -> Answer:
@@ -158,6 +171,7 @@ def lost_time(run: RunData) -> Folded:
     rows = [
         (root_in_words(root, run.model), numbers.duration(time, unit), numbers.PERCENT.value(time / whole), str(robots))
         for root, (time, robots) in list(lost_to(run.history).items())[:_ROOTS]
+        if time >= _LEAST_LOST * whole
     ]
     head = ("robots waited", "time, all together", "of the fleet's time", "robots")
     return table.model_copy(update={"head": head, "rows": tuple(rows)})
@@ -184,20 +198,6 @@ def kinds_of_robots(run: RunData) -> Folded:
         )
     head = ("robots", "number", "delivered", "of their time at chargers", "lowest battery")
     return Folded(title="Robots", head=head, rows=tuple(rows), numbers=True)
-
-
-def robot_figures(run: RunData) -> list[Axes]:
-    """Draw shares of time, states over time, and batteries where there are any."""
-    fleet = range(run.model.fleet.size)
-    figures = [plot.utilisation(run)]
-    shown = list(fleet[:_GANTT])
-    states = sum(len(robot) for robot in run.history.states[:_GANTT])
-    end = run.history.begin + run.history.counted * min(1.0, _SPANS / max(states, 1))
-    if end > run.history.begin:
-        figures.append(plot.gantt(run, robots=shown, start=run.history.begin, end=end))
-    if run.model.battery is not None:
-        figures.append(plot.battery(run))
-    return figures
 
 
 def warm_up_figures(run: RunData) -> list[Axes]:

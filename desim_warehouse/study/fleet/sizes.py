@@ -184,12 +184,6 @@ class FleetSizes:
         return self.demands[-1] if len(self.demands) > 1 else None
 
     @property
-    def smallest(self) -> Any:
-        """The robots, or the value of the one key that is sized, that are enough today; None: none are shown to be."""
-        best = self.today.best
-        return None if best is None else self.designs.value(best.counts)
-
-    @property
     def feasible(self) -> bool:
         """Whether a design was found for every demand."""
         return all(sized.best is not None for sized in self.demands) and not self.ended

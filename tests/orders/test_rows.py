@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from desim_warehouse.model.order_day import order_day
+from desim_warehouse.orders.day import order_day
 
 WAYS = ("csv", "parquet")
 
