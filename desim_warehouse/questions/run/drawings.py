@@ -39,7 +39,7 @@ _LETTER = 0.45
 
 def drawings(run: RunData) -> list[Rows | Markup]:
     """Draw what every page has of a run: its course by the clock, and the floor, as far as the log tells."""
-    parts = (course(run), floor(run), rows_of_floor(run))
+    parts = (course(run), floor(run))
     return [drawing for drawing in parts if drawing is not None]
 
 
