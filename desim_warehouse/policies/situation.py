@@ -108,8 +108,8 @@ class OpenTasks(Sequence["Task"]):
 class Situation:
     """What an allocation policy decides on: the free robots, the open tasks, and what is known about both; read-only.
 
-    Times, lengths and energies are in the units of the model; an edge is a pair of nodes. Tables are numpy arrays with a
-    row for each robot or origin, and a column for each task or goal.
+    Times, lengths and energies are in the units of the model; an edge is a pair of nodes. Tables are numpy arrays with
+    a row for each robot or origin, and a column for each task or goal.
 
     Attributes:
         time: now.
