@@ -192,11 +192,12 @@ class Drive:
 
     def _clear_of_node(self, onward: Lane) -> float:
         """When a robot that sets out from the stop line now leaves the node."""
-        robot, lane = self.robot, self.robot.lane
+        robot = self.robot
         if robot.stretch is not None:
             stop = self.stop if self.index + 1 == len(self.route) else None
-            self.crossing = self._crossing(onward, stop, self.env._now)
-            return self.crossing[2]
+            crossing = self.crossing = self._crossing(onward, stop, self.env._now)
+            return crossing[2]
+        lane = robot.lane
         clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + lane.node_time)
         return clear + self._more_time(lane, onward)
 
@@ -211,13 +212,15 @@ class Drive:
 
         Its pace beyond the node is of the instant at which it leaves that.
         """
-        entry = now
-        while True:
-            begin, out, clear, stretch = self._crossing_at(self.robot.pace_on(onward, entry), onward, stop, now)
-            if not onward.slow or clear <= entry:
-                break
-            entry = clear
-        more = max(entry - clear, 0.0)
+        robot, entry = self.robot, now
+        crossing = self._crossing_at(robot.pace_on(onward, now), onward, stop, now)
+        if not onward.slow:
+            return crossing
+        while crossing[2] > entry:
+            entry = crossing[2]
+            crossing = self._crossing_at(robot.pace_on(onward, entry), onward, stop, now)
+        begin, out, clear, stretch = crossing
+        more = entry - clear
         return begin + more, out + more, clear + more, stretch
 
     def _crossing_at(
@@ -241,9 +244,9 @@ class Drive:
         spent = lane.node_time + self._more_time(lane, onward)
         if spent:
             out = begin + rest / robot.pace
-            clear = out + stretch.braking + spent
-            more, stretch = stretch.anew().further(*ahead)
-            return begin, out, clear + more, stretch
+            braking, stretch = stretch.stopped
+            more, stretch = stretch.further(*ahead)
+            return begin, out, out + braking + spent + more, stretch
         more, stretch = stretch.further(*ahead)
         begin += more
         out = begin + rest / robot.pace
