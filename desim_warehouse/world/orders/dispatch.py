@@ -199,6 +199,8 @@ class Dispatcher:
             self.finished.succeed()
 
     def _forget(self, robot: Robot) -> None:
+        assert robot.job is not None
+        self.reach.forget(robot.job)
         self.stations.release(robot.tour.stops, robot.tour.slots)
         robot.lay_down()
 
@@ -444,7 +446,6 @@ class Dispatcher:
             self._pods.assigned(robot, task)
         robot.body.work_on(task.number)
         event.succeed()
-        self.reach.taken(task)
         if self._pods is None:
             self.demand.taken(task)
 
