@@ -248,7 +248,7 @@ class Dispatcher:
         time = now
         if self.interval and not at_once:
             time = max(math.ceil(now / self.interval - 1e-9) * self.interval, now)
-        if time < self._decides_at:
+        if time < self._decides_at and (self.open or self._passing or self.queues or self._pods is not None):
             self._decides_at = time
             end_of_instant(self.env, DECISIONS, time - now).callbacks.append(self._decide)
 
