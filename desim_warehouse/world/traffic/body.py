@@ -192,10 +192,11 @@ class Body:
         The smallest of them, from now on. A ring turns as it started, whatever holds meanwhile.
         """
         train = self.train_pace
-        self.limit = lane.limit_at(time) if train == inf else min(lane.limit, train)
+        limit = self.limit = lane.limit_at(time) if train == inf else min(lane.limit, train)
+        self.pace = min(self.speed, limit)
         if self.look_ahead is not None:
-            self.limit = min(self.limit, self.look_ahead.limit_on(lane))
-        self._take_pace()
+            self.limit = min(limit, self.look_ahead.limit_on(lane))
+            self._take_pace()
         if train < inf:
             self.train_pace, self.braking = inf, 0.0
 
