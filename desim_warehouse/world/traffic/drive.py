@@ -393,7 +393,10 @@ class Drive:
         robot, node, log = self.robot, onward.start, self.rules.log
         lane, behind = robot.lane, robot.behind
         begin = now
-        if robot.stretch is not None:
+        if not self.slow:
+            if lane is not None:
+                robot.off_lane(clear - lane.node_time)
+        elif robot.stretch is not None:
             if lane is None or robot.target >= lane.length:
                 out, (_, _, clear, stretch) = now, self._crossing(onward, stop, clear, clear)
             else:
@@ -403,8 +406,7 @@ class Drive:
             if lane is not None:
                 robot.off_lane(out)
         elif lane is not None:
-            out = clear - lane.node_time
-            robot.off_lane(out - self._more_time(lane, onward) if self.slow else out)
+            robot.off_lane(clear - lane.node_time - self._more_time(lane, onward))
         onward.enter(robot, clear, stop, now)
         node.passed(robot, onward, robot.since)
         if log.moves:
