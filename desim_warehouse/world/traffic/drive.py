@@ -362,19 +362,20 @@ class Drive:
                 self._wake()
                 return
             onward, node, guard = self.route[index], lane.end, self.rules.guard
+            if (
+                onward.short
+                or node.claims  # earlier claims are served first
+                or not node.is_open(robot, lane, now)
+                or not onward.has_room(robot)  # node and room in one step: no robot waits on a node for room
+            ):
+                self._wake()
+                return
             # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
             if self.slow:
                 clear = self._clear_of_node(onward)
             else:
                 clear = now + (lane.length - pos) / robot.pace + lane.node_time
-            if (
-                onward.short
-                or robot.recall_at <= clear
-                or node.claims  # earlier claims are served first
-                or not node.is_open(robot, lane, now)
-                or not onward.has_room(robot)  # node and room in one step: no robot waits on a node for room
-                or not (guard is None or guard.admit(robot, node, onward))
-            ):
+            if robot.recall_at <= clear or not (guard is None or guard.admit(robot, node, onward)):
                 self._wake()
                 return
             self.index = index = index + 1
