@@ -37,6 +37,8 @@ _HELD = {
 """What robots did while deliveries stood still, by the cause of `outcome.halts`."""
 WIDTH, HEIGHT = 1000, 100
 """Steps across and down in which lanes are drawn: less than a pixel on most screens."""
+_LOW = 2
+"""Steps down by which low lanes differ: still less than a pixel there."""
 _TICKS = 8
 """The most times below the lanes."""
 _STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 21600, 43200, 86400)
@@ -176,7 +178,7 @@ def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> li
     who = f"what all {fleet} do" if fleet > 1 else "what it does"
     every = [CourseLane("Robots", who, str(fleet), tuple(layers[::-1]))]
     for one in curves(day, model, chargers):
-        area = Layer(one.kind, None, _area(one.values[inside], ends, one.top))
+        area = Layer(one.kind, None, _area(one.values[inside], ends, one.top, _LOW))
         every.append(CourseLane(one.name, one.unit, one.top_text, (area,)))
     return every
 
@@ -208,9 +210,9 @@ def _across(time: float, start: float, end: float) -> int:
     return round(WIDTH * min(max((time - start) / (end - start), 0.0), 1.0))
 
 
-def _area(values: Numbers, ends: Sequence[int], top: float) -> str:
+def _area(values: Numbers, ends: Sequence[int], top: float, step: int = 1) -> str:
     """The path of the area below a curve of steps; neighbours that are drawn alike are one."""
-    heights = [round(HEIGHT * min(float(value) / top, 1.0)) for value in values]
+    heights = [step * round(HEIGHT / step * min(float(value) / top, 1.0)) for value in values]
     path, at, height = [f"M{ends[0]} {HEIGHT}"], ends[0], 0
     for start, high in zip(ends, heights, strict=False):
         if high != height:

@@ -72,7 +72,7 @@ def _drawn(drawing: Drawing) -> Markup:
     if isinstance(drawing, PairGrid):
         seen = {cell for panel in drawing.panels.values() for row in panel for cell in row}
         key = [(_SIGNS[kind], words) for kind, words in WORDS.items() if kind in seen and kind in _SIGNS]
-        return html.figure("grid", drawing, WORDS, _SIGNS, key)
+        return html.figure("grid", drawing, _SIGNS, key)
     return drawing if isinstance(drawing, Markup) else html.picture(drawing)
 
 

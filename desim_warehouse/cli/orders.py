@@ -78,8 +78,8 @@ def _show(file: str, day: OrderDay) -> None:
     busiest = f"busiest hour: {_clock(begin)} to {_clock(begin + 3600)}, {number_of(trips, 'trip')}"
     times = f"{_clock(first)} to {_clock(last)}{date}, {number_of(round(day.a_day), 'order')} a day, {busiest}"
     click.echo(f"{file}: {', '.join(number_of(*part) for part in parts)}, {times}")
-    if first - day.start >= 2 * 3600:
-        click.echo(f"the run starts at {_clock(day.start)}: nobody works until then; run.start says when it does")
+    if first - day.how.clock >= 2 * 3600:
+        click.echo(f"the run starts at {_clock(day.how.clock)}: nobody works until then; run.start says when it does")
     if day.unread:
         click.echo(f"not read: {', '.join(day.unread)}")
     for one in day.assumed:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
 from functools import cache
 from importlib.resources import files
@@ -45,17 +46,23 @@ def style() -> str:
     return colours() + heat + _css("report.css") + course_style()
 
 
-def course_style() -> str:
-    """Return the style of the course of a run, with its colours; pages with a theme of their own set `data-theme`."""
+def course_style(themes: bool = False) -> str:
+    """Return the style of the course of a run, with its colours; `themes`: for a page that sets `data-theme`."""
     light, dark = (
         {f".c-{name}": f"{{ --c: {colour}; }}" for name, colour in COURSE[ground].items()} for ground in COURSE
     )
     rules = " ".join(f"{name} {rule}" for name, rule in light.items())
-    by_system = " ".join(f':root:not([data-theme="light"]) {name} {rule}' for name, rule in dark.items())
+    wish = ':root:not([data-theme="light"]) ' if themes else ""
+    by_system = " ".join(f"{wish}{name} {rule}" for name, rule in dark.items())
     by_hand = " ".join(f':root[data-theme="dark"] {name} {rule}' for name, rule in dark.items())
-    themes = f"@media screen and (prefers-color-scheme: dark) {{ {by_system} }}\n@media screen {{ {by_hand} }}\n"
-    return f"{rules}\n{themes}" + _css("course.css")
+    shades = f"@media screen and (prefers-color-scheme: dark) {{ {by_system} }}\n"
+    if themes:
+        shades += f"@media screen {{ {by_hand} }}\n"
+    return f"{rules}\n{shades}" + _css("course.css")
 
 
 def _css(name: str) -> str:
-    return files("desim_warehouse.look").joinpath("templates", name).read_text("utf-8")
+    """Read a style without comments and spaces that say nothing."""
+    text = files("desim_warehouse.look").joinpath("templates", name).read_text("utf-8")
+    text = re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL))
+    return re.sub(r" ?([{};,]) ?", r"\1", text).replace(": ", ":")

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import datetime as dt
 import math
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from desim_warehouse.model.sections.order_lines import Problems, Reading, Rows
 from desim_warehouse.orders.export import Export
@@ -49,7 +49,7 @@ class _Times(NamedTuple):
 class ExportRows(Rows):
     """Rows of an export; `assumed` has how its cells are read, where they may be meant otherwise."""
 
-    quantity = "a whole number of at least 1, alone or with ST or pcs"
+    quantity: ClassVar = "a whole number of at least 1, alone or with ST or pcs"
 
     def __init__(
         self, export: Export, how: Reading, problems: Problems, dates: Slashes | None, per_load: float | None
@@ -66,6 +66,9 @@ class ExportRows(Rows):
             self._columns["due"] = due = self._parsed("due", dated=bool(release.dates.notna().any()))
             due.hands[release.hands - due.hands > _HALF_A_DAY / how.seconds] += 2 * _HALF_A_DAY / how.seconds
             self._to_the_end_of_days(due.dates)
+        if _are_days(release.dates):
+            text = "have no time of day: all orders of a day come at 00:00"
+            self.assumed.append(f"dates in '{self.titles['release']}' {text}")
         if self.midnight is None:
             self.midnight = _first_day(release.dates)
 
@@ -140,9 +143,7 @@ class ExportRows(Rows):
 
     def _to_the_end_of_days(self, dates: pd.Series[Any]) -> None:
         """Put due dates without a time of day at the end of their day."""
-        alone = dates.notna() & ~self.cells["due"].str.contains(":")
-        if not alone.any() and (dates.dropna() == dates.dropna().dt.normalize()).all():
-            alone = dates.notna()
+        alone = dates.notna() & (_are_days(dates) or ~self.cells["due"].str.contains(":"))
         if alone.any():
             dates[alone] += dt.timedelta(days=1)
             self.assumed.append(f"dates in '{self.titles['due']}' have no time of day: due at the end of the day")
@@ -179,6 +180,12 @@ class ExportRows(Rows):
         other = (zones.notna() & (zones != zone)).to_numpy(dtype=bool)
         self.flag(other, column, f"a time of another zone than {zone}", "all as on the clock of the hall")
         return 0.0
+
+
+def _are_days(dates: pd.Series[Any]) -> bool:
+    """Whether there are dates, and none has a time of day."""
+    days = dates.dropna()
+    return len(days) > 0 and bool((days == days.dt.normalize()).all())
 
 
 def _first_day(dates: pd.Series[Any]) -> dt.datetime | None:

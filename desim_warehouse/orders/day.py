@@ -16,17 +16,24 @@ from desim_warehouse.errors import ModelError, reason
 from desim_warehouse.model.parse import from_file
 from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS
-from desim_warehouse.model.sections.order_lines import OrderLine, Problems
+from desim_warehouse.model.sections.order_lines import OrderLine, Problems, Reading
 from desim_warehouse.orders.cells import ExportRows
 from desim_warehouse.orders.export import read_export
+from desim_warehouse.values.headings import heading
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 _TOTAL = r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$"  # SAP has stars
-_CANCELLED = r"(?i)cancell?ed|storno|storniert|abgesagt|returned|retoure|refunded|voided|deleted|gelöscht"
+_CANCELLED = (
+    r"cancel|cancell?ed|storno|storniert|stornierung|annulliert|abgesagt|returned|retoure|retourniert|refunded|voided|"
+    r"deleted|gelöscht"
+)
 """States in which an order is not driven."""
+_FLAG = rf"(?:is|ist)?(?:{_CANCELLED})(?:flag|kz|kennzeichen)?"
+"""Headings of columns that say of each order whether it is in such a state."""
+_NO = {"", "0", "n", "no", "nein", "f", "false", "falsch", "-"}
 _HOUR, _DAY = 3600.0, 86_400.0
 
 
@@ -40,10 +47,8 @@ class OrderDay:
         problems: what is wrong with other rows, a line for each kind.
         skipped: these rows, as they stand in the file.
         assumed: what the file does not say.
-        start: when the run starts: a time of day in seconds.
         midnight: the day of the first order; None where the file has no dates.
-        seconds: in a time unit of the model.
-        items: with pods, how the file writes each item, by number.
+        how: what of the model it takes to understand the file.
         unread: columns that are not read; one that has places of the model says so.
     """
 
@@ -52,11 +57,9 @@ class OrderDay:
     problems: tuple[str, ...]
     skipped: pd.DataFrame
     assumed: tuple[str, ...]
-    start: float
     midnight: dt.datetime | None
-    seconds: float
-    items: tuple[str, ...] = ()
-    unread: tuple[str, ...] = ()
+    how: Reading
+    unread: tuple[str, ...]
 
     @property
     def orders(self) -> int:
@@ -82,14 +85,15 @@ class OrderDay:
         hour, trips = max(hours.items(), key=lambda item: (item[1], -item[0]), default=(0, 0))
         return hour * _HOUR, trips
 
-    def time_of(self, release: float) -> float:
-        """A time from the start of the run in seconds from midnight."""
-        return self.start + release * self.seconds
+    def time_of(self, release: Any) -> Any:
+        """A time, or an array of them, from the start of the run in seconds from midnight."""
+        return self.how.clock + release * self.how.seconds
 
     def table(self) -> pd.DataFrame:
         """The orders as a file for models: times as dates where there are some, else from the start of the run."""
         import pandas as pd
 
+        items = list(self.how.item_numbers)
         columns: dict[str, list[Any]] = {
             "order": [line.order for line in self.lines],
             "release": [line.release for line in self.lines],
@@ -99,15 +103,16 @@ class OrderDay:
             "due": [line.due for line in self.lines],
             "priority": [line.priority for line in self.lines],
             "quantity": [line.quantity for line in self.lines],
-            "item": [None if line.item is None else self.items[line.item] for line in self.lines],
+            "item": [None if line.item is None else items[line.item] for line in self.lines],
         }
         frame = pd.DataFrame(
             {name: cells for name, cells in columns.items() if any(cell is not None for cell in cells)}
         )
         if self.midnight is not None:
             for name in {"release", "due"} & set(frame):
-                times = frame[name].astype(float) * self.seconds + self.start
-                frame[name] = pd.Timestamp(self.midnight) + pd.to_timedelta(times, unit="s")
+                frame[name] = pd.Timestamp(self.midnight) + pd.to_timedelta(
+                    self.time_of(frame[name].astype(float)), unit="s"
+                )
         return frame.loc[:, [name for name in frame if not (frame[name] == "").all()]]
 
 
@@ -157,7 +162,7 @@ def order_day(
     rows.check()
     _doubles(rows)
     lines = rows.lines()
-    assumed = [*export.assumed, *rows.assumed, *_priorities(rows), *_dates_alone(rows, lines)]
+    assumed = [*export.assumed, *rows.assumed, *_priorities(rows, lines)]
     if quantity is None and "quantity" in titles:
         loads = f"{pieces_per_load} on a load" if pieces_per_load else "all of a row on one load"
         assumed.insert(len(export.assumed), f"'{titles['quantity']}' counts pieces, {loads}")
@@ -168,10 +173,8 @@ def order_day(
         tuple(problems.told()),
         skipped.assign(row=skipped.index),
         tuple(assumed),
-        how.clock,
         rows.midnight,
-        how.seconds,
-        tuple(how.item_numbers),
+        how,
         tuple(titles[rank] + " (it has places of the model)" * (rank in with_places) for rank in export.unread),
     )
 
@@ -196,17 +199,9 @@ def _without_orders(path: Path) -> Model:
     return model_of(document, overrides)
 
 
-def _dates_alone(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
-    """That dates have no time of day, where none of them has."""
-    how = rows.how
-    if rows.midnight is None or not lines or any((how.clock + line.release * how.seconds) % _DAY for line in lines):
-        return []
-    return [f"dates in '{rows.titles['release']}' have no time of day: all orders of a day come at 00:00"]
-
-
-def _priorities(rows: ExportRows) -> list[str]:
+def _priorities(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
     """How priorities are read, where they differ."""
-    priorities = {line.priority for line in rows.lines() if line.priority is not None}
+    priorities = {line.priority for line in lines if line.priority is not None}
     if len(priorities) < 2:  # noqa: PLR2004 - nothing comes before another
         return []
     title, first, last = rows.titles["priority"], max(priorities), min(priorities)
@@ -227,7 +222,10 @@ def _unread(rows: ExportRows, unread: Sequence[int]) -> set[int]:
         words = set(texts) - {""}
         if words and sum(word in rows.how.names or word in rows.how.numbers for word in words) * 2 >= len(words):
             with_places.add(rank)
-        states = [word for word in words if re.fullmatch(_CANCELLED, word)]
+        flag = re.fullmatch(_FLAG, heading(rows.titles[rank])[0])
+        states = [
+            word for word in words if re.fullmatch(_CANCELLED, word.casefold()) or (flag and word.casefold() not in _NO)
+        ]
         expected = "orders that are driven; --skip-bad leaves such rows out"
         rows.flag(texts.isin(states).to_numpy() & ~rows.bad, rank, "an order that was called off", expected)
     return with_places

@@ -41,7 +41,7 @@ HEADINGS = {
     "order": "order orderid orderno ordernr ordernumber auftrag auftragsnr auftragsnummer bestellnr bestellnummer "
     "bestellung belegnr belegnummer beleg vbeln",
 }
-"""What files call our columns, in letters and digits alone; `clock`: the time of day where it has a column of its own.
+"""Headings of our columns in files, in letters and digits alone; `clock`: the time of day in a column of its own.
 
 They are looked for where a file has no column `release`, so in none that is written in our words.
 """
@@ -102,6 +102,8 @@ def _made(
 ) -> Export:
     """The table below its header, and what was assumed of it."""
     head, names, ranks = _header(top := [*islice(rows, _HEAD)], columns)
+    if len(names) > LIMITS["columns"][0]:
+        raise ValueError(f"{len(names):,} columns, expected at most {LIMITS['columns'][0]:,}")
     for ours in ("release", *columns):
         if ours not in ranks:
             raise _missing(path, ours, columns, names)
@@ -115,8 +117,9 @@ def _made(
     assumed += [f"the header is row {head + 1}"] if head else []
     labels = {rank: ours for ours, rank in ranks.items()}
     cells = framed(_limited(path, chain(top[head + 1 :], rows)), [labels.get(n, n) for n in range(len(names))], 1)
-    titles: dict[str | int, str] = {labels.get(rank, rank): name for rank, name in enumerate(names)}
-    unread = tuple(rank for rank, name in enumerate(names) if name and rank not in labels)
+    titles: dict[str | int, str] = {labels.get(n, n): name or f"column {n + 1}" for n, name in enumerate(names)}
+    others = [rank for rank in range(len(names)) if rank not in labels]
+    unread = tuple(rank for rank in others if names[rank] or (cells[rank] != "").any())
     return Export(_whole(cells, [*ranks]), titles, unread, tuple(assumed), delimiter != ",")
 
 
@@ -164,7 +167,7 @@ def _of_parquet(path: Path, columns: Mapping[str, str]) -> Iterator[Sequence[str
 
 
 def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
-    """What stands between cells: with it there is a column of releases, and the most columns."""
+    """The separator of cells: the one with which there is a column of releases, and the most columns."""
     with path.open(encoding=encoding, newline="") as lines:
         sample = lines.read(_SAMPLE)
     if "\0" in sample:

@@ -8,7 +8,9 @@ from __future__ import annotations
 
 import re
 import zipfile
+import zlib
 from collections.abc import Iterator, Sequence
+from contextlib import closing
 from itertools import chain
 from pathlib import Path
 from typing import Any
@@ -39,36 +41,35 @@ def rows_of(path: Path, sheet: str | None) -> Iterator[list[str]]:
         raise ModelError([f"{path}: orders in Excel, which need the package openpyxl; {cure}"]) from None
     _check_sizes(path)
     try:
-        book = load_workbook(path, read_only=True, data_only=True, keep_links=False)
-    except (KeyError, ValueError, TypeError, AttributeError, SyntaxError, EOFError) as error:  # of damaged XML
+        with (
+            path.open("rb") as file,
+            closing(load_workbook(file, read_only=True, data_only=True, keep_links=False)) as book,
+        ):
+            yield from _filled(path, book, sheet)
+    except (KeyError, TypeError, AttributeError, SyntaxError, EOFError, zlib.error) as error:
         raise ValueError(f"damaged: {reason(error)}") from None
-    try:
-        names = book.sheetnames
-        name = sheet or names[0]
-        if name not in names:
-            near = nearest(name, names)
-            hint = f"; did you mean '{near}'?" if near else ""
-            raise ModelError([f"{path}: no sheet {got(name)}, expected one of its {len(names)} sheets{hint}"])
-        below = _merged(path, names.index(name) + 1)
-        above: dict[int, tuple[int, Any]] = {}
-        rows = book[name]
-        rows.reset_dimensions()  # which the file says, and with which rows of nothing are 16,384 cells
-        for rank, row in enumerate(rows.iter_rows(values_only=True), 1):
-            cells = _without_end(row)
-            for column, (last, value) in list(above.items()):
-                if rank > last:
-                    del above[column]
-                else:
-                    cells += [None] * (column + 1 - len(cells))
-                    cells[column] = value if cells[column] is None else cells[column]
-            for column, last in below.get(rank, ()):
-                if column < len(cells):
-                    above[column] = last, cells[column]
-            yield ["" if cell is None else str(cell) for cell in cells]
-    except (KeyError, TypeError, AttributeError, SyntaxError, EOFError, zipfile.zlib.error) as error:  # type: ignore[attr-defined]
-        raise ValueError(f"damaged: {reason(error)}") from None
-    finally:
-        book.close()
+
+
+def _filled(path: Path, book: Any, sheet: str | None) -> Iterator[list[str]]:
+    """The rows of a sheet, with the first value in all cells that are merged."""
+    names = book.sheetnames
+    name = sheet or names[0]
+    if name not in names:
+        near = nearest(name, names)
+        hint = f"; did you mean '{near}'?" if near else ""
+        raise ModelError([f"{path}: no sheet {got(name)}, expected one of its {len(names)} sheets{hint}"])
+    below = _merged(path, names.index(name) + 1)
+    above: dict[int, tuple[int, Any]] = {}
+    rows = book[name]
+    rows.reset_dimensions()  # which the file says, and with which rows of nothing are 16,384 cells
+    for rank, row in enumerate(rows.iter_rows(values_only=True), 1):
+        cells = _without_end(row)
+        for column, (last, value) in above.items():
+            if rank <= last:
+                cells += [None] * (column + 1 - len(cells))
+                cells[column] = value if cells[column] is None else cells[column]
+        above |= {column: (last, cells[column]) for column, last in below.get(rank, ()) if column < len(cells)}
+        yield ["" if cell is None else str(cell) for cell in cells]
 
 
 def _without_end(row: Sequence[Any]) -> list[Any]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -122,7 +123,9 @@ def check(model: Source) -> Check:
     ):
         facts += [*with_nearer(model), *with_choice(model, calculation)]
     lines = [] if calculation is None else calculation.lines(model.units)
-    return Check(facts, findings, calculation, model.accept, lines)
+    checked = Check(facts, findings, calculation, model.accept, lines)
+    logging.getLogger("desim_warehouse").info("check of %s: %s", model.name, checked.verdict)
+    return checked
 
 
 def _times_that_vary(model: Model) -> list[str]:

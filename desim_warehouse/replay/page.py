@@ -46,7 +46,7 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
         "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
         "header": safe_json({"palette": palette, "colours": colours(), "runs": headers, **told}),
         "columns": "\n".join(texts),
-        "course": f"<style>{course_style()}</style>" + "".join(courses(runs, windows)),
+        "course": f"<style>{course_style(themes=True)}</style>" + "".join(courses(runs, windows)),
     }
     return joined("desim_warehouse.replay", parts)
 

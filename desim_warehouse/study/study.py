@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import logging
+import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, number_of
 from desim_warehouse.folders import ANSWER, JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.study.design import Rule
@@ -29,6 +31,8 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
+LOG = logging.getLogger("desim_warehouse")
+LOG.addHandler(logging.NullHandler())  # whoever wants to read it says so
 
 
 class StudyEngine:
@@ -159,10 +163,18 @@ class StudyEngine:
             The study itself.
 
         Raises:
-            StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
+            StudyError: where no run finished, runs with a policy of the user's own cannot be done again, or the folder
+                or the cluster cannot be used. Finished runs are kept. Where some runs failed there is a warning.
             KeyboardInterrupt: on Ctrl-C, after finished runs are stored.
         """
-        return self.run_by(Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress))
+        self.run_by(Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress))
+        errors = [row.outcome.error for row in self.rows if row.outcome.error is not None]
+        if errors and len(errors) == len(self.rows):
+            raise StudyError(f"{self.plan.name}: no run finished: {errors[0]}")
+        if errors:
+            failed = f"{len(errors)} of {number_of(len(self.rows), 'run')} failed (see the column error)"
+            warnings.warn(f"{self.plan.name}: {failed}: {errors[0]}", RuntimeWarning, stacklevel=2)
+        return self
 
     def run_by(self, search: Search) -> Self:
         """Do the missing runs as a search says."""
@@ -266,7 +278,7 @@ class StudyEngine:
             executor = crew.executor(self.plan.timeout, self._say(shown))
             if self.plan.warm_up == "auto":
                 self._settle(executor, shown)
-            runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write)
+            runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write, crew.repeats)
             if self.folder is not None:
                 (self.folder / ANSWER).unlink(missing_ok=True)  # of fewer runs, or to another question
                 if is_damaged(self.folder / RESULTS):
@@ -275,6 +287,7 @@ class StudyEngine:
             before = self.plan
             try:
                 yield runner
+                runner.see_that_runs_repeat(wait=True)
             except BaseException:
                 store.reload()
                 raise
@@ -283,6 +296,7 @@ class StudyEngine:
             if self.folder is not None and self.plan is not before:
                 write_record(self.plan, self.points, runner.keys, self.folder)
             shown.print(shown.summary())
+            LOG.info("%s: %s", self.plan.name, shown.summary())
 
     def _settle(self, executor: Executor, shown: Progress) -> None:
         """Give each design its warm-up: the one that the folder has, or from pilot runs."""
@@ -302,6 +316,7 @@ class StudyEngine:
     def _say(self, shown: Progress) -> Callable[[str], None]:
         def say(text: str) -> None:
             self.notes.append(text)
+            LOG.warning("%s: %s", self.plan.name, text)
             shown.print(text)
 
         return say

@@ -181,3 +181,18 @@ def test_texts_in_parquet_that_take_gigabytes_are_refused_before_they_are_there(
     assert len(often) < 10_000
     assert "50 rows have 1 MB of texts" in refused(tmp_path, hall, often, "day.parquet")
     assert read(tmp_path, hall, parquet(release=[60, 70], order=["a", "b"]), "day.parquet").orders == 2
+
+
+@pytest.mark.parametrize("part", ["xl/workbook.xml", "xl/styles.xml", "xl/worksheets/sheet1.xml"])
+def test_a_workbook_with_a_damaged_part_is_refused(hall, tmp_path, part):
+    pytest.importorskip("openpyxl")
+    content = bytearray(book(("orders", [["release"], [60]])))
+    info = zipfile.ZipFile(io.BytesIO(content)).getinfo(part)
+    begin = info.header_offset + 30 + len(part)
+    content[begin : begin + 8] = b"\xff" * 8
+    assert "cannot be read (damaged: " in refused(tmp_path, hall, bytes(content), "day.xlsx")
+
+
+def test_a_table_of_more_columns_than_a_table_has_is_refused(hall, tmp_path):
+    said = refused(tmp_path, hall, "release," + ",".join(f"c{number}" for number in range(1000)) + "\n60\n")
+    assert "cannot be read (1,001 columns, expected at most 1,000)" in said

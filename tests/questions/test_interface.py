@@ -1,4 +1,4 @@
-"""What questions return: it prints the text of the command, its repr is a line, its table has a row for each design."""
+"""What questions return: printed it is the text of the command, its repr is a line, and it has a table."""
 
 import ast
 import inspect

@@ -154,6 +154,14 @@ def test_a_run_can_be_looked_at_where_its_orders_are_not(tmp_path):
         dw.simulate(again.model)
 
 
+def test_a_file_that_is_an_export_by_the_time_of_the_run_is_refused(tmp_path):
+    path = written(tmp_path / "orders.csv", "release,from\n0,1\n")
+    before = model(path)
+    written(path, "Created;bin\n06:05;1\n")
+    with pytest.raises(ModelError, match=r"no plain table of orders \(got column 'Created;bin'; no column 'release'\)"):
+        dw.simulate(before)
+
+
 def test_other_orders_are_another_model(tmp_path):
     path = written(tmp_path / "orders.csv", "release,from\n0,1\n")
     before = model(path)

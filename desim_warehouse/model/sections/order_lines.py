@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from itertools import islice
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from desim_warehouse.errors import got, nearest
 from desim_warehouse.layout import Layout
@@ -56,7 +56,7 @@ class OrderLine(NamedTuple):
 
 @dataclass(frozen=True)
 class Reading:
-    """What it takes to understand a file: names of places, how many storage places, when the run starts, the unit.
+    """Facts of a model that give rows a meaning: names of places, number of storage places, start, unit.
 
     `stored`: names of storage places with their numbers. With pods rows name stations alone, and one of so many
     `items`, by number or by its name in `sold`.
@@ -93,7 +93,7 @@ class Reading:
 
     @classmethod
     def of(cls, layout: Layout, start: str, seconds: float, pods: PodsSpec | None = None) -> Reading:
-        """That of a layout; `start`: of the run, `seconds`: in a time unit."""
+        """Make it of a layout; `start`: of the run, `seconds`: in a time unit."""
         zones = {station.zone for station in layout.stations.values()}
         if pods is not None:
             stations = frozenset(layout.stations) | zones
@@ -120,7 +120,7 @@ class Reading:
 
 @dataclass
 class Problems:
-    """What is wrong with a file, summed up by kind: how often, with which values, first where.
+    """Problems of a file, summed up by kind: how often, with which values, first where.
 
     A kind is a column, "" for whole rows, and what is wrong.
     """
@@ -155,6 +155,7 @@ class Problems:
         return [*lines, *[f"{self.file}: and {more} more kinds of problems"] * (more > 0)]
 
 
+@dataclass(eq=False)
 class Rows:
     """Rows of a table of orders, which are checked and made lines.
 
@@ -165,25 +166,19 @@ class Rows:
         bad: which rows have a problem; an array of bool.
     """
 
-    quantity = "a whole number of at least 1"
-    """What is expected as a quantity."""
+    quantity: ClassVar = "a whole number of at least 1"
+    """The quantities that are expected, for messages."""
 
-    def __init__(
-        self,
-        cells: pd.DataFrame,
-        how: Reading,
-        problems: Problems,
-        midnight: dt.datetime | None = None,
-        titles: Mapping[Any, str] | None = None,
-    ) -> None:
+    cells: pd.DataFrame
+    how: Reading
+    problems: Problems
+    midnight: dt.datetime | None = None
+    titles: Mapping[Any, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
         import numpy as np
 
-        self.cells = cells
-        self.how = how
-        self.problems = problems
-        self.midnight = midnight
-        self.titles = titles or {}
-        self.bad = np.zeros(len(cells), dtype=bool)
+        self.bad = np.zeros(len(self.cells), dtype=bool)
         self._refused: dict[Any, Any] = {}
         self._values: list[Iterable[Any]] = []
 

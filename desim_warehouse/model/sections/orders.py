@@ -40,7 +40,7 @@ _EARLIER: dict[str, Any] = {"columns": {}, "sheet": None, "dates": None, "quanti
 
 @dataclass(frozen=True)
 class Summary:
-    """What a file holds: tasks, rows, the last release, and the nodes and stations it names.
+    """Contents of a file: tasks, rows, the last release, and the nodes and stations it names.
 
     `due` and `urgent`: rows with a due time, and with a priority; `orders`: how many different ones; `in_order`:
     whether every row is released no earlier than those before; `fetched`, `stored`: rows from a storage place to a node
@@ -119,7 +119,7 @@ def check_there(path: Path) -> tuple[int, int]:
 
 def unreadable(path: Path, error: Exception, kinds: str = "CSV or Parquet") -> str:
     """Why a file of orders cannot be read."""
-    return f"{path}: cannot be read ({_why(error)}), expected orders in {kinds}"
+    return f"{near(path)}: cannot be read ({_why(error)}), expected orders in {kinds}"
 
 
 def _why(error: Exception) -> str:
@@ -286,7 +286,7 @@ def nodes_named(files: Iterable[OrdersFile], how: Reading, layout: Layout) -> tu
 
 
 def problems_of(files: Iterable[OrdersFile], how: Reading, model: str) -> list[str]:
-    """What is wrong with files of orders, by row and column, and the command that reads other tables for the model."""
+    """Problems of files of orders, by row and column, and the command that reads other tables for the model."""
     problems: list[str] = []
     for spec in files:
         try:
@@ -325,6 +325,8 @@ def resampled(
 def _checked(spec: OrdersFile, how: Reading, problems: Problems) -> Iterator[list[OrderLine]]:
     """The rows that could be read, chunk by chunk; what is wrong with others comes to the problems."""
     path = Path(spec.file)
+    if ways := not_plain(path):  # it may have changed since the model was read
+        raise ModelError([f"{near(path)}: no plain table of orders (got {'; '.join(ways)})"])
     midnight = how.day or _first_day(path, check_there(path))
     for cells in _chunks(path):
         rows = Rows(cells, how, problems, midnight)

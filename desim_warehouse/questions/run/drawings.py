@@ -39,7 +39,7 @@ _LETTER = 0.45
 
 def drawings(run: RunData) -> list[Rows | Markup]:
     """Draw what every page has of a run: its course by the clock, and the floor, as far as the log tells."""
-    parts = (course(run), floor(run), rows_of_floor(run))
+    parts = (course(run), floor(run))
     return [drawing for drawing in parts if drawing is not None]
 
 
@@ -78,7 +78,7 @@ def floor(run: RunData) -> Markup | None:
     ys += [y for _, _, y, _, _ in names]
     box = min(xs) - 2 * room, min(ys) - room, max(xs) - min(xs) + 4 * room, max(ys) - min(ys) + 2 * room
     side = 0.8 * (layout.goods_size or 0.09 * step) / 2
-    goods = "".join(f"M{one.x - side:.4g} {one.y:.4g}h{2 * side:.3g}" for one in layout.storage)
+    goods = _strokes([(one.x - side, one.y) for one in layout.storage], 2 * side)
     most = list(waits_by_row(run.history).items())[:1] if run.record.level == "all" else []
     title = f"Where robots wait: {numbers.PERCENT.value(run.kpis['share_waiting'])} of their time"
     title += "".join(f", at {row} alone {numbers.PERCENT.value(share)}" for row, share in most)
@@ -102,6 +102,24 @@ def rows_of_floor(run: RunData) -> Rows | None:
     return Rows(title=f"Waiting in traffic, by {kind}", rows=marks)
 
 
+def _strokes(starts: list[tuple[float, float]], length: float) -> str:
+    """Return the path of level strokes, each from where the one before ended: places in rows need few letters so."""
+    path, at = [], (0.0, 0.0)
+    for x, y in starts:
+        path.append(f"m{_short(x - at[0])} {_short(y - at[1])}h{_short(length)}")
+        moved = [float(_short(by)) for by in (x - at[0], y - at[1], length)]  # as drawn: rounding does not add up
+        at = at[0] + moved[0] + moved[2], at[1] + moved[1]
+    return "".join(path)
+
+
+def _short(value: float) -> str:
+    """A coordinate with three decimals at most, without zeros that say nothing."""
+    text = f"{value:.3f}".rstrip("0").rstrip(".")
+    if text in {"-0", ""}:
+        return "0"
+    return text.replace("0.", ".", 1) if text.lstrip("-").startswith("0.") else text
+
+
 def _arrows(run: RunData, step: float) -> str:
     """Return the path of arrowheads in the middle of one-way lanes, where there is room for them."""
     edges, size = run.layout.graph.edges, 0.06 * step
@@ -114,7 +132,10 @@ def _arrows(run: RunData, step: float) -> str:
             long = math.hypot(x1 - x0, y1 - y0) or 1.0
             dx, dy = size * (x1 - x0) / long, size * (y1 - y0) / long
             x, y = (x0 + x1) / 2 + dx, (y0 + y1) / 2 + dy
-            heads.append(f"M{x:.4g} {y:.4g}l{-2 * dx - dy:.3g} {-2 * dy + dx:.3g}l{2 * dy:.3g} {-2 * dx:.3g}z")
+            points = (x, y), (-2 * dx - dy, dx - 2 * dy), (2 * dy, -2 * dx)
+            heads.append(
+                "".join(f"{by}{_short(a)} {_short(b)}" for by, (a, b) in zip("Mll", points, strict=True)) + "z"
+            )
     return "".join(heads)
 
 

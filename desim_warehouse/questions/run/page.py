@@ -18,7 +18,7 @@ from desim_warehouse.model.facts.charging import said
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.resources import resources as of_stations_and_chargers
 from desim_warehouse.questions.run import words as run_words
-from desim_warehouse.questions.run.drawings import account, drawings, robots
+from desim_warehouse.questions.run.drawings import account, drawings, robots, rows_of_floor
 from desim_warehouse.questions.run.warehouse import facts, work
 from desim_warehouse.run import RunData
 from desim_warehouse.states import staff
@@ -60,10 +60,10 @@ def in_full(model: Model, seed: int) -> RunData | None:
 
 def page(run: RunData, folder: Path | None = None, replay: str = "") -> str:
     """Compose the page of a run with all its figures; `folder`: where it is kept; `replay`: as `answer.page` has it."""
-    of_robots = robots(run)
     figures: dict[str, Sequence[Rows | Markup | Axes]] = {
-        "": [*_account(run), *drawings(run)],
-        "Robots": [] if of_robots is None else [of_robots],
+        "": [*_some(account(run)), *drawings(run)],
+        "What robots waited for": _some(rows_of_floor(run)),
+        "Robots": _some(robots(run)),
         "Warm-up": warm_up_figures(run),
     }
     return page_of(answer(run, folder), figures, replay=replay)
@@ -73,19 +73,20 @@ def page_with(answer: Answer, run: RunData, replay: str = "") -> str:
     """Compose the page of another question's answer, which shows a run of the design that the answer is about."""
     warehouse = Folded(title="The warehouse", rows=tuple(facts(run.model)))
     where = Folded(title="Where the time goes")
-    figures: dict[str, list[Rows | Markup]] = {"": drawings(run), where.title: [*_account(run)]}
-    return page_of(answer, figures, (where, resources(run), lost_time(run), warehouse), replay)
+    lost = lost_time(run)
+    figures: dict[str, list[Rows | Markup]] = {"": drawings(run), where.title: [*_some(account(run))]}
+    figures[lost.title] = [*_some(rows_of_floor(run))]
+    return page_of(answer, figures, (where, resources(run), lost, warehouse), replay)
 
 
 def in_short(run: RunData) -> StillPage:
     """Compose what Jupyter shows of a run: its answer and drawings, and of its tables the indicators."""
     short = answer(run).model_copy(update={"tables": (indicators(run),)})
-    return StillPage(run.model.name, page_of(short, {"": [*_account(run), *drawings(run)]}))
+    return StillPage(run.model.name, page_of(short, {"": [*_some(account(run)), *drawings(run)]}))
 
 
-def _account(run: RunData) -> list[Rows]:
-    where = account(run)
-    return [] if where is None else [where]
+def _some(drawing: Rows | Markup | None) -> list[Rows | Markup]:
+    return [] if drawing is None else [drawing]
 
 
 def answer(run: RunData, folder: Path | None = None) -> Answer:
