@@ -4,7 +4,7 @@ What a robot does is its state or, while it waits in traffic, what it waits for.
 nothing is counted twice or left out. A new state, or wait that is no collision, is a part of its own without a line
 here (see `states`). A new reason for collisions is a line in `_TRAFFIC` and in `_reason`. Waits need `log: all`.
 
-The account in money is the year's cost, from the prices of the model and what was counted in the run.
+The account in money is the year's cost: of the design (`model.facts.costs`), and of what was counted in the run.
 """
 
 from __future__ import annotations
@@ -12,14 +12,13 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter, defaultdict
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Hashable, Iterable, Iterator
 from itertools import islice, pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 from weakref import WeakKeyDictionary
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.model.facts.charging import spare_batteries
-from desim_warehouse.model.schema import Prices
+from desim_warehouse.model.facts.costs import year_of
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.records import StateSpan, TaskHistory, Wait, Whereabouts
 from desim_warehouse.states import APART, SHOWN, WAITING, Phase, absent, names
@@ -313,36 +312,13 @@ def _turns(history: History) -> dict[int, float]:
     return found
 
 
-def equipment(prices: Prices, kinds: Sequence[str], chargers: int, batteries: int) -> float:
-    """What robots of these kinds, these chargers and these spare batteries cost a year."""
-    robots = math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds)
-    return robots + prices.charger * chargers + prices.battery * batteries
-
-
-def is_fixed(prices: Prices | None) -> bool:
-    """Whether nothing in the cost of a year depends on a run."""
-    return prices is not None and not (prices.energy or prices.late_order)
-
-
 def annual_cost(history: History) -> float:
     """The cost of a year of `prices.hours` hours like those counted, nan without prices or counted time."""
     prices, hours = history.model.prices, history.counted / history.model.units.hour
     if prices is None or not hours:
         return math.nan
-    servers = math.fsum(
-        (station.servers + (spec.workers if spec.work_time is not None else 0))
-        * history.model.hours(spec.hours).share(history.begin, history.end)
-        for node, station in history.layout.stations.items()
-        for spec in (history.model.layout.stations[station.zone],)
-    )
-    by_the_hour = (
-        prices.energy * history.totals["energy"] / hours
-        + prices.station_hour * servers
-        + prices.late_order * late(history) / hours
-    )
-    kinds = history.model.fleet.kinds_of_robots()
-    spare = sum(spare_batteries(history.model).values())
-    return equipment(prices, kinds, history.chargers, spare) + by_the_hour * prices.hours
+    by_the_hour = (prices.energy * history.totals["energy"] + prices.late_order * late(history)) / hours
+    return year_of(history.model) + by_the_hour * prices.hours
 
 
 def cost_per_task(history: History) -> float:

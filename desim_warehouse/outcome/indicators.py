@@ -666,8 +666,8 @@ INDICATORS = {
             "annual_cost",
             "Annual cost",
             "money per year",
-            "robots, chargers, energy, servers and late orders at the prices of the section `prices`, for a year of "
-            "its `hours` like the counted time; only with prices",
+            "robots, chargers, energy, people of stations and late orders at the prices of the section `prices`, for a "
+            "year of its `hours` like the counted time; only with prices",
             "less",
             account.annual_cost,
             measures.has_prices,

@@ -90,8 +90,17 @@ def check(model: Source) -> Check:
         item.level == "error" and item.code not in model.accept for item in findings
     ):
         facts += [*with_nearer(model), *with_choice(model, calculation)]
-    lines = [] if calculation is None else calculation.lines(model.units)
+    lines = [] if calculation is None else [*calculation.lines(model.units), *_busiest(model, calculation)]
     return Check(facts, findings, calculation, model.accept, lines)
+
+
+def _busiest(model: Model, calculation: QuickEstimate) -> list[str]:
+    """Say who is busiest by the quick estimate; empty where it foresees no rate."""
+    from desim_warehouse.answer.busiest import are
+    from desim_warehouse.feasibility.loads import loads
+
+    line = are(loads(model, calculation), "of the time" if calculation.on_duty == 1 else "of their hours")
+    return [line] if line else []
 
 
 def _times_that_vary(model: Model) -> list[str]:

@@ -1,10 +1,10 @@
 """How many robots and chargers a warehouse needs."""
 
 from desim_warehouse.study.fleet.designs import Designs, refused
+from desim_warehouse.study.fleet.loads import loads_at
 from desim_warehouse.study.fleet.options import ComparedOptions, compare_options
 from desim_warehouse.study.fleet.plan import size_fleet
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
-from desim_warehouse.study.fleet.utilisation import utilisation
 
 __all__ = [
     "ComparedOptions",
@@ -14,7 +14,7 @@ __all__ = [
     "Sized",
     "Strategy",
     "compare_options",
+    "loads_at",
     "refused",
     "size_fleet",
-    "utilisation",
 ]
