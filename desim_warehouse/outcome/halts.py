@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from desim_warehouse.model.facts.places import destinations, specs
-from desim_warehouse.outcome.account import pieces
+from desim_warehouse.outcome.account import booked
 from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, SHOWN, Phase
 
@@ -86,7 +86,7 @@ def _gaps(history: History) -> Iterator[tuple[float, float, int]]:
 def _spans(history: History) -> list[tuple[float, float, str]]:
     """In which state, or waiting for what in traffic, every robot is when."""
     if history.log.level == "all":
-        return [(one.start, one.end, one.part) for robot in pieces(history) for one in robot]
+        return [(one.start, one.end, one.part) for robot in booked(history) for one in robot]
     return [(one.start, one.end, one.seen.name) for robot in history.states for one in robot]
 
 

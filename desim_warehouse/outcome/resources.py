@@ -13,8 +13,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.outcome.account import pieces
 from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.pieces import pieces
 from desim_warehouse.states import SHOWN, Place
 from desim_warehouse.values.calendars import ALWAYS, Hours
 

@@ -231,12 +231,17 @@ def _under_way(run: RunData) -> Iterator[Suspect]:
             yield Suspect("robots under way", f"at most {most} robots under way", {KEY: most})
 
 
+def _waited(run: RunData, part: str) -> float:
+    """Measure the part of the fleet's time that robots waited for one thing, also behind others."""
+    whole = run.history.counted * run.model.fleet.size
+    return float(run.account(by="robot")[part].sum()) / whole if whole else 0.0
+
+
 def _on_the_way(run: RunData) -> Iterator[Suspect]:
     """What is closed or slow, and people in the aisles."""
     traffic = run.model.traffic
     if traffic.closures:
-        closed = run.kpis["share_waiting_closed"]
-        yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, closed)
+        yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, _waited(run, "waiting_closed"))
     if traffic.slow:
         yield Suspect("zones that are slow", "nothing slow", {"traffic.slow": {}})
     if traffic.zones:
@@ -246,7 +251,7 @@ def _on_the_way(run: RunData) -> Iterator[Suspect]:
     if limits:
         yield Suspect("limits of speed", "no speed limits on lanes", limits)
     if run.model.people:
-        yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, run.kpis["share_waiting_person"])
+        yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, _waited(run, "waiting_person"))
 
 
 def _lanes(run: RunData) -> Iterator[Suspect]:

@@ -90,7 +90,7 @@ def test_what_goes_wrong_and_what_is_closed_are_suspects():
         "delays",
         "outages of chargers",
     }
-    assert found["closures"].waited == run.kpis["share_waiting_closed"] > 0
+    assert found["closures"].waited > run.kpis["share_waiting_closed"] > 0  # robots behind the first wait for it, too
     assert found["workers of desk"].overrides == {"layout.stations.desk.workers": 2, "layout.stations.desk.buffer": 2}
     for suspect in found.values():
         run.model.replace(suspect.overrides)
