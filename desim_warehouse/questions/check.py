@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -11,15 +12,17 @@ from desim_warehouse.model import as_model
 from desim_warehouse.values.distributions import Distribution
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.findings import Finding
     from desim_warehouse.look.web import StillPage
     from desim_warehouse.model import Model, Source
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Check:
-    """What `check` found.
+    """What `check` found; printing prints it, as `desim check` does.
 
     Attributes:
         facts: about the layout, in words.
@@ -51,13 +54,42 @@ class Check:
         said += f", {number_of(waived, 'error')} accepted" if waived else ""
         return said + (": this model would be refused" if errors else "")
 
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each finding, worst first: level, accepted, code, place, text, cure."""
+        import pandas as pd
+
+        columns = ("level", "accepted", "code", "place", "text", "cure")
+        rows = [
+            (item.level, self._accepts(item), item.code, item.place, item.text, item.cure) for item in self.findings
+        ]
+        return pd.DataFrame(rows, columns=list(columns))
+
+    def _accepts(self, item: Finding) -> bool:
+        return item.level == "error" and item.code in self.accepted
+
+    def __str__(self) -> str:
+        findings = [f"{'accepted ' if self._accepts(item) else ''}{item}" for item in self.findings]
+        estimate = ["quick estimate, without traffic:", *(f"  {line}" for line in self.lines)] if self.lines else []
+        return "\n".join([self.verdict, *findings, *self.facts, *estimate])
+
+    def __repr__(self) -> str:
+        return f"Check({self.facts[0].partition(':')[0]}: {self.verdict})"
+
     def _repr_html_(self) -> str:
         """Show the verdict, the findings and the quick estimate, in a frame."""
         return _page(self)._repr_html_()
 
 
 def check(model: Source) -> Check:
-    """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate."""
+    """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate.
+
+    Returns:
+        Findings, worst first, and the quick estimate; see `Check`.
+
+    Raises:
+        ModelError: a model that cannot be read.
+    """
     from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
     from desim_warehouse.layout import checks
     from desim_warehouse.run.examined import examined
@@ -91,7 +123,9 @@ def check(model: Source) -> Check:
     ):
         facts += [*with_nearer(model), *with_choice(model, calculation)]
     lines = [] if calculation is None else [*calculation.lines(model.units), *_busiest(model, calculation)]
-    return Check(facts, findings, calculation, model.accept, lines)
+    checked = Check(facts, findings, calculation, model.accept, lines)
+    logging.getLogger("desim_warehouse").info("check of %s: %s", model.name, checked.verdict)
+    return checked
 
 
 def _busiest(model: Model, calculation: QuickEstimate) -> list[str]:
@@ -114,20 +148,30 @@ def _times_that_vary(model: Model) -> list[str]:
 
 
 def _page(check: Check) -> StillPage:
-    """Compose the verdict, the findings, the quick estimate, and the layout in words."""
-    from desim_warehouse.look import html
-    from desim_warehouse.look.page import ReportPage
+    """Compose the page of the verdict, the findings, the quick estimate, and the layout in words."""
+    from desim_warehouse.answer.answer import Answer
+    from desim_warehouse.answer.numbers import sentence
+    from desim_warehouse.answer.page import page
+    from desim_warehouse.answer.parts import Folded
     from desim_warehouse.look.web import StillPage
 
     name, _, size = check.facts[0].partition(": ")
-    rows = [
-        ["accepted error" if item.code in check.accepted else item.level, item.place, item.text, item.cure, item.code]
+    findings = [
+        ("accepted error" if item.code in check.accepted else item.level, item.place, item.text, item.cure, item.code)
         for item in check.findings
     ]
-    first = [html.heading(name), html.paragraph(check.verdict, "question")]
-    if rows:
-        first.append(html.table(["finding", "place", "what is wrong", "what to do", "code"], rows, words=5))
-    if check.lines:
-        first += [html.paragraph("Quick estimate, without traffic:"), html.bullets(check.lines)]
-    layout = {"The model": [html.bullets([size, *check.facts[1:]])]}
-    return StillPage(name, ReportPage(title=name, first=first, folded=layout).html())
+    head = ("finding", "place", "what is wrong", "what to do", "code")
+    answer = Answer(
+        kind="check",
+        name=name,
+        question="Will it work?",
+        answer=(sentence(check.verdict),),
+        tables=(
+            Folded(title="What would be refused or holds robots up", head=head, rows=tuple(findings), printed=True),
+            Folded(title="Quick estimate, without traffic", rows=tuple((line,) for line in check.lines), printed=True),
+            Folded(title="The model", rows=tuple((fact,) for fact in (size, *check.facts[1:]))),
+        ),
+        runs=0,
+        confidence=None,
+    )
+    return StillPage(name, page(answer))

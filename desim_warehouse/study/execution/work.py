@@ -12,8 +12,10 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.history import Spans, in_spans
+from desim_warehouse.policies.asked import place_in
 from desim_warehouse.run import RunData
 from desim_warehouse.run.stop import StoppedError, StopSignal
+from desim_warehouse.study.execution.own_indicators import OwnIndicator
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 from desim_warehouse.world.robots.settled import UNSETTLED
@@ -35,7 +37,7 @@ class Wanted(NamedTuple):
 
     `spans`: into how many equal parts its length is divided to tell how deliveries settle, 0 if that is not wanted.
     `floor`: whether the floor is to be watched for a while. `scout`: whether it only points the way, so that batteries
-    need not settle before it.
+    need not settle before it. `own`: indicators of the user's own.
     """
 
     design: int
@@ -44,6 +46,7 @@ class Wanted(NamedTuple):
     spans: int = 0
     floor: bool = False
     scout: bool = False
+    own: tuple[OwnIndicator, ...] = ()
 
 
 class Outcome(NamedTuple):
@@ -155,10 +158,12 @@ class Simulator:
             fleets = UNSETTLED if wanted.scout else self.fleets
             with nullcontext() if timeout is None else TimeLimit(timeout):
                 run = RunData.simulated(model, wanted.seed, stop, fleets=fleets)
+            own = {indicator.name: indicator.value(run) for indicator in wanted.own}
         except StoppedError:
             return Outcome({}, _since(begin), "cancelled", final=False)
-        except TimeOutError:
-            return Outcome({}, _since(begin), f"time-out: not finished after {timeout:g} s", final=False)
+        except TimeOutError as error:
+            place = place_in(error, model.policies.own())
+            return Outcome({}, _since(begin), f"time-out: not finished after {timeout:g} s{place}", final=False)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # noqa: BLE001 - one failing run, by sys.exit too, is a row with its error
@@ -168,7 +173,7 @@ class Simulator:
         spans = in_spans(run.history.done, 0.0, run.T, wanted.spans) if wanted.spans else None
         taken = _since(begin)
         return Outcome(
-            run.kpis,
+            {**run.kpis, **own} if own else run.kpis,
             taken,
             deterministic=run.deterministic,
             spans=spans,

@@ -1,7 +1,8 @@
 """How many robots and chargers a warehouse needs."""
 
-from desim_warehouse.study.fleet.designs import Designs, refused
+from desim_warehouse.study.fleet.designs import Designs, OneKey, refused
 from desim_warehouse.study.fleet.loads import loads_at
+from desim_warehouse.study.fleet.one_key import size_key
 from desim_warehouse.study.fleet.options import ComparedOptions, compare_options
 from desim_warehouse.study.fleet.plan import size_fleet
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
@@ -10,6 +11,7 @@ __all__ = [
     "ComparedOptions",
     "Designs",
     "FleetSizes",
+    "OneKey",
     "Shown",
     "Sized",
     "Strategy",
@@ -17,4 +19,5 @@ __all__ = [
     "loads_at",
     "refused",
     "size_fleet",
+    "size_key",
 ]
