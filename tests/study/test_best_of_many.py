@@ -247,14 +247,14 @@ def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
 
 
 def test_all_designs_tried_are_in_its_figure_and_those_judged_have_their_fresh_days(model):
-    found = best_of(model, "annual_cost", **asked())
+    found = best(model, "annual_cost", **asked())
     figure = found.answer.figure
     assert len(figure.points) == len(found.tried)
     named = {point.name: point for point in figure.points if point.name}
     first = named[design(found.best)]
     assert (first.x, first.y) == (found.best.reached.mean, found.best.value.mean)
     assert figure.at == found.target.value
-    free = best_of(model, "cycle_time_mean", **(asked() | {"target": None}))
+    free = best(model, "cycle_time_mean", **(asked() | {"target": None}))
     labels = [row.label for row in free.answer.figure.rows]
     assert len(labels) == len(set(labels))
     assert len(labels) >= min(len(free.tried), 12)
