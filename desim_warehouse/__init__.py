@@ -33,8 +33,8 @@ if TYPE_CHECKING:
     from desim_warehouse.live import Live, serve
     from desim_warehouse.live.frozen import FrozenPage, what_if_page
     from desim_warehouse.model import Model, load
-    from desim_warehouse.model.order_day import OrderDay, order_day
     from desim_warehouse.model.overrides import UNSET
+    from desim_warehouse.orders.day import OrderDay, order_day
     from desim_warehouse.plants import read_layout
     from desim_warehouse.plants.export import write_layout
     from desim_warehouse.plants.plant import Remark
@@ -76,7 +76,7 @@ if TYPE_CHECKING:
     from desim_warehouse.questions.tipping import TippingPoints, tipping_points
     from desim_warehouse.questions.why import Why, why
     from desim_warehouse.replay import Replay
-    from desim_warehouse.report.answer_page import read as load_answer
+    from desim_warehouse.report.write import read_answer as load_answer
     from desim_warehouse.report.write import report as write_report
     from desim_warehouse.study.file import schema
     from desim_warehouse.study.search import Search
@@ -124,7 +124,7 @@ _HOME = {
         "Model",
         "load",
     ),
-    "model.order_day": (
+    "orders.day": (
         "OrderDay",
         "order_day",
     ),
@@ -202,13 +202,15 @@ _HOME = {
         "why",
     ),
     "replay": ("Replay",),
-    "report.answer_page": ("load_answer",),
-    "report.write": ("write_report",),
+    "report.write": (
+        "load_answer",
+        "write_report",
+    ),
     "study.file": ("schema",),
     "study.search": ("Search",),
 }
 _MODULE_OF = {name: module for module, names in _HOME.items() for name in names}
-_CALLED = {"plan": "plan_fleet", "load_answer": "read", "write_report": "report"}
+_CALLED = {"plan": "plan_fleet", "load_answer": "read_answer", "write_report": "report"}
 """Public names of functions that have another name in their module."""
 _PACKAGES = {"plot": "plot"}
 """Public modules by name."""

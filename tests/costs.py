@@ -10,16 +10,22 @@ tests/world` writes the costs down.
 import csv
 import math
 import os
+import time
 from pathlib import Path
 
 import pytest
+import simpy
 
 LIMITS = {"not slow": 1.0, "not long": 3.0}
 """Seconds of processor that a test may take where tests with a mark are left out; the first that holds."""
 SHARED = 10
 """How many times as much a fixture may take that tests share: a site, a study."""
 LENIENCY = 3.0
-"""By what factor a crowded processor, whose caches others use, may be slower than a quiet one."""
+"""By what factor a test may exceed its limit, as caches that others use slow down some tests more than others."""
+REFERENCE = 0.0042
+"""Seconds of processor that `reference_work` takes on the machine for which the limits were set, when it is quiet."""
+EVERY = 10.0
+"""Seconds between two looks at how slow this machine is."""
 _PROCESSES = Path("/proc")
 
 
@@ -45,6 +51,26 @@ def _of_running(pid):
     return sum(map(int, fields[11:15])) / os.sysconf("SC_CLK_TCK") + of_children
 
 
+def reference_work():
+    """Run a fixed piece of simulation, 4,000 timeouts of 200 processes, and return its seconds of processor."""
+    begin = time.process_time()
+    world = simpy.Environment()
+
+    def clock(period):
+        for _ in range(20):
+            yield world.timeout(period)
+
+    for number in range(200):
+        world.process(clock(1 + number / 200))
+    world.run()
+    return time.process_time() - begin
+
+
+def slowness():
+    """How many times as long this machine takes now as the machine for which the limits were set; at least 1."""
+    return max(1.0, min(reference_work() for _ in range(3)) / REFERENCE)
+
+
 class Costs:
     """Measures where tests run, and judges in the process that reports them."""
 
@@ -53,11 +79,14 @@ class Costs:
         chosen = config.getoption("markexpr")
         self.limit = next((seconds for left_out, seconds in limits.items() if left_out in chosen), math.inf)
         self.begin = self.shared = 0.0
+        self.looked, self.slowness = -math.inf, 1.0
         self.item = None
         self.of_tests, self.of_fixtures = {}, {}
 
     @pytest.hookimpl(wrapper=True, tryfirst=True)
     def pytest_runtest_setup(self, item):
+        if time.monotonic() > self.looked + EVERY:
+            self.looked, self.slowness = time.monotonic(), slowness()
         self.item, self.begin, self.shared = item, spent(), 0.0
         return (yield)
 
@@ -68,12 +97,13 @@ class Costs:
         if fixturedef.scope != "function":
             cost = spent() - begin
             self.shared = before + cost  # fixtures that it asked for itself are part of it
+            cost /= self.slowness
             self.item.user_properties.append(("fixture", (f"{fixturedef.baseid}::{fixturedef.argname}", cost)))
         return result
 
     @pytest.hookimpl(tryfirst=True)
     def pytest_runtest_teardown(self, item):
-        item.user_properties.append(("processor", spent() - self.begin - self.shared))
+        item.user_properties.append(("processor", (spent() - self.begin - self.shared) / self.slowness))
 
     def pytest_runtest_logreport(self, report):
         if report.when == "teardown":

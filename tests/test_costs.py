@@ -8,7 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from tests.costs import Costs, spent
+from tests import costs as module
+from tests.costs import REFERENCE, Costs, slowness, spent
 
 ROOT = Path(__file__).parent.parent
 CONFTEST = """
@@ -18,7 +19,7 @@ def pytest_addoption(parser):
     parser.addoption("--costs")
 
 def pytest_configure(config):
-    config.pluginmanager.register(Costs(config, limits={"not long": 0.1}))
+    config.pluginmanager.register(Costs(config, limits={"not long": 0.05}))
 """
 TESTS = """
 import subprocess, sys, time
@@ -70,6 +71,12 @@ def test_a_fixture_may_take_ten_times_as_much_and_the_inner_loop_has_less(chosen
     costs.of_tests = {"test_cheap": 1.0, "test_slow": 5.0}
     costs.of_fixtures = {"site": 35.0, "dear": 95.0}
     assert [name for name, _ in costs.outgrown()] == outgrown
+
+
+@pytest.mark.parametrize(("seconds", "times"), [(REFERENCE / 2, 1.0), (3 * REFERENCE, 3.0)])
+def test_a_slow_machine_has_more_seconds_and_a_fast_machine_has_no_less(monkeypatch, seconds, times):
+    monkeypatch.setattr(module, "reference_work", lambda: seconds)
+    assert slowness() == pytest.approx(times)
 
 
 def test_what_outgrows_its_mark_fails_the_session(tmp_path):

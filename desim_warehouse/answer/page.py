@@ -1,102 +1,109 @@
-"""The page of an answer: its sentences, at most three figures, everything tried, and how sure it is.
+"""The one maker of pages: an answer's sentences and figures, everything tried, and how sure it is.
 
-The page knows no run: drawings and tables of the run that is shown with an answer are handed in.
+Where a run is shown with the answer, whoever has the run hands in its drawings and tables: the page knows none.
 """
 
 from __future__ import annotations
 
 import platform
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from datetime import UTC, datetime
+from typing import TYPE_CHECKING
+from urllib.parse import quote
+
+from markupsafe import Markup
 
 from desim_warehouse._version import __version__
 from desim_warehouse.answer.numbers import capital
-from desim_warehouse.answer.parts import AnswerData, PairGrid, Rows
+from desim_warehouse.answer.parts import AnswerData, Folded, PairGrid, Points, Rows
 from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.answer.text import how_sure, table
 from desim_warehouse.look import html
-from desim_warehouse.look.html import Html
-from desim_warehouse.look.page import style
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+    Drawing = Rows | PairGrid | Points | Markup | Axes
 
 _SIGNS = {"met": "●", "not met": "×", "open": "?", "edge": "~", "overloaded": "×", "drained": "×"}
 """Cells of a grid; of what was not tried they are empty."""
+_WIDE, _HIGH, _EDGE = 1000, 380, 0.06
+"""Size of a figure of points, and the part of it on each side that is left free."""
+_LEAD = 160
+"""Letters of a description that stands before the answer; a longer one, as of imported plants, stands after it."""
 
 
 def page(
     answer: AnswerData,
-    drawings: Sequence[Html] = (),
-    tables: Sequence[tuple[str, Html]] = (),
-    replay: Html | None = None,
+    drawings: Mapping[str, Sequence[Drawing]] | None = None,
+    of_run: Sequence[Folded] = (),
+    replay: str = "",
 ) -> str:
-    """Compose the page, self-contained.
+    """Compose the page, self-contained, without scripts and external links.
 
     Args:
         answer: the answer.
-        drawings: of a run of the design that the answer is about, shown below the answer.
-        tables: of that run, folded away, each with its title.
-        replay: a link to the replay of that run.
+        drawings: by the title of the table above which they stand, folded away with it; of "" below the answer.
+        of_run: tables of a run of the design that the answer is about; the drawings of "" are of that run, too.
+        replay: name of the file beside the page that replays the run.
     """
     now = datetime.now(UTC).astimezone()
-    return html.template("answer.html").render(
+    return html.template("page.html").render(
         answer=answer,
-        style=style(),
-        tiles=html.tiles((tile.value, tile.what, tile.note) for tile in answer.tiles),
-        figure=None if answer.figure is None else _figure(answer.figure),
-        about="" if answer.about is None or not tables else capital(answer.about.name),
-        figures=drawings,
-        folded=list(_folded(answer, tables)),
-        made=f"{now.day} {now:%B %Y}",
-        replay=replay,
+        style=html.style(),
+        is_short=len(answer.description) <= _LEAD,
+        figure="" if answer.figure is None else _drawn(answer.figure),
+        about="" if answer.about is None else capital(answer.about.name),
+        drawings={title: [_drawn(one) for one in several] for title, several in (drawings or {}).items()},
+        tables=(*answer.tables, *of_run),
+        has_run=bool(of_run),
+        replay=quote(replay),
+        options=list(_options(answer)),
+        sure=how_sure(answer),
+        made=[
+            *answer.made.items(),
+            ("Report made with", f"desim-warehouse {__version__}, Python {platform.python_version()}"),
+        ],
+        today=f"{now.day} {now:%B %Y}",
     )
 
 
-def made_with() -> tuple[str, str]:
-    """Name what makes a report; its runs may be older."""
-    return "Report made with", f"desim-warehouse {__version__}, Python {platform.python_version()}"
+def _drawn(drawing: Drawing) -> Markup:
+    if isinstance(drawing, Rows):
+        return _rows(drawing)
+    if isinstance(drawing, PairGrid):
+        seen = {cell for panel in drawing.panels.values() for row in panel for cell in row}
+        key = [(_SIGNS[kind], words) for kind, words in WORDS.items() if kind in seen and kind in _SIGNS]
+        return html.figure("grid", drawing, _SIGNS, key)
+    if isinstance(drawing, Points):
+        return _points(drawing)
+    return drawing if isinstance(drawing, Markup) else html.picture(drawing)
 
 
-def _figure(figure: Rows | PairGrid) -> Html:
-    if isinstance(figure, Rows):
-        return rows(figure)
-    seen = {cell for panel in figure.panels.values() for row in panel for cell in row}
-    key = [(_SIGNS[kind], words) for kind, words in WORDS.items() if kind in seen and kind in _SIGNS]
-    return html.figure("grid", figure, WORDS, _SIGNS, key)
+def _points(figure: Points) -> Markup:
+    """Draw options by two indicators; those that stand out last, over the others."""
+    xs, ys = [*(point.x for point in figure.points), figure.at], [point.y for point in figure.points]
+
+    def place(value: float, values: Sequence[float], size: int) -> float:
+        low, span = min(values), max(values) - min(values)
+        return round(size * (_EDGE + (1 - 2 * _EDGE) * ((value - low) / span if span else 0.5)), 1)
+
+    marks = [(place(one.x, xs, _WIDE), _HIGH - place(one.y, ys, _HIGH), one) for one in figure.points]
+    marks.sort(key=lambda mark: bool(mark[2].name))
+    return html.figure("points", figure, marks, place(figure.at, xs, _WIDE), (_WIDE, _HIGH))
 
 
-def rows(figure: Rows) -> Html:
-    """Intervals, or bars from 0, one below the other."""
-    ends = [end for one in figure.rows for end in (one.low, one.high, one.mean) if end is not None]
+def _rows(figure: Rows) -> Markup:
+    """Draw intervals, or bars from 0, one below the other."""
+    ends = [end for row in figure.rows for end in (row.low, row.high, row.mean) if end is not None]
     low, high = min([*ends, figure.at or 0.0]), max([*ends, figure.at or 0.0])
     room = 0.04 * (high - low) if figure.at is not None else 0.0
     low, span = low - room, (high - low + 2 * room) or 1.0
     return html.figure("rows", figure, lambda value: round(1000 * (value - low) / span, 1))
 
 
-def _folded(answer: AnswerData, of_run: Sequence[tuple[str, Html]]) -> Iterator[tuple[str, Html]]:
-    """Yield title and content of each section that is folded away."""
-    if answer.options:
-        yield "Everything tried", _options(answer)
-    for part in answer.tables:
-        note = html.paragraph(part.note, "note") if part.note else Html("")
-        yield part.title, html.table(part.head, part.rows, words=len(part.head), name=_id(part.title)) + note
-    yield from of_run
-    sure = html.paragraph(how_sure(answer))
-    yield "How sure is this?", sure + (html.bullets(answer.notes) if answer.notes else Html(""))
-    facts = html.facts([*answer.made.items(), made_with()], "method")
-    yield "See it again", (html.code(answer.command) if answer.command else Html("")) + facts
-
-
-def _id(title: str) -> str:
-    """The id of a table, for programs."""
-    return title.lower().replace(" ", "-")
-
-
-def _options(answer: AnswerData) -> Html:
-    """A table of the options of each group, a row for each."""
-    made = Html("")
+def _options(answer: AnswerData) -> Iterator[tuple[str, list[str], list[list[str]], int]]:
+    """Yield the name of each group of options, the head and rows of its table, and how many columns are words."""
     for group, options in answer.groups().items():
-        head, body = table(answer.measures, options)
-        made += html.paragraph(capital(group), "note") if group else Html("")
-        words = 2 + sum(of in answer.measures.values() for of in head)
-        made += html.table(head, body, words=words, name=_id(f"options {group}".strip()))
-    return made
+        head, rows = table(answer.measures, options)
+        yield capital(group), head, rows, 2 + sum(of in answer.measures.values() for of in head)

@@ -153,7 +153,7 @@ def _search(
     as_json: bool,
 ) -> None:
     from desim_warehouse.questions.best import BestOfMany, best
-    from desim_warehouse.report import answer_page
+    from desim_warehouse.report.write import page_of_answer
 
     base = load_model(model, assignments)
     warnings = warn(base, model, assignments, as_json=as_json)
@@ -163,7 +163,7 @@ def _search(
     assert isinstance(found, BestOfMany)  # few designs without a target race above
     answer = give(found.answer, search.out, warnings, as_json=as_json)
     if page is not None:
-        write_files({Path(page): answer_page.page(answer, answer_page.run_of(answer))}, force=True)
+        write_files({Path(page): page_of_answer(answer)}, force=True)
         click.echo(f"{page}: open it in a browser", err=as_json)
     if found.shown is False:
         sys.exit(NONE_MEETS)

@@ -50,7 +50,7 @@ def command(
         from desim_warehouse.cli.answers import typed
         from desim_warehouse.cli.options import write_files
 
-        write_files({Path(page): validation_page.page(found, typed()).html()}, force=True)
+        write_files({Path(page): validation_page.page(found, typed())}, force=True)
     if as_json:
         keys = ("real", "simulated", "off")
         measures = {row.name: {key: getattr(row, key) for key in keys} for row in found.rows()}

@@ -1,99 +1,68 @@
-"""Parts of a report as HTML, by the macros of templates/parts.html, which escape all names."""
+"""Pages without scripts: their templates, which escape all names, their style, and the figures in them."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+import re
+from base64 import b64encode
 from functools import cache
+from importlib.resources import files
 from typing import TYPE_CHECKING
-from urllib.parse import quote
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
-from markupsafe import Markup
+
+from desim_warehouse.look.palette import COURSE, HEAT
+from desim_warehouse.look.web import colours
 
 if TYPE_CHECKING:
     from jinja2 import Template
-
-
-class Html(Markup):
-    """A piece of HTML that Jupyter shows; pieces can be added."""
-
-    def _repr_html_(self) -> str:
-        """What Jupyter shows."""
-        return str(self)
+    from markupsafe import Markup
+    from matplotlib.axes import Axes
 
 
 @cache
 def template(name: str) -> Template:
-    """A template of the package; what is put in is escaped unless it is a piece of HTML."""
+    """Load a template of the package; what is put in is escaped unless it is Markup."""
     loader = PackageLoader("desim_warehouse.look")
     made = Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)
     return made.get_template(name)
 
 
-def _part(macro: str, *values: object) -> Html:
-    return Html(getattr(template("parts.html").module, macro)(*values))
+def figure(macro: str, *values: object) -> Markup:
+    """Draw a figure of templates/figures.html."""
+    drawn: Markup = getattr(template("figures.html").module, macro)(*values)
+    return drawn
 
 
-def figure(macro: str, *values: object) -> Html:
-    """A figure of templates/figures.html."""
-    return Html(getattr(template("figures.html").module, macro)(*values))
+def picture(axes: Axes) -> Markup:
+    """Turn a figure into a picture inside the page, with the words that say what it shows."""
+    data, facts = axes._repr_png_()  # type: ignore[attr-defined] # what Jupyter calls, too
+    return figure("picture", b64encode(data).decode("ascii"), facts["width"], facts["alt"])
 
 
-def paragraph(text: str, kind: str = "", end: Html | None = None) -> Html:
-    """A paragraph: a lead, a question or a note by its `kind`, with an `end` such as a link."""
-    return _part("paragraph", text, kind, end or "")
+def style() -> str:
+    """Return the style of a page, with the colours of waiting as on the floors of replays."""
+    light, dark = (" ".join(f"--w{n}: {colour};" for n, colour in enumerate(HEAT[ground], 1)) for ground in HEAT)
+    heat = f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
+    return colours() + heat + _css("report.css") + course_style()
 
 
-def link(text: str, address: str) -> Html:
-    """A link to a file beside the page."""
-    return _part("link", text, quote(address))
+def course_style(themes: bool = False) -> str:
+    """Return the style of the course of a run, with its colours; `themes`: for a page that sets `data-theme`."""
+    light, dark = (
+        {f".c-{name}": f"{{ --c: {colour}; }}" for name, colour in COURSE[ground].items()} for ground in COURSE
+    )
+    rules = " ".join(f"{name} {rule}" for name, rule in light.items())
+    wish = ':root:not([data-theme="light"]) ' if themes else ""
+    by_system = " ".join(f"{wish}{name} {rule}" for name, rule in dark.items())
+    by_hand = " ".join(f':root[data-theme="dark"] {name} {rule}' for name, rule in dark.items())
+    shades = f"@media screen and (prefers-color-scheme: dark) {{ {by_system} }}\n"
+    if themes:
+        shades += f"@media screen {{ {by_hand} }}\n"
+    return f"{rules}\n{shades}" + _css("course.css")
 
 
-def heading(text: str) -> Html:
-    """The title of a report."""
-    return _part("heading", text)
-
-
-def tiles(found: Iterable[tuple[str, str, str]]) -> Html:
-    """Large numbers: each with what it is, and a note such as its interval."""
-    return _part("tiles", list(found))
-
-
-def bullets(lines: Iterable[str], kind: str = "") -> Html:
-    """A list of sentences."""
-    return _part("bullets", list(lines), kind)
-
-
-def code(text: str) -> Html:
-    """A command or file as it is typed."""
-    return _part("code", text)
-
-
-def table(
-    head: Sequence[str],
-    rows: Iterable[Sequence[str]],
-    *,
-    words: int = 1,
-    name: str = "",
-    marked: frozenset[int] = frozenset(),
-) -> Html:
-    """A table.
-
-    Args:
-        head: the names of the columns.
-        rows: the cells, as text.
-        words: how many columns from the left are words; all others are numbers.
-        name: the table's id, for programs.
-        marked: rows to set apart, such as the baseline.
-    """
-    return _part("table", head, list(rows), words, name, marked)
-
-
-def facts(pairs: Iterable[tuple[str, str]], name: str = "") -> Html:
-    """Names and values, one pair per line."""
-    return _part("facts", list(pairs), name)
-
-
-def picture(data: str, width: int, words: str) -> Html:
-    """A picture in PNG format, its data in base64; `words` say what it shows."""
-    return _part("picture", data, width, words)
+def _css(name: str) -> str:
+    """Read a style without comments and spaces that say nothing."""
+    text = files("desim_warehouse.look").joinpath("templates", name).read_text("utf-8")
+    text = re.sub(r"\s+", " ", re.sub(r"/\*.*?\*/", "", text, flags=re.DOTALL))
+    return re.sub(r" ?([{};,]) ?", r"\1", text).replace(": ", ":")

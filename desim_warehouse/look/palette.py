@@ -139,15 +139,46 @@ PALETTES = {
 """What moves on the floor, by the role of a robot's state, and goods: safe for colour-blind people (after Okabe and
 Ito), or the paper's; on light and on dark ground, over which it goes."""
 
+COURSE = {
+    "light": {
+        "work": "#0062a3",
+        "queue": "#a0418a",
+        "traffic": "#b8860b",
+        "charging": "#00735a",
+        "empty": "#d55e00",
+        "broken": "#22272c",
+        "free": "#c9d1d9",
+        "off": "#e6eaee",
+        "delivered": "#0062a3",
+        "open": "#8995a1",
+        "battery": "#7d8f4e",
+    },
+    "dark": {
+        "work": "#3f93d0",
+        "queue": "#e58fcb",
+        "traffic": "#ffd34d",
+        "charging": "#2fc79b",
+        "empty": "#ff8a3d",
+        "broken": "#f2f5f8",
+        "free": "#4a5560",
+        "off": "#2b343d",
+        "delivered": "#3f93d0",
+        "open": "#7d8a97",
+        "battery": "#a9b96f",
+    },
+}
+"""Curves over the clock on light and dark ground: what robots do, by the names of `outcome.day.DOING`, and the rest."""
+
 WAITED_STEPS = (0.01, 0.05, 0.2)
-"""Shares of the time in which somebody waits at a place, between the steps of maps of waiting: the same on all floors,
-so that a map of a floor that loses little does not look like one that is jammed."""
+"""Shares of the time in which somebody waits at a place, from which the steps of maps of waiting begin: the same on all
+floors, so that a map of a floor that loses little does not look like one that is jammed. Below the first there is no
+colour."""
 HEAT = {
-    "light": ["#b8860b", "#c4501b", "#8f1d3f", "#3d0a3a"],
-    "dark": ["#a8812f", "#e0873a", "#f2b25c", "#ffe9b0"],
+    "light": ["#b8860b", "#d1491a", "#7a0f2b"],
+    "dark": ["#b98f2f", "#ff9a4d", "#fff0c2"],
 }
 """Waiting on floors, a colour for each step: more waiting stands out more."""
 NO_WAIT = "#DDDDDD"
-"""Where nobody waits, in figures on white."""
+"""Where hardly anybody waits, in figures on white."""
 BAY, CHARGER, STATION = GROUND["light"]["bayLine"], PAGE["light"]["charge"], GROUND["light"]["outLine"]
 """Places in figures, as on pages."""

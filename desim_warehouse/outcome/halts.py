@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from desim_warehouse.model.facts.places import destinations, specs
-from desim_warehouse.outcome.account import pieces
+from desim_warehouse.outcome.account import booked
 from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, SHOWN, Phase
 
@@ -46,7 +46,7 @@ def halts(history: History) -> list[Halt]:
         return []
     longest = quantile(history.cycle_times, 0.95)
     gaps = [gap for gap in _gaps(history) if gap[1] - gap[0] > longest]
-    spans = _spans(history) if gaps else []
+    spans = parts_of_time(history) if gaps else []
     found = []
     for start, end, still in gaps:
         worked, spent = 0.0, defaultdict[Cause, float](float)
@@ -83,11 +83,16 @@ def _gaps(history: History) -> Iterator[tuple[float, float, int]]:
         yield start, until, later - before - number
 
 
-def _spans(history: History) -> list[tuple[float, float, str]]:
-    """In which state, or waiting for what in traffic, every robot is when."""
+def parts_of_time(history: History) -> list[tuple[float, float, str]]:
+    """When every robot is in which state or, as far as the log says it, waits for what in traffic."""
+    return [part for robot in parts_of_robots(history) for part in robot]
+
+
+def parts_of_robots(history: History) -> list[list[tuple[float, float, str]]]:
+    """For each robot from when until when it is in which state, as `parts_of_time`."""
     if history.log.level == "all":
-        return [(one.start, one.end, one.part) for robot in pieces(history) for one in robot]
-    return [(one.start, one.end, one.seen.name) for robot in history.states for one in robot]
+        return [[(piece.start, piece.end, piece.part) for piece in robot] for robot in booked(history)]
+    return [[(change.start, change.end, change.seen.name) for change in robot] for robot in history.states]
 
 
 def _what(part: str) -> Cause | None:

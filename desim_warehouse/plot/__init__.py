@@ -6,12 +6,13 @@
 | the same for each level of a further factor    | `facets`                | study table                  |
 | throughput by fleet size, and its knee         | `throughput`            | study table                  |
 | what robots do                                 | `utilisation`, `gantt`  | Run (`utilisation`: or table) |
+| how a run went by the clock                    | `day`                   | Run                          |
 | batteries                                      | `battery`               | Run                          |
 | where robots wait                              | `congestion`            | Run                          |
 | the warehouse                                  | `layout`                | Model or Run                 |
 | where the warm-up ends                         | `warm_up`               | Run or observations          |
 | the same in Welch's plot                       | `welch`                 | `settle(model)` or observations |
-| a real day over simulated ones                 | `day`                   | `dw.validate`                |
+| a real day over simulated ones                 | `real_day`              | `dw.validate`                |
 | edges, real against simulated, and on the floor | `passages`, `residuals` | `dw.validate`               |
 | measured times and fitted distributions        | `fitted`                | `fit.Fitted`                 |
 
@@ -23,7 +24,8 @@ touches pyplot or leaves settings behind; in Jupyter the Axes at the end of a ce
 from __future__ import annotations
 
 from desim_warehouse.look.palette import COLOURS
-from desim_warehouse.plot.days import day, fitted, passages, residuals
+from desim_warehouse.plot.course import day
+from desim_warehouse.plot.days import fitted, passages, real_day, residuals
 from desim_warehouse.plot.factors import by_factor, facets, throughput
 from desim_warehouse.plot.fleet import battery, gantt, utilisation
 from desim_warehouse.plot.floor import layout
@@ -41,6 +43,7 @@ __all__ = [
     "gantt",
     "layout",
     "passages",
+    "real_day",
     "residuals",
     "throughput",
     "utilisation",

@@ -40,7 +40,7 @@ _BESIDE = 0.05
 """How far apart the directions of a two-way lane are drawn, in edges."""
 
 
-def day(
+def real_day(
     found: Validation,
     number: int | None = None,
     *,

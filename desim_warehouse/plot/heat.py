@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 
 
 By = Literal["blocked", "waits"]
-_LEAST = 1e-9
-"""The part of the time that counts as waiting."""
 _ROOMY = 1000
 """Nodes up to which there is room for their circles."""
 
@@ -156,7 +154,7 @@ def _steps() -> _Shades:
     from matplotlib.colors import BoundaryNorm, ListedColormap
 
     colours = ListedColormap(palette.HEAT["light"]).with_extremes(under=palette.NO_WAIT)
-    steps = [_LEAST, *palette.WAITED_STEPS, 1]
+    steps = [*palette.WAITED_STEPS, 1]
     return _Shades(BoundaryNorm(steps, colours.N), colours, palette.WAITED_STEPS[-1])
 
 
@@ -167,13 +165,13 @@ def _bar(axes: Axes, what: str, shades: _Shades) -> None:
     assert figure is not None
     bar = figure.colorbar(ScalarMappable(shades.norm, shades.colours), ax=axes, label=look.text(what), shrink=0.7)
     if shades.most == palette.WAITED_STEPS[-1]:
-        middles = [(low + high) / 2 for low, high in pairwise([0, *palette.WAITED_STEPS, 1])]
+        middles = [(low + high) / 2 for low, high in pairwise([*palette.WAITED_STEPS, 1])]
         bar.set_ticks(middles, labels=step_words())
         bar.ax.tick_params(length=0)
 
 
 def step_words() -> list[str]:
-    """The steps of the scale in words."""
+    """The steps of the scale in words; below the first is no colour."""
     percent = [f"{100 * step:g}" for step in palette.WAITED_STEPS]
     between = [f"{low} to {high} %" for low, high in pairwise(percent)]
-    return [f"under {percent[0]} %", *between, f"over {percent[-1]} %"]
+    return [*between, f"over {percent[-1]} %"]

@@ -122,10 +122,19 @@ def check(model: Source) -> Check:
         item.level == "error" and item.code not in model.accept for item in findings
     ):
         facts += [*with_nearer(model), *with_choice(model, calculation)]
-    lines = [] if calculation is None else calculation.lines(model.units)
+    lines = [] if calculation is None else [*calculation.lines(model.units), *_busiest(model, calculation)]
     checked = Check(facts, findings, calculation, model.accept, lines)
     logging.getLogger("desim_warehouse").info("check of %s: %s", model.name, checked.verdict)
     return checked
+
+
+def _busiest(model: Model, calculation: QuickEstimate) -> list[str]:
+    """Say who is busiest by the quick estimate; empty where it foresees no rate."""
+    from desim_warehouse.answer.busiest import are
+    from desim_warehouse.feasibility.loads import loads
+
+    line = are(loads(model, calculation), "of the time" if calculation.on_duty == 1 else "of their hours")
+    return [line] if line else []
 
 
 def _times_that_vary(model: Model) -> list[str]:
@@ -139,20 +148,30 @@ def _times_that_vary(model: Model) -> list[str]:
 
 
 def _page(check: Check) -> StillPage:
-    """Compose the verdict, the findings, the quick estimate, and the layout in words."""
-    from desim_warehouse.look import html
-    from desim_warehouse.look.page import ReportPage
+    """Compose the page of the verdict, the findings, the quick estimate, and the layout in words."""
+    from desim_warehouse.answer.answer import Answer
+    from desim_warehouse.answer.numbers import sentence
+    from desim_warehouse.answer.page import page
+    from desim_warehouse.answer.parts import Folded
     from desim_warehouse.look.web import StillPage
 
     name, _, size = check.facts[0].partition(": ")
-    rows = [
-        ["accepted error" if item.code in check.accepted else item.level, item.place, item.text, item.cure, item.code]
+    findings = [
+        ("accepted error" if item.code in check.accepted else item.level, item.place, item.text, item.cure, item.code)
         for item in check.findings
     ]
-    first = [html.heading(name), html.paragraph(check.verdict, "question")]
-    if rows:
-        first.append(html.table(["finding", "place", "what is wrong", "what to do", "code"], rows, words=5))
-    if check.lines:
-        first += [html.paragraph("Quick estimate, without traffic:"), html.bullets(check.lines)]
-    layout = {"The model": [html.bullets([size, *check.facts[1:]])]}
-    return StillPage(name, ReportPage(title=name, first=first, folded=layout).html())
+    head = ("finding", "place", "what is wrong", "what to do", "code")
+    answer = Answer(
+        kind="check",
+        name=name,
+        question="Will it work?",
+        answer=(sentence(check.verdict),),
+        tables=(
+            Folded(title="What would be refused or holds robots up", head=head, rows=tuple(findings), printed=True),
+            Folded(title="Quick estimate, without traffic", rows=tuple((line,) for line in check.lines), printed=True),
+            Folded(title="The model", rows=tuple((fact,) for fact in (size, *check.facts[1:]))),
+        ),
+        runs=0,
+        confidence=None,
+    )
+    return StillPage(name, page(answer))

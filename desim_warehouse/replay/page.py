@@ -5,17 +5,23 @@ from __future__ import annotations
 import html
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse._version import simulated_with
+from desim_warehouse.answer.course import figure
 from desim_warehouse.errors import number_of
+from desim_warehouse.look.html import course_style
 from desim_warehouse.look.palette import GROUND, HEAT, PAGE, PALETTES, WAITED_STEPS
 from desim_warehouse.look.web import joined, safe_json
 from desim_warehouse.model.facts.keys import about
+from desim_warehouse.outcome.day import day
 from desim_warehouse.outcome.history import History
 from desim_warehouse.replay.columns import pack
 from desim_warehouse.replay.payload import payload
 from desim_warehouse.replay.stops import better
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
 
 _SAID = {"name", "description"}
 """Keys that people are told in another way, or that are no difference."""
@@ -40,8 +46,20 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
         "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
         "header": safe_json({"palette": palette, "colours": colours(), "runs": headers, **told}),
         "columns": "\n".join(texts),
+        "course": f"<style>{course_style(themes=True)}</style>" + "".join(courses(runs, windows)),
     }
     return joined("desim_warehouse.replay", parts)
+
+
+def courses(runs: Sequence[History], windows: Sequence[tuple[float, float]]) -> list[Markup]:
+    """Draw how each run goes by the clock, from the first to the last moment that the player has."""
+    seconds = [history.model.units.seconds for history in runs]
+    first = min(start * unit for (start, _), unit in zip(windows, seconds, strict=True))
+    last = max(end * unit for (_, end), unit in zip(windows, seconds, strict=True))
+    return [
+        figure(day(history), history.model, history.chargers, (first / unit, last / unit))
+        for history, unit in zip(runs, seconds, strict=True)
+    ]
 
 
 def labels(runs: Sequence[History]) -> list[str]:

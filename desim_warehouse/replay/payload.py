@@ -43,6 +43,8 @@ if TYPE_CHECKING:
 
 _ROOTS = 60
 """Roots in the list."""
+_LEAST = 0.001
+"""The part of the fleet's time from which a root is in it."""
 _LONGEST = 12
 """Waits that each of them leads to, the longest of the window first."""
 ENDLESS = -1
@@ -79,6 +81,7 @@ def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
             ],
         }
         for root, (time, robots) in list(chains.lost_to(history, until).items())[:_ROOTS]
+        if time >= _LEAST * whole
     ]
 
 
@@ -189,7 +192,7 @@ def _header(
         "at_end": at_end,
         "lost": lost_to(history, scale),
         "fastest": model.fleet.fastest,
-        "tiles": [[tile.key, tile.title, tile.form] for tile in shown],
+        "tiles": [[tile.key, tile.title, tile.form, tile.is_drawn] for tile in shown],
         **({"called": {str(number): name for number, name in layout.called.items()}} if layout.called else {}),
         **({"items": list(model.pods.names)} if model.pods is not None and model.pods.names else {}),
         "unload_at": sorted(number[node] for node in destinations(model, layout)),

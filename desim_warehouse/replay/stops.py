@@ -1,4 +1,4 @@
-"""The story of a run in four stops, a sentence each: the busiest place, the longest wait, the worst jam, and totals."""
+"""The story of a run in stops, a sentence each: a standstill, the busiest place, the longest wait, a jam, totals."""
 
 from __future__ import annotations
 
@@ -8,12 +8,16 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import numbers
-from desim_warehouse.answer.busiest import CHARGERS, busiest
+from desim_warehouse.answer.busiest import was
+from desim_warehouse.answer.course import stood_still
 from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.errors import number_of
+from desim_warehouse.model.facts.workers import busiest
 from desim_warehouse.outcome import chains
+from desim_warehouse.outcome.halts import halts
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import kpis
+from desim_warehouse.outcome.loads import loads
 from desim_warehouse.outcome.resources import steps
 from desim_warehouse.outcome.verdicts import is_no_answer, judge
 
@@ -38,8 +42,22 @@ def stops(
 
     `at_end`: the indicators at the end of the window (`tiles.figures`).
     """
-    found = (_busiest(history, places, scale), _longest_wait(history, scale), worst_jam(history, scale))
+    found = (
+        _standstill(history, scale),
+        _busiest(history, places, scale),
+        _longest_wait(history, scale),
+        worst_jam(history, scale),
+    )
     return [*(one for one in found if one is not None), {"said": _totals(history, at_end), "time": None}]
+
+
+def _standstill(history: History, scale: MapScale) -> dict[str, Any] | None:
+    """The longest time in which deliveries stood still, as the run says it."""
+    inside = [one for one in halts(history) if scale.start <= (one.start + one.end) / 2 <= scale.end]
+    if not inside:
+        return None
+    one = max(inside, key=lambda halt: halt.end - halt.start)
+    return {"said": stood_still(one, history.model, history.chargers), "time": (one.start + one.end) / 2}
 
 
 def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
@@ -64,17 +82,17 @@ def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
 
 
 def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> dict[str, Any] | None:
-    """What is busiest, as the run says; of stations and chargers that most in use, where the queue there is longest."""
-    most = busiest(history, kpis(history))
-    if most is None or not most.share:
+    """Tell who is busiest, as the run says; of stations and chargers where the queue of that most in use is longest."""
+    measured = loads(history, kpis(history))
+    sentence = was(measured)
+    if not sentence:
         return None
-    begin = max(history.begin, scale.start)
-    said = most.sentence if scale.end >= history.end else f"Of the whole run: {most.sentence}"
-    kind = "chargers" if most.name == CHARGERS else "station"
+    begin, group = max(history.begin, scale.start), busiest(measured)[0].group
+    said = sentence if scale.end >= history.end else f"Of the whole run: {sentence}"
     among = {
-        number: one.utilisation(history.begin, history.end)
-        for number, one in enumerate(places)
-        if one.kind == kind and most.name in {CHARGERS, one.zone}
+        number: place.utilisation(history.begin, history.end)
+        for number, place in enumerate(places)
+        if (group.kind == "chargers" == place.kind) or (place.kind == "station" and place.zone == group.zone)
     }
     if not among:
         return {"said": said, "time": begin}

@@ -25,6 +25,8 @@ SHARE = 1_000_000
 LATE = 0.95
 """The quantile of the cycle time that is shown."""
 
+_IN_COURSE = {"open", "rate", "battery", "chargers", "tasks", "C"}
+"""Forms and keys of tiles of which the course of the run by the clock has a lane."""
 _STEPS = 500
 """About so many steps of the curve of waiting are kept: more than can be seen, and far less than there are waits."""
 
@@ -37,14 +39,19 @@ class Tile:
 
     `key`: its name among the indicators. `title`: for people. `form`: how the page finds and writes its value. The
     forms `count`, `share`, `time` and `open` (a count that also falls) read a curve of steps. `lost` is such a curve as
-    a part of the time of all robots, `rate` the count of another tile in an hour. `clock`, `battery` and `chargers`
-    read what else the page has. `curve`: times, and the value from each on.
+    a part of the time of all robots, `rate` the count of another tile in an hour. `battery` and `chargers` read other
+    columns of the page. `curve`: times, and the value from each on.
     """
 
     key: str
     title: str
     form: str
     curve: Curve = ((), ())  # type: ignore[assignment]  # none
+
+    @property
+    def is_drawn(self) -> bool:
+        """Whether its curve is drawn: not where the course of the run has a lane of it."""
+        return self.form not in _IN_COURSE and self.key not in _IN_COURSE
 
 
 def tiles(history: History) -> list[Tile]:
@@ -64,7 +71,6 @@ def tiles(history: History) -> list[Tile]:
     if (tasks.flows or not ends) and history.cycle_times:
         found.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
     if ends:
-        found.append(Tile("T", "Time", "clock"))
         found.append(
             Tile("S", "Waits for other robots", "count", _count(history, (wait.end for wait in history.collisions)))
         )
@@ -126,7 +132,7 @@ def figures(history: History, shown: list[Tile], scale: MapScale) -> dict[str, f
     at_end["throughput_per_hour"] = at_end["tasks"] / hours if hours > 0 else math.nan
     if "share_waiting" in at_end:
         at_end["share_waiting"] = at_end["share_waiting"] / fleet if fleet > 0 else math.nan
-    if any(tile.key == "T" for tile in shown):
+    if not history.model.tasks.never_end:
         at_end["T"] = min(scale.end, history.end)
     times = [task.cycle_time for task in history.counted_done if task.done <= scale.end]
     at_end["cycle_time_mean"] = math.fsum(times) / len(times) if times else math.nan

@@ -5,10 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
-from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import ANSWER, RUN, STUDY, make_folder, shipped, write_whole
+from desim_warehouse.answer.answer import Answer, load
+from desim_warehouse.answer.page import page
+from desim_warehouse.errors import ReportError, StudyError, WarehouseError, reason
+from desim_warehouse.folders import ANSWER, RESULTS, RUN, STUDY, make_folder, shipped, write_whole
+from desim_warehouse.model import load as load_model
 from desim_warehouse.questions.run import page as run_page
-from desim_warehouse.report.answer_page import PLAN, WHY
+from desim_warehouse.questions.study import Results
+from desim_warehouse.report.kept import PLAN, WHY, read_kept
 from desim_warehouse.run import RunData
 
 KINDS = {"answer": (ANSWER, PLAN, WHY, STUDY), "run": (RUN,)}
@@ -36,32 +40,72 @@ def report(
     Raises:
         ReportError: no such folder, it is damaged, or nothing can be written.
     """
-    if isinstance(source, RunData):
-        folder, kind = Path(), "run"
-    else:
-        folder = Path(source)
-        kind = kind_of(folder)
+    folder = Path() if isinstance(source, RunData) else Path(source)
+    kind = "run" if isinstance(source, RunData) else kind_of(folder)
     path = folder / "report.html" if out is None else Path(out)
-    beside = path.with_name(f"{path.stem}-replay.html")
+    beside = path.with_name(f"{path.stem}-replay.html") if replay else None
     _make(path.parent)
     try:
-        content = source if isinstance(source, RunData) else folder
-        page = _page(kind, content, str(beside) if replay else None)
+        text = _page_of_run(source, beside) if kind == "run" else page_of_answer(read_answer(folder), beside)
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
-    _write(path, page)
+    _write(path, text)
     if notebook is not None:
         _write(Path(notebook), _filled_in(folder.resolve()))
     return path
 
 
-def _page(kind: str, content: Path | RunData, replay: str | None) -> str:
-    if kind == "answer" and isinstance(content, Path):
-        from desim_warehouse.report import answer_page
+def _page_of_run(source: str | Path | RunData, replay: Path | None) -> str:
+    run = run_page.read(source)
+    return run_page.page(run, None if run is source else Path(str(source)), _replayed(run, replay))
 
-        answer = answer_page.read(content)
-        return answer_page.page(answer, answer_page.run_of(answer), replay)
-    return run_page.page(content, replay).html()
+
+def page_of_answer(answer: Answer, replay: Path | None = None) -> str:
+    """Compose the page of an answer with a run of the design that it is about, and of no other.
+
+    Answers that are about no design, and those of which the run fails, have the page without a run. The run is written
+    to the file `replay` where there is one, and the page links to it.
+    """
+    run = None
+    if answer.about is not None:
+        try:
+            run = run_page.in_full(load_model(answer.about.model), answer.about.seed)
+        except WarehouseError:  # such as with a user's own policy, which no report may run
+            return page(answer)
+    return page(answer) if run is None else run_page.page_with(answer, run, _replayed(run, replay))
+
+
+def _replayed(run: RunData, replay: Path | None) -> str:
+    """Write the replay, and return the name of its file; "" where none is wanted."""
+    if replay is None:
+        return ""
+    run.replay(replay)
+    return replay.name
+
+
+def read_answer(folder: str | Path) -> Answer:
+    """Read the answer of a folder, also of version 0.3, or of a study as far as its runs are finished.
+
+    Returns:
+        The answer, as it was kept.
+
+    Raises:
+        ReportError: where it is damaged, or no run has finished.
+    """
+    if Path(folder, ANSWER).is_file():
+        return load(folder)
+    old = [path for path in (Path(folder, PLAN), Path(folder, WHY)) if path.is_file()]
+    if old:
+        return read_kept(old[0])
+    try:
+        results = Results.load(folder)
+    except StudyError as error:
+        raise ReportError(str(error)) from error
+    errors = [row.outcome.error for row in results.rows]
+    if None not in errors:
+        why = f"every run failed, the first with: {errors[0]}" if errors else "no run has finished"
+        raise ReportError(f"{Path(folder) / RESULTS}: {why}, so there is nothing to report")
+    return results.answer
 
 
 def kind_of(folder: Path) -> str:

@@ -139,7 +139,7 @@ def an_answer_of_before(folder):
 def a_validation(folder):
     model = example().replace({"run.length": 1800, "run.warm_up": 0, "log": "all"})
     page = validation_page.page(by_hand(model, [3.0, 9.0], [[3.0 + n % 2, 4.0] for n in range(40)]))
-    (folder / "page.html").write_text(page.html(), encoding="utf-8")
+    (folder / "page.html").write_text(page, encoding="utf-8")
     return folder / "page.html"
 
 

@@ -201,7 +201,7 @@ def covered(page):
     """No part of the page lies on another: floors, legend, notes, buttons, tiles, panel and tables."""
     parts = boxes(
         page,
-        ".stage, h1, .caption, #legend li, #scale, #said, #ribbon, button:not(.link), select, output, .tile, #stations",
+        ".stage, h1, .caption, #legend li, #scale, #said, #course, button:not(.link), select, output, .tile, #stations",
     )
     parts = [box for box in parts if box["bottom"] - box["top"] > 1]
     panel = boxes(page, "#robot")

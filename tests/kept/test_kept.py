@@ -16,7 +16,7 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.report.answer_page import read as read_answer
+from desim_warehouse.report.write import read_answer
 
 HERE = Path(__file__).parent / "0.3.0"
 STUDY = HERE / "why"

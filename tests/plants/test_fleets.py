@@ -11,7 +11,7 @@ import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.plants import import_layout
 from desim_warehouse.questions.check import check
-from desim_warehouse.questions.run.page import work
+from desim_warehouse.questions.run.warehouse import work
 from desim_warehouse.study.fleet.designs import Designs, refused
 from tests.auditor import audit
 from tests.plants.drawings import DRAWN

@@ -57,13 +57,13 @@ def by_hand(model, real, simulated):
 
 
 def test_the_line_of_a_right_day_lies_in_the_band(right):
-    shown = steps(plot.day(right))
+    shown = steps(plot.real_day(right))
     high, low = shown["band of 39 simulated days"]
     line, _ = shown["real day"]
     assert right.drops[0].real[0].tolist() == line.tolist()
     assert ((low <= line) & (line <= high)).all()
     assert line.sum() > 0
-    assert len(plot.day(right).lines) == 0
+    assert len(plot.real_day(right).lines) == 0
     assert not right.refuted
 
 
@@ -84,7 +84,7 @@ def test_robots_along_an_edge_are_those_of_the_run(model):
 
 
 def test_the_line_of_a_day_with_more_orders_leaves_the_band(wrong):
-    ax = plot.day(wrong)
+    ax = plot.real_day(wrong)
     shown = steps(ax)
     high, _ = shown["band of 39 simulated days"]
     out = shown["real day"][0] > high
@@ -98,7 +98,7 @@ def test_an_hour_without_messages_is_left_blank(model):
     simulated = [[20.0 + n % 5, 30.0 + n % 4, 25.0 - n % 3] for n in range(40)]
     found = by_hand(model, [21.0, np.nan, 40.0], simulated)
     assert found.drops[0].out.tolist() == [False, False, True]
-    line, _ = steps(plot.day(found))["real day"]
+    line, _ = steps(plot.real_day(found))["real day"]
     assert np.isnan(line).tolist() == [False, True, False]
 
 
@@ -128,12 +128,12 @@ def test_trips_do_not_say_where_robots_drove(model):
         plot.residuals(found)
     with pytest.raises(ReportError, match="by 'x': expected passed or stood"):
         plot.residuals(found, by="x")
-    html = validation_page.page(found).html()
+    html = validation_page.page(found)
     assert "Where robots drove" not in html
 
 
 def test_the_page_begins_with_the_verdict_and_its_power(wrong):
-    html = validation_page.page(wrong, "desim validate m.yaml").html()
+    html = validation_page.page(wrong, "desim validate m.yaml").replace("\u00a0", " ")
     begins = ("Refuted by", "To notice a 10 %", "<img", "<table")
     verdict, power, figure, table = (html.index(words) for words in begins)
     assert verdict < power < figure < table

@@ -8,6 +8,7 @@ from queue import Empty
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.answer.numbers import sentence
 from desim_warehouse.look.web import colours
 from desim_warehouse.report.example import example
 
@@ -35,7 +36,7 @@ def test_runs_results_answers_and_checks_are_shown_in_one_style_without_scripts(
     assert not [name for name, page in pages.items() if re.search(r"<script|\son\w+=|javascript:", page)]
     run, check = things["run"], things["check"]
     assert "Throughput" in pages["run"]
-    assert f'<p class="question">{check.verdict}</p>' in pages["check"]
+    assert f"<li>{sentence(check.verdict)}</li>" in pages["check"]
     assert all(html.escape(line) in pages["check"] for line in check.lines)
     assert run.model.name in pages["run"]
 

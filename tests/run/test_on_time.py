@@ -162,7 +162,7 @@ def test_a_run_that_cannot_keep_up_does_not_begin_with_its_share_on_time():
     assert any(line.startswith("Cannot keep up") for line in rest)
     open_now = int(run.kpis["backlog"])
     assert f"Cycle times are of tasks done: the {open_now} tasks still open are in none of them." in rest
-    assert not any("on time" in text for _, text, _ in run_words.numbers_of(run))
+    assert not any("on time" in tile.what for tile in run_words.numbers_of(run))
     fine = dw.simulate(model.replace({"tasks.flows": {"out": flow(20)}}), 1)
     assert "on time" in run_words.sentences(fine)[0]
     assert not any("Cycle times" in line for line in run_words.sentences(fine))

@@ -5,13 +5,13 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.busiest import busiest
+from desim_warehouse.answer import busiest, numbers, words
+from desim_warehouse.answer.course import stood_still
 from desim_warehouse.answer.numbers import sentence
+from desim_warehouse.answer.parts import BigNumber
 from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.answer.text import WIDTH, printed_table
 from desim_warehouse.errors import number_of
-from desim_warehouse.model.facts.day_parts import time_of_day
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.halts import Halt, halts
 from desim_warehouse.outcome.indicators import chosen, judged_by
@@ -20,17 +20,6 @@ from desim_warehouse.questions.run.lasting import Lasting, lasting
 from desim_warehouse.run import RunData
 from desim_warehouse.study.rare import unknown
 from desim_warehouse.values.units import SECONDS
-
-_HELD = {
-    "batteries": "robots charged or waited for that, with {}",
-    "off duty": "robots were off duty",
-    "closed": "stations were closed",
-    "lanes": "lanes were closed, or people in them",
-    "broken": "robots had broken down",
-    "queues": "robots waited for each other",
-    "no task": "robots were given no task",
-}
-"""What robots did while deliveries stood still, by the cause of `outcome.halts`."""
 
 
 def text(run: RunData, indicators: Sequence[str] = (), width: int = WIDTH) -> str:
@@ -46,24 +35,24 @@ def sentences(run: RunData) -> list[str]:
     """The run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
     lasts = wrong or [*_keeps_up(run), *_departures(run)]
-    return [_delivered(run), *lasts, *_halts(run), _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
+    return [_delivered(run), *_halts(run), *lasts, _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
 
 
-def numbers_of(run: RunData) -> list[tuple[str, str, str]]:
-    """The three numbers of a run that come first: each with what it is, and a note."""
+def numbers_of(run: RunData) -> list[BigNumber]:
+    """The three numbers of a run that come first."""
     kpis, model = run.kpis, run.model
-    found = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour", "")]
+    pairs = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour")]
     if piles_up(run.verdicts):
-        found.append((number_of(kpis["backlog"], "task"), "open at the end: it cannot keep up", ""))
+        pairs.append((number_of(kpis["backlog"], "task"), "open at the end: it cannot keep up"))
     elif math.isfinite(kpis.get("on_time", math.nan)):
-        found.append((numbers.PERCENT.value(kpis["on_time"]), "on time", ""))
+        pairs.append((numbers.PERCENT.value(kpis["on_time"]), "on time"))
     else:
-        found.append((words.value("cycle_time_p95", kpis["cycle_time_p95"], model), "95 % of tasks done within", ""))
+        pairs.append((words.value("cycle_time_p95", kpis["cycle_time_p95"], model), "95 % of tasks done within"))
     if "annual_cost" in kpis:
-        found.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "a year", ""))
+        pairs.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "a year"))
     else:
-        found.append((numbers.PERCENT.value(kpis["share_waiting"]), "of the time waiting in traffic", ""))
-    return found
+        pairs.append((numbers.PERCENT.value(kpis["share_waiting"]), "of the time waiting in traffic"))
+    return [BigNumber(value=value, what=what) for value, what in pairs]
 
 
 def waited(run: RunData) -> list[str]:
@@ -150,28 +139,21 @@ def _halts(run: RunData) -> list[str]:
     by_cause: dict[str, list[Halt]] = {}
     for halt in halts(run.history):
         by_cause.setdefault(halt.cause, []).append(halt)
-    return [_stood_still(of_cause, run) for of_cause in by_cause.values()]
+    return [_longest(of_cause, run) for of_cause in by_cause.values()]
 
 
-def _stood_still(of_cause: list[Halt], run: RunData) -> str:
-    model, longest = run.model, max(of_cause, key=lambda halt: halt.end - halt.start)
-    by_clock = model.run.start != "00:00"
-    start, end = (
-        time_of_day(model, time) if by_clock else numbers.duration(time, model.units.time)
-        for time in (longest.start, longest.end)
-    )
-    more = f" (the longest of {len(of_cause)} times)" if len(of_cause) > 1 else ""
-    why = _HELD[longest.cause].format(number_of(run.history.chargers, "charger"))
-    return f"Deliveries stood still from {start} to {end}{more} with {number_of(longest.open, 'task')} open: {why}."
+def _longest(of_cause: list[Halt], run: RunData) -> str:
+    longest = max(of_cause, key=lambda halt: halt.end - halt.start)
+    return stood_still(longest, run.model, run.history.chargers, len(of_cause))
 
 
 def _busiest(run: RunData) -> str:
-    """Who was at work for the largest part of the time, and how long robots waited in traffic."""
-    most = busiest(run.history, run.kpis)
-    if most is None:
+    """Say who was busiest, and how long robots waited in traffic."""
+    said = busiest.of_run(run.history, run.kpis)
+    if not run.history.counted:
         return "No time was counted."
     waited = numbers.PERCENT.value(run.kpis["share_waiting"])
-    return f"{most.sentence} Robots spent {waited} of theirs waiting in traffic."
+    return f"{said} Robots spent {waited} of their time waiting in traffic.".strip()
 
 
 def _pods(run: RunData) -> list[str]:

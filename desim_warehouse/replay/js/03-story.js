@@ -59,7 +59,6 @@ class Story {
     this.waitFirst = starts(counts);
     const order = Array.from(this.waitBegin.keys());
     order.sort((a, b) => this.waitBegin[a] - this.waitBegin[b]);
-    this.beginnings = this.waitBegin.slice().sort();
     this.waitsOf = new Int32Array(order.length);
     const next = this.waitFirst.slice();
     for (const i of order) this.waitsOf[next[this.waitRobot[i]]++] = i;

@@ -177,8 +177,8 @@ class Scene {
     ctx.fillRect(0, 0, view.width, view.height);
     ctx.globalAlpha = 1;
     ctx.lineCap = "round";
-    ctx.lineWidth = Math.max(wide, 4);
     this.heat.shaded.forEach((lanes, shade) => {
+      ctx.lineWidth = Math.max(wide * (0.5 + 0.25 * shade), 3 + 2.5 * shade);
       ctx.strokeStyle = colours.heat[shade];
       ctx.beginPath();
       for (const i of lanes) {

@@ -9,10 +9,10 @@ class Heat {
       const lasted = Math.min(waitTime[i], span) - Math.max(waitBegin[i], from);
       if (waitEdge[i] >= 0 && lasted > 0 && counted > 0) this.shares[waitEdge[i]] += lasted / counted;
     }
-    this.shaded = [...steps, Infinity].map(() => []); // edges by step of the scale, which is the same for all floors
+    this.shaded = steps.map(() => []); // edges by step of the scale, which is the same for all floors
     this.shares.forEach((share, edge) => {
-      const step = steps.findIndex((most) => share < most);
-      if (share > 0) this.shaded[step < 0 ? steps.length : step].push(edge);
+      const step = steps.findLastIndex((least) => share >= least);
+      if (step >= 0) this.shaded[step].push(edge);
     });
   }
 }

@@ -42,7 +42,6 @@ class Side {
   // The value of an indicator at a time in ticks.
   value(key, form, time) {
     const { header, story } = this;
-    if (form === "clock") return this.moment(time);
     if (form === "battery") return story.battery(time)[0];
     if (form === "rate") {
       const hours = ((this.moment(time) - header.begin) * header.units.seconds) / 3600;

@@ -1,9 +1,9 @@
-// The indicators as they grow: a number for each run, and a small curve with its axes.
+// The indicators as they grow: a number for each run, and a small curve with its axes where the course below has none.
 
 const SAMPLES = 160;
 const FORMS = {
   count: (value) => value.toLocaleString("en"), open: (value) => value.toLocaleString("en"),
-  share: percent, lost: percent, chargers: percent, battery: percent, rate: shortNumber, clock: shortNumber, time: shortNumber,
+  share: percent, lost: percent, chargers: percent, battery: percent, rate: shortNumber, time: shortNumber,
 };
 
 class Tiles {
@@ -11,21 +11,22 @@ class Tiles {
     this.player = player;
     this.sides = sides;
     const shown = new Map(sides.flatMap((side) => side.header.tiles.map((tile) => [tile[0], tile])));
-    this.cells = Array.from(shown.values(), ([key, title, form]) => this.build(root, key, title, form));
+    const numbersFirst = Array.from(shown.values()).sort((a, b) => a[3] - b[3]);
+    this.cells = numbersFirst.map(([key, title, form, drawn]) => this.build(root, key, title, form, drawn));
   }
 
-  build(root, key, title, form) {
-    const timed = form === "time" || form === "clock", text = timed ? `${title} (${this.sides[0].header.units.time})` : title;
+  build(root, key, title, form, drawn) {
+    const text = form === "time" ? `${title} (${this.sides[0].header.units.time})` : title;
     const head = element("h2", { title: text }, text), out = element("p", { "data-key": key });
-    const canvas = element("canvas", { "aria-hidden": "true" });
-    root.append(element("div", { class: "tile" }, head, out, canvas));
+    const canvas = drawn ? element("canvas", { "aria-hidden": "true" }) : null;
+    root.append(element("div", { class: "tile" }, head, out, canvas ?? ""));
     const runs = this.sides.map((side, i) => {
       if (!side.header.tiles.some(([name]) => name === key)) return null;
       const value = out.appendChild(element("span", { class: `run-${i + 1}` }));
-      return { side, value, curve: this.samples(side, key, form), low: form === "battery" ? this.lowest(side) : null };
+      return { side, value, curve: drawn ? this.samples(side, key, form) : [] };
     });
     const all = runs.flatMap((run) => (run ? Array.from(run.curve).slice(form === "rate" || form === "lost" ? SAMPLES / 10 : 0) : []));
-    const whole = ["share", "chargers", "battery"].includes(form);
+    const whole = form === "share";
     const most = whole ? 1 : all.filter(Number.isFinite).reduce((a, b) => Math.max(a, b), 0) || 1;
     return { key, form, head, canvas, runs, most, label: whole ? "100 %" : FORMS[form](most) };
   }
@@ -39,24 +40,19 @@ class Tiles {
     return Float64Array.from(this.times(), (time) => side.value(key, form, this.player.in(side, time)));
   }
 
-  lowest(side) {
-    return Float64Array.from(this.times(), (time) => side.story.battery(this.player.in(side, time))[1]);
-  }
-
   draw(colours) {
     const { whole, start, end } = this.player, until = whole ? end : this.player.time, part = (until - start) / (end - start);
     for (const cell of this.cells) {
-      const ctx = this.clear(cell.canvas, colours, cell.label);
-      if (ctx === null) continue;
+      const ctx = cell.canvas && this.clear(cell.canvas, colours, cell.label);
       cell.runs.forEach((run, i) => {
         if (run === null) return;
         const time = this.player.in(run.side, until), now = run.side.value(cell.key, cell.form, time);
         let text = FORMS[cell.form](now);
-        if (run.low && this.sides.length === 1) text += ` (${percent(run.side.story.battery(time)[1])})`;
+        if (cell.form === "battery" && this.sides.length === 1) text += ` (${percent(run.side.story.battery(time)[1])})`;
         if (run.value.textContent !== text) run.value.textContent = text;
+        if (!ctx) return;
         const colour = this.sides.length > 1 ? [colours.one, colours.two][i] : colours.soft;
         if (!whole) this.line(ctx, cell, run.curve, 1, NaN, colours.bar);
-        if (run.low) this.line(ctx, cell, run.low, part, run.side.story.battery(time)[1], colours.bar);
         this.line(ctx, cell, run.curve, part, now, colour, true);
       });
     }

@@ -14,7 +14,7 @@ class Stations {
     const table = root.appendChild(element("table"));
     table.createCaption().textContent = caption;
     const head = table.createTHead().insertRow();
-    head.append(...["", "in use", "queue", "delivered"].map((text) => element("th", { scope: "col" }, text)));
+    head.append(...["where", "in use", "queue", "delivered"].map((text) => element("th", { scope: "col" }, text)));
     const body = table.createTBody();
     this.rows = side.resources.map((one, number) => this.row(body, one, number));
   }

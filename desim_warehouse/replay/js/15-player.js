@@ -27,12 +27,6 @@ class Player {
     return side.local(time, this.seconds);
   }
 
-  // A time of a run, in ticks, on the clock.
-  from(side, ticks) {
-    const { start, tick, units } = side.header;
-    return ((ticks * tick + start) * units.seconds) / this.seconds;
-  }
-
   // The first and the last moment, for axes.
   ends() {
     const { day } = this.sides[0].header, long = (this.end - this.start) * this.seconds;

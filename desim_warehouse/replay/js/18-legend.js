@@ -1,4 +1,4 @@
-// What the signs mean, drawn with the same brushes; and the marks above the time slider.
+// What the signs mean, drawn with the same brushes.
 
 // The signs that a page needs, by what its runs have.
 function signsOf(sides) {
@@ -97,49 +97,12 @@ function drawLane(ctx, used, colours) {
   ctx.fill();
 }
 
-// Waits as grey marks, higher where there are many, rotations as coloured ones, over the whole window.
-function drawRibbon(canvas, player, colours) {
-  const { ctx, width, height } = emptied(canvas);
-  const columns = Math.max(Math.floor(width / 2), 1), counts = new Float64Array(columns + 1);
-  const part = (side, ticks) => (player.from(side, ticks) - player.start) / (player.end - player.start);
-  for (const side of player.sides)
-    for (const begin of side.story.beginnings)
-      if (begin >= 0 && begin <= side.span) counts[Math.floor(part(side, begin) * columns)]++;
-  const most = counts.reduce((a, b) => Math.max(a, b), 1);
-  ctx.fillStyle = colours.soft;
-  counts.forEach((count, i) => {
-    const high = count ? (0.35 + 0.65 * (count / most)) * height : 0;
-    ctx.fillRect(i * 2, height - high, 1.5, high);
-  });
-  hatch(ctx, part(player.sides[0], player.sides[0].story.from) * width, height, colours.soft);
-  ctx.fillStyle = colours.ring;
-  for (const side of player.sides)
-    for (const ring of side.story.rings) ctx.fillRect(part(side, ring.time) * width - 1, 0, 2, height);
-}
-
-// The warm-up, which is not counted: hatched.
-function hatch(ctx, width, height, colour) {
-  ctx.save();
-  ctx.beginPath();
-  ctx.rect(0, 0, Math.max(width, 0), height);
-  ctx.clip();
-  ctx.strokeStyle = colour;
-  ctx.lineWidth = 1;
-  ctx.beginPath();
-  for (let x = -height; x < width; x += 5) {
-    ctx.moveTo(x, height);
-    ctx.lineTo(x + height, 0);
-  }
-  ctx.stroke();
-  ctx.restore();
-}
-
 // What the colours of the heat map mean: steps that are the same for all floors.
 function drawScale(box, colours, steps, shown) {
   box.hidden = !shown;
   if (box.hidden) return;
-  const ends = steps.map((step) => `${100 * step}`), last = ends.length;
-  const words = colours.heat.map((_, i) => (i === 0 ? `under ${ends[0]} %` : i === last ? `over ${ends[last - 1]} %` : `${ends[i - 1]} to ${ends[i]} %`));
-  const parts = words.map((text, i) => element("span", {}, element("i", { style: `background: ${colours.heat[i]}` }), text));
-  box.replaceChildren(element("span", {}, "Share of time a robot waits here:"), ...parts);
+  const ends = steps.map((step) => `${100 * step}`), last = ends.length - 1;
+  const words = colours.heat.map((_, i) => (i === last ? `over ${ends[i]} %` : `${ends[i]} to ${ends[i + 1]} %`));
+  const parts = words.map((text, i) => element("span", {}, element("i", { style: `background: ${colours.heat[i]}; height: ${3 + 2.5 * i}px` }), text));
+  box.replaceChildren(element("span", {}, "Share of time a robot waits here:"), ...parts, element("span", {}, `no colour: under ${ends[0]} %`));
 }

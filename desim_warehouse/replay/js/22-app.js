@@ -12,6 +12,7 @@ class App {
     this.panel = new Panel(byId("robot"), this.player, () => this.controls.pin(this.sides[0], -1));
     this.tiles = new Tiles(byId("tiles"), this.sides, this.player);
     this.picture = new Picture(this);
+    this.course = new Course(byId("course"), this.player);
     this.stations = this.sides.map((side, i) => this.dress(side, roots[i]));
     this.controls = new Controls(this);
     new LostTime(byId("lost"), this.sides, this.controls);
@@ -88,7 +89,6 @@ class App {
   redress() {
     const colours = this.colours.now;
     drawLegend(byId("legend"), colours, this.sides);
-    drawRibbon(byId("ribbon"), this.player, colours);
     drawScale(byId("scale"), colours, this.colours.steps, this.sides[0].scene.showHeat);
     this.wake();
   }
@@ -120,6 +120,7 @@ class App {
       side.scene.draw(player.in(side), player.whole ? side.span : player.in(side));
     }
     this.controls.show();
+    this.course.show();
     if (player.playing && this.frames % 6) return;
     this.tiles.draw(colours);
     this.stations.forEach((table, i) => table.draw(player.whole ? sides[i].span : player.in(sides[i]), player.in(sides[i])));

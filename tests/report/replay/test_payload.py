@@ -83,7 +83,7 @@ def test_tiles_end_with_the_run_s_own_indicators(name):
     header, columns = read(run, 0.0, run.record.end)
     unit = {"share": 1e-6, "time": header["tick"], "count": 1, "open": 1}
     compared = set()
-    for key, _, form in header["tiles"]:
+    for key, _, form, _ in header["tiles"]:
         if form in unit:
             _, values = curve(columns, key)
             last = values[-1] * unit[form] if len(values) else 0
@@ -102,7 +102,7 @@ def test_tiles_depend_on_the_kind_of_run():
     def keys(run):
         return [tile.key for tile in tiles(run.history)]
 
-    assert keys(paper_run())[:4] == ["backlog", "tasks", "throughput_per_hour", "T"]
+    assert keys(paper_run())[:4] == ["backlog", "tasks", "throughput_per_hour", "S"]
     # so many open tasks as there always are; not due
     assert not {"backlog", "on_time", "T"} & set(keys(busy_run()))
     assert {"cycle_time_p95", "battery", "charger_utilisation"} <= set(keys(busy_run()))

@@ -1,0 +1,221 @@
+"""The course of a run on a page: a lane for each curve of `outcome.day` on one clock, and its worst stretch in words.
+
+Reports and the replay show this one drawing; its words are HTML, so that they can be read on a phone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from desim_warehouse.answer import numbers
+from desim_warehouse.errors import number_of
+from desim_warehouse.look import html
+from desim_warehouse.model.facts.day_parts import time_of_day
+from desim_warehouse.model.sections.goods import SaturatedGoods
+from desim_warehouse.outcome.day import DOING, Day
+from desim_warehouse.outcome.halts import Halt
+from desim_warehouse.values.calendars import clock_of
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+    from desim_warehouse.model import Model
+    from desim_warehouse.outcome.day import Numbers
+
+_HELD = {
+    "batteries": "robots charged or waited for that, with {}",
+    "off duty": "robots were off duty",
+    "closed": "stations were closed",
+    "lanes": "lanes were closed, or people in them",
+    "broken": "robots had broken down",
+    "queues": "robots waited for each other",
+    "no task": "robots were given no task",
+}
+"""What robots did while deliveries stood still, by the cause of `outcome.halts`."""
+WIDTH, HEIGHT = 1000, 100
+"""Steps across and down in which lanes are drawn: less than a pixel on most screens."""
+_LOW = 2
+"""Steps down by which low lanes differ: still less than a pixel there."""
+_TICKS = 8
+"""The most times below the lanes."""
+_STEPS = (1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 14400, 21600, 43200, 86400)
+"""Seconds between them."""
+_BY_HOURS, _BY_MINUTES = 7200, 600
+"""Seconds from which times are said in hours and minutes, or in minutes."""
+_NUMBERED = 100
+"""More robots than this are not told apart by number."""
+_SEEN = 0.01
+"""Part of the fleet from which on a part of the day shows what it does."""
+
+
+class Layer(NamedTuple):
+    """An area of a lane: its class in the style, what it is (None: the lane says it), and its path."""
+
+    kind: str
+    words: str | None
+    path: str
+
+
+class CourseLane(NamedTuple):
+    """A curve over the clock, or several that are stacked: its name, its unit, and the number at its top."""
+
+    name: str
+    unit: str
+    top: str
+    layers: tuple[Layer, ...]
+
+
+class Curve(NamedTuple):
+    """A curve below the lane of robots: its name and unit, its class in the style, its values, and its top."""
+
+    name: str
+    unit: str
+    kind: str
+    values: Numbers
+    top: float
+
+    @property
+    def top_text(self) -> str:
+        """The top of its lane as it stands beside it."""
+        return numbers.PERCENT.value(self.top) if self.kind == "battery" else numbers.measured(self.top)
+
+
+def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
+    """Say when deliveries stood still and why; `times`: how often for that cause, of which this was the longest."""
+    start, end = moment(model, halt.start), moment(model, halt.end)
+    more = f" (the longest of {times} times)" if times > 1 else ""
+    why = _HELD[halt.cause].format(number_of(chargers, "charger"))
+    return f"Deliveries stood still from {start} to {end}{more} with {number_of(halt.open, 'task')} open: {why}."
+
+
+def worst(day: Day, model: Model, chargers: int) -> str:
+    """Say what the worst stretch of a run was, or that none stands out."""
+    one = day.worst
+    if one is None:
+        return "No stretch stands out."
+    if isinstance(one, Halt):
+        return stood_still(one, model, chargers)
+    most, usual = (numbers.number(round(value)) for value in (one.most, one.usual))
+    do = f"{numbers.PERCENT.value(one.share)} of the robots were {DOING[one.doing]}"
+    return (
+        f"Most tasks were open from {moment(model, one.start)} to {moment(model, one.end)}: {most}, else {usual}. {do}."
+    )
+
+
+def flag(day: Day) -> str:
+    """Say in two words what the worst stretch was."""
+    return "" if day.worst is None else "nothing delivered" if isinstance(day.worst, Halt) else "most tasks open"
+
+
+def moment(model: Model, time: float) -> str:
+    """A time of a run: of day where it starts by the clock, else since its start."""
+    return time_of_day(model, time) if model.run.start != "00:00" else numbers.duration(time, model.units.time)
+
+
+def figure(day: Day, model: Model, chargers: int, shown: tuple[float, float] | None = None) -> Markup:
+    """Draw the course of a run, or of its part between two times, as a figure of a page."""
+    start, end = shown or (float(day.bounds[0]), float(day.bounds[-1]))
+    part = numbers.duration(float((day.bounds[1:] - day.bounds[:-1]).max()), model.units.time)
+    band = None
+    if day.worst is not None and day.worst.end > start and day.worst.start < end:
+        low, high = (_across(time, start, end) for time in (day.worst.start, day.worst.end))
+        span = f"{moment(model, day.worst.start)} to {moment(model, day.worst.end)}"
+        band = low, max(high - low, 2), f"{span}: {flag(day)}"
+    drawn = lanes(day, model, chargers, start, end)
+    made: Markup = html.template("course.html").module.course(  # type: ignore[attr-defined] # a macro
+        drawn, band, _across(day.begin, start, end), ticks(model, start, end), part, worst(day, model, chargers)
+    )
+    return made
+
+
+def by_robot(shares: dict[str, Numbers]) -> Markup:
+    """Draw what robots do, stacked parts of their time: robots by number, or of many those at work most first."""
+    count = len(next(iter(shares.values())))
+    few = count <= _NUMBERED
+    order = np.arange(count) if few else np.argsort(-shares.get("work", np.zeros(count)), kind="stable")
+    ends = [_across(number, 0, count) for number in range(count + 1)]
+    below, layers = np.zeros(count), []
+    for name, values in shares.items():
+        below = below + values[order]
+        if values.max() >= _SEEN:
+            layers.append(Layer(name, DOING[name], _area(below, ends, 1.0)))
+    step = -(-count // _TICKS)
+    places = [(round(100 * (n + 0.5) / count, 2), str(n)) for n in range(0, count, step)] if few else []
+    lane = CourseLane("Robots", "by number" if few else f"all {count}, the busiest first", "100 %", tuple(layers[::-1]))
+    made: Markup = html.template("course.html").module.robots(lane, places)  # type: ignore[attr-defined] # a macro
+    return made
+
+
+def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
+    """The curves that a run has below the lane of robots."""
+    most = float(day.queue.max())
+    workers = any(one.work_time is not None for one in model.layout.stations.values())
+    found = [Curve("Delivered", "an hour", "delivered", day.delivered, _top(day.delivered))]
+    if not isinstance(model.tasks.goods, SaturatedGoods):
+        found.append(Curve("Open tasks", "at a time", "open", day.open, _top(day.open)))
+    if most >= _SEEN * model.fleet.size:
+        who = "loads before workers" if workers else "robots at stations"
+        found.append(Curve("Queue", who, "queue", day.queue, most))
+    if day.chargers is not None:
+        found.append(Curve("Chargers", f"in use, of {chargers}", "charging", day.chargers, float(chargers)))
+    if day.battery is not None:
+        found.append(Curve("Battery", "mean", "battery", day.battery, 1.0))
+    return found
+
+
+def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> list[CourseLane]:
+    """The lanes that a run has, each between two times."""
+    inside = (day.bounds[1:] > start) & (day.bounds[:-1] < end)
+    ends = [_across(time, start, end) for time in (*day.bounds[:-1][inside], day.bounds[1:][inside][-1])]
+    fleet, below, layers = model.fleet.size, np.zeros(len(ends) - 1), []
+    for name, values in day.robots.items():
+        if values[inside].max() >= _SEEN * fleet:
+            below = below + values[inside]
+            layers.append(Layer(name, DOING[name], _area(below, ends, fleet)))
+    who = f"what all {fleet} do" if fleet > 1 else "what it does"
+    every = [CourseLane("Robots", who, str(fleet), tuple(layers[::-1]))]
+    for one in curves(day, model, chargers):
+        area = Layer(one.kind, None, _area(one.values[inside], ends, one.top, _LOW))
+        every.append(CourseLane(one.name, one.unit, one.top_text, (area,)))
+    return every
+
+
+def _top(values: Numbers) -> float:
+    return float(values.max()) or 1.0
+
+
+def ticks(model: Model, start: float, end: float) -> list[tuple[float, str]]:
+    """Round times between two times: each with its place across, in per cent, and in words."""
+    seconds, begin = model.units.seconds, clock_of(model.run.start)
+    first, last = begin + start * seconds, begin + end * seconds
+    step = next(
+        (one for one in _STEPS if (last - first) / one <= _TICKS), _STEPS[-1] * max(int((last - first) / 1e6), 1)
+    )
+    by_hours = begin > 0 or last - begin >= _BY_HOURS
+    by_minutes = last - begin >= _BY_MINUTES
+    found, now = [], -(-first // step) * step
+    while now <= last + 1e-6:
+        minutes = round(now / 60)
+        text = f"{minutes // 60 % (24 if begin else 10**6):02d}:{minutes % 60:02d}" if by_hours else ""
+        text = text or (f"{minutes} min" if by_minutes else f"{now:g} s")
+        found.append((round(100 * (now - first) / (last - first or 1.0), 2), text))
+        now += step
+    return found
+
+
+def _across(time: float, start: float, end: float) -> int:
+    return round(WIDTH * min(max((time - start) / (end - start), 0.0), 1.0))
+
+
+def _area(values: Numbers, ends: Sequence[int], top: float, step: int = 1) -> str:
+    """The path of the area below a curve of steps; neighbours that are drawn alike are one."""
+    heights = [step * round(HEIGHT / step * min(float(value) / top, 1.0)) for value in values]
+    path, at, height = [f"M{ends[0]} {HEIGHT}"], ends[0], 0
+    for start, high in zip(ends, heights, strict=False):
+        if high != height:
+            path.append(f"{f'h{start - at}' if start > at else ''}v{height - high}")
+            at, height = start, high
+    return "".join([*path, f"H{ends[-1]}V{HEIGHT}Z"])

@@ -1,0 +1,245 @@
+"""How a run goes over the clock: means of robots by what they do, deliveries, open tasks, queues, chargers, batteries.
+
+Sums since the start hide when something happened. So the run is cut into parts of five minutes, counted from the end of
+the warm-up in both directions. Each curve has its mean in each part, so it integrates to the run's own indicator.
+Waiting in traffic is told from work with `log: all` only; without it a robot that waits counts as at work.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
+
+from desim_warehouse.outcome.halts import Halt, halts, parts_of_robots, parts_of_time
+from desim_warehouse.states import CHARGER, OFF_DUTY, SHOWN, Phase
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    from numpy.typing import NDArray
+
+    from desim_warehouse.outcome.history import History
+
+    Numbers = NDArray[np.float64]
+
+PART = 300.0
+"""Seconds of a part, in runs of a usual length."""
+LEAST, MOST = 24, 600
+"""Parts of a run: shorter ones have finer parts, longer ones coarser."""
+_FINER = (1.0, 2.0, 5.0, 10.0, 15.0, 30.0, 60.0, 120.0)
+_COARSER = (600.0, 900.0, 1800.0, 3600.0, 7200.0, 14400.0, 43200.0, 86400.0)
+
+DOING = {
+    "work": "at work",
+    "queue": "queueing at a station",
+    "traffic": "waiting in traffic",
+    "charging": "charging",
+    "empty": "waiting for a charger",
+    "broken": "broken down",
+    "free": "without a task",
+    "off": "off duty",
+}
+"""What robots do, in words, in the order in which figures stack it, from below."""
+_REST: dict[Phase | None, str] = {
+    Phase.CHARGING: "charging",
+    Phase.BREAKDOWN: "broken",
+    Phase.REST: "free",
+    Phase.DECISION: "free",
+}
+_TIMES_MEDIAN = 2.0
+"""How many times its median, and the fleet beyond that, the most open tasks must be to be a stretch of its own."""
+
+
+class PileUp(NamedTuple):
+    """More tasks are open from `start` to `end` than usual: `most`, against a median of `usual`.
+
+    `doing` is what robots do in that time more than in the rest of it, and `share` the part of the fleet that does.
+    """
+
+    start: float
+    end: float
+    most: float
+    usual: float
+    doing: str
+    share: float
+
+
+@dataclass(frozen=True)
+class Day:
+    """A run in parts of equal length, of which the first and the last may be shorter.
+
+    `bounds`: the n + 1 ends of the parts, in the time unit of the model. All else has n values, the mean of each part:
+    `robots`, how many there are by what they do, in the order of `DOING` and without what none ever does; `delivered`
+    tasks an hour; `open` tasks; `queue`: load units before the workers of stations, or robots that queue at stations
+    where there are no workers; `chargers` in use (None without chargers); `battery`: the level, as a share of the
+    capacity (None without batteries). `begin`: the end of the warm-up. `worst`: the worst stretch, None: nothing stands
+    out.
+    """
+
+    begin: float
+    bounds: Numbers
+    robots: dict[str, Numbers]
+    delivered: Numbers
+    open: Numbers
+    queue: Numbers
+    chargers: Numbers | None
+    battery: Numbers | None
+    worst: Halt | PileUp | None
+
+
+def day(history: History) -> Day:
+    """The course of a run, at any level of the log."""
+    bounds, end = _bounds(history), history.end
+    lengths, hour = np.diff(bounds), history.model.units.hour
+    delivered = [min(task.delivered, end) for task in history.delivered]
+    spans = [(task.released, min(task.done, end)) for task in history.tasks.values()]
+    robots = _robots(history, bounds)
+    still_open = mean_number(spans, bounds)
+    return Day(
+        begin=history.begin,
+        bounds=bounds,
+        robots=robots,
+        delivered=np.histogram(delivered, bounds)[0] / lengths * hour,
+        open=still_open,
+        queue=_queue(history, robots, bounds),
+        chargers=_chargers(history, bounds),
+        battery=_battery(history, bounds),
+        worst=_worst(history, bounds, still_open, robots),
+    )
+
+
+def part_length(seconds: float) -> float:
+    """The seconds of a part of a run that lasts so many."""
+    if seconds < LEAST * PART:
+        return max((one for one in _FINER if one * LEAST <= seconds), default=seconds / LEAST)
+    return next((one for one in (PART, *_COARSER) if one * MOST >= seconds), _COARSER[-1])
+
+
+def mean_number(spans: Iterable[tuple[float, float]], bounds: Numbers) -> Numbers:
+    """How many spans of time are under way on average in each part between two bounds."""
+    table = np.array(list(spans), dtype=float).reshape(-1, 2)
+    begun, over = _so_far(table[:, 0], bounds), _so_far(table[:, 1], bounds)
+    return np.maximum(np.diff(begun - over), 0.0) / np.diff(bounds)
+
+
+def _so_far(starts: Numbers, times: Numbers) -> Numbers:
+    """The sum of the time since each start, at each time."""
+    ordered = np.sort(starts)
+    number = np.searchsorted(ordered, times, side="right")
+    sums = np.concatenate([[0.0], np.cumsum(ordered)])
+    return np.asarray(number * times - sums[number], dtype=float)
+
+
+def _bounds(history: History) -> Numbers:
+    seconds = history.model.units.seconds
+    step, begin, end = part_length(history.end * seconds) / seconds, history.begin, history.end
+    first, last = -math.floor(begin / step), math.ceil((end - begin) / step)
+    inner = [begin + n * step for n in range(first, last)]
+    least = 1e-9 * max(end, 1.0)
+    return np.array([0.0, *(time for time in inner if least < time < end - least), max(end, least)])
+
+
+def doing(part: str) -> str:
+    """What a robot does in a state, or waiting in traffic, by its name in `DOING`."""
+    if part not in SHOWN:
+        return "traffic"
+    state = SHOWN[part]
+    if state.queue is not None:
+        return "empty" if state.queue == CHARGER else "queue"
+    return "off" if part in OFF_DUTY else _REST.get(state.phase, "work")
+
+
+def _robots(history: History, bounds: Numbers) -> dict[str, Numbers]:
+    of: dict[str, list[tuple[float, float]]] = {name: [] for name in DOING}
+    for start, end, part in parts_of_time(history):
+        of[doing(part)].append((start, end))
+    return {name: mean_number(spans, bounds) for name, spans in of.items() if spans}
+
+
+def shares_of_robots(history: History) -> dict[str, Numbers]:
+    """For each robot the shares of its counted time by what it does, in the order of `DOING`.
+
+    They are nan where no time is counted. What no robot ever does is left out. Waiting in traffic is told from work as
+    far as `day` does.
+    """
+    spent = {name: np.zeros(history.model.fleet.size) for name in DOING}
+    for number, robot in enumerate(parts_of_robots(history)):
+        for start, end, part in robot:
+            spent[doing(part)][number] += history.within(start, end)
+    return {name: times / (history.counted or math.nan) for name, times in spent.items() if times.any()}
+
+
+def _queue(history: History, robots: dict[str, Numbers], bounds: Numbers) -> Numbers:
+    if not history.workplaces:
+        return robots.get("queue", np.zeros(len(bounds) - 1))
+    end = history.end
+    return mean_number(((min(one.delivered, end), min(one.begun, end)) for one in history.put_down), bounds)
+
+
+def _chargers(history: History, bounds: Numbers) -> Numbers | None:
+    if not history.batteries or not history.chargers:
+        return None
+    return mean_number(((one.start, one.end) for one in history.chargings), bounds)
+
+
+def _battery(history: History, bounds: Numbers) -> Numbers | None:
+    if not history.batteries:
+        return None
+    levels = [
+        _mean_of_line(np.asarray(curve[0]), np.asarray(curve[1]), bounds) / battery.capacity
+        for curve, battery in zip(history.energy_curves, history.batteries, strict=True)
+    ]
+    return np.asarray(np.mean(levels, axis=0), dtype=float)
+
+
+def _mean_of_line(times: Numbers, values: Numbers, bounds: Numbers) -> Numbers:
+    """The mean of a curve of straight pieces in each part between two bounds."""
+    points = np.sort(np.concatenate([times, bounds]))
+    heights = np.interp(points, times, values)
+    areas = np.concatenate([[0.0], np.cumsum(np.diff(points) * (heights[:-1] + heights[1:]) / 2)])
+    return np.asarray(np.diff(areas[np.searchsorted(points, bounds)]) / np.diff(bounds), dtype=float)
+
+
+def _worst(history: History, bounds: Numbers, still_open: Numbers, robots: dict[str, Numbers]) -> Halt | PileUp | None:
+    """The longest standstill of deliveries; else the stretch with most open tasks, if it is far from usual."""
+    still = halts(history)
+    if still:
+        return max(still, key=lambda halt: halt.end - halt.start)
+    if not history.model.tasks.arrive:
+        return None
+    counted = np.flatnonzero(bounds[:-1] >= history.begin)
+    if not counted.size:
+        return None
+    usual, top = float(np.median(still_open[counted])), int(counted[np.argmax(still_open[counted])])
+    most = float(still_open[top])
+    if most <= _TIMES_MEDIAN * usual + history.model.fleet.size:
+        return None
+    low, high = _around(still_open, top, (usual + most) / 2, int(counted[0]))
+    name, share = _more_than_else(robots, bounds, low, high)
+    return PileUp(float(bounds[low]), float(bounds[high]), most, usual, name, share)
+
+
+def _around(values: Numbers, top: int, least: float, first: int) -> tuple[int, int]:
+    """The parts around one, up to the next on either side with less than a value."""
+    low = high = top
+    while low > first and values[low - 1] >= least:
+        low -= 1
+    while high < len(values) and values[high] >= least:
+        high += 1
+    return low, high
+
+
+def _more_than_else(robots: dict[str, Numbers], bounds: Numbers, low: int, high: int) -> tuple[str, float]:
+    """What a larger part of the fleet does between two parts than in the whole run, and that part."""
+    lengths = np.diff(bounds)
+    fleet = float(sum(numbers[0] for numbers in robots.values())) or 1.0
+
+    def share(numbers: Numbers, which: slice) -> float:
+        return float(np.average(numbers[which], weights=lengths[which])) / fleet
+
+    then, whole = slice(low, high), slice(None)
+    name = max(robots, key=lambda one: share(robots[one], then) - share(robots[one], whole))
+    return name, share(robots[name], then)
