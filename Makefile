@@ -27,7 +27,7 @@ quick: $(READY)  ## the inner loop: ruff, and the quick tests of models, layouts
 
 quick-tests: $(READY)
 	$(BIN)/python -m pytest -n 2 -m "not long and not slow" --exitfirst $(PYTEST) \
-	    tests/model tests/bad tests/layout tests/policies tests/world tests/golden
+	    tests/model tests/orders tests/bad tests/layout tests/policies tests/world tests/golden
 
 pythons:  ## the quick tests on each other Python, 3.11 to 3.14, that is here
 	@for python in $$(.ci/pythons); do $(MAKE) --no-print-directory quick-tests PYTHON=$$python EXTRAS=test || exit 1; done

@@ -92,6 +92,14 @@ class AllocationContract(_Contract):
 
     kind = "allocation"
 
+    def test_nothing_is_kept_from_one_run_to_the_next(self) -> None:
+        """A run is the same after a single decision of another: a counter in the class, even or odd, would show."""
+        from desim_warehouse.learn.asktell import steps
+
+        first = self.played().record.rows
+        list(self.make().assign(next(steps(self.given(), 1)).situation))
+        assert self.played().record.rows == first, "something is kept between runs: two runs with one seed differ"
+
     def test_answers_can_be_carried_out(self) -> None:
         """Only robots and tasks of the situation, each task once, nothing that the charging policy forbids."""
         from desim_warehouse.learn.asktell import steps

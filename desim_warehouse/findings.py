@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 Severity = Literal["error", "warning", "note"]
-Acceptable = Literal["BATTERY_TOO_SMALL", "HOME_WITHOUT_CHARGER", "NO_CHARGER", "ROBOT_WIDER_THAN_AISLE"]
+Acceptable = Literal["BATTERY_TOO_SMALL", "NO_CHARGER", "ROBOT_WIDER_THAN_AISLE"]
 """Errors that a model may accept (`accept: [CODE]`): those that rest on an estimate. As long as any of the
 others stands, nothing can be simulated."""
 
@@ -41,11 +41,6 @@ CODES: dict[str, Code] = {
     "BATTERY_TOO_SMALL": Code("error", "a full battery does not last for a task and the drive to a charger"),
     "NO_CHARGER": Code("error", "no bay has a charger, and the batteries do not last for the run"),
     "NO_SPARE": Code("error", "fewer spare batteries than bays where batteries are swapped"),
-    "HOME_WITHOUT_CHARGER": Code(
-        "error",
-        "robots with equal batteries park without chargers, so all run low together, and the last ones run flat "
-        "waiting for a charger",
-    ),
     "UNREACHABLE_UNUSED": Code("warning", "an unused node cannot be reached, or not left"),
     "NOTHING_TO_DRIVE": Code("warning", "loads are picked and put down at the same node: nothing is carried anywhere"),
     "LANES_OVERLAP": Code("warning", "two lanes are drawn on one aisle, side by side with less than D between them"),
@@ -91,7 +86,6 @@ CODES: dict[str, Code] = {
         "warning", "charging ends too low for a task, which only a fuller battery at the start lasts for"
     ),
     "BATTERY_OF_KIND": Code("warning", "the battery of a kind of robots does not last for tasks that others must do"),
-    "CHARGE_TOGETHER": Code("warning", "all batteries start full and run low at about the same time"),
     "CHARGE_AT_ONCE": Code(
         "warning", "a fleet that is always at work comes to its chargers all at once, and stands still"
     ),
@@ -121,9 +115,6 @@ CODES: dict[str, Code] = {
     "KINDS_AND_SIZE": Code("warning", "kinds of robots that nearly add up to the fleet, so that a few are of no kind"),
     "NARROW_AISLES": Code("warning", "an aisle leaves less than 10 cm on either side of a robot"),
     "ENDS_SWAPPED": Code("warning", "rows of orders that go to where their flow begins, from where it ends"),
-    "RAW_ORDERS": Code(
-        "warning", "a file of orders that `desim orders` did not write, which no model reads from 0.5 on"
-    ),
     "SAME_ENDS": Code("warning", "a flow goes from some nodes to the same nodes"),
     "NOT_USED": Code("note", "a key that changes nothing in this model, and may be there for a variant of it"),
     "PROFILE_REPEATS": Code("note", "the rates of a profile are over before the run, and start again"),

@@ -45,7 +45,7 @@ FEATURES = {
     "reports": Feature(("report",), ("report",)),
     "figures": Feature(("plot",), ("draw",)),
     "layouts of other programs": Feature(("plants", "report.export"), ("import", "export")),
-    "orders of a WMS or ERP": Feature(("model.order_day",), ("orders",)),
+    "orders of a WMS or ERP": Feature(("orders",), ("orders",)),
     "check and the quick estimate": Feature(
         ("feasibility", "run.quick", "run.probe", "run.backlog", "questions.check"), ("check",)
     ),

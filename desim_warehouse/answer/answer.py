@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TypeVar
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
@@ -14,7 +13,8 @@ from desim_warehouse.answer.text import printed
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.folders import ANSWER, write_whole
 
-T = TypeVar("T")
+if TYPE_CHECKING:
+    import pandas as pd
 
 
 class Answer(AnswerData):
@@ -36,8 +36,22 @@ class Answer(AnswerData):
             answer.save(folder)
         return answer
 
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each option: design, what it sets, each number with the ends of its interval, verdict, runs.
+
+        Ends are named as the number, with `_low` and `_high`; keys have _ instead of dots. Numbers are in the units of
+        the model, also where the text has others.
+        """
+        from desim_warehouse.answer.frame import frame
+
+        return frame(self)
+
     def __str__(self) -> str:
         return printed(self)
+
+    def __repr__(self) -> str:
+        return f"Answer({self.question})"
 
     def _repr_html_(self) -> str:
         """Show the page, without drawings of a run, in a frame of its own."""
@@ -47,15 +61,40 @@ class Answer(AnswerData):
         return StillPage(self.question, page(self))._repr_html_()
 
 
-@dataclass(frozen=True)
-class Answered:
-    """Data that a question returns, with its answer in words, which Jupyter shows."""
+class Answering:
+    """What a question returns: printed it is the text of its `answer`, in Jupyter the page, as `repr` a line."""
 
-    answer: Answer = field(repr=False, compare=False, kw_only=True)
+    if TYPE_CHECKING:
+
+        @property
+        def answer(self) -> Answer:
+            """The answer in words."""
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each design: see `Answer.table`."""
+        return self.answer.table
+
+    def in_short(self) -> str:
+        """Say the answer in a few words, for `repr`."""
+        return self.answer.name
+
+    def __str__(self) -> str:
+        return str(self.answer)
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.in_short()})"
 
     def _repr_html_(self) -> str:
         """Show the page of the answer in a frame."""
         return self.answer._repr_html_()
+
+
+@dataclass(frozen=True, repr=False)
+class Answered(Answering):
+    """Data that a question returns, with its answer in words."""
+
+    answer: Answer = field(repr=False, compare=False, kw_only=True)
 
 
 def load(folder: str | Path) -> Answer:
@@ -75,15 +114,3 @@ def load(folder: str | Path) -> Answer:
         ) from error
     except (OSError, ValueError) as error:
         raise ReportError(f"{path}: damaged ({reason(error)})") from error
-
-
-def merged(options: Sequence[T], runs: Callable[[T], Hashable]) -> list[tuple[T, list[T]]]:
-    """Options whose `runs` are equal together: the first of them, and the others."""
-    groups: dict[Hashable, tuple[T, list[T]]] = {}
-    for option in options:
-        key = runs(option)
-        if key in groups:
-            groups[key][1].append(option)
-        else:
-            groups[key] = option, []
-    return list(groups.values())

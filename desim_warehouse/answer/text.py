@@ -15,12 +15,14 @@ WIDTH = 100
 _NAME = 28
 """The fewest columns of the names of options, as far as they are so long."""
 _GAP = 2
+_NUMBERS = {"p", "runs", "a year", "effect", "value"}
+"""Heads of columns whose cells end below one another."""
 
 
 def printed(answer: AnswerData, width: int = WIDTH) -> str:
     """The lines of an answer in so many columns."""
     parts = ["\n".join(answer.answer)]
-    parts += [_printed_table(one.title, one.head, one.rows, width) for one in answer.tables if one.printed]
+    parts += [printed_table(one.title, one.head, one.rows, width) for one in answer.tables if one.printed]
     for group, options in answer.groups().items():
         parts += _tables(capital(group), answer.measures, options, width)
     return "\n\n".join([*parts, "\n".join([*answer.notes, how_sure(answer)])])
@@ -65,13 +67,13 @@ def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], 
     """A table, or where not all measures fit beside one another, one below the other."""
     fit = _that_fit(measures, options, width)
     first = dict(list(measures.items())[:fit])
-    yield _printed_table(title, *table(first, options), width)
+    yield printed_table(title, *table(first, options), width)
     rest = {of: name for of, name in measures.items() if of not in first}
     bare = [one.model_copy(update={"said": "", "same": (), "number": None}) for one in options if one.also]
     while rest and bare:
         fit = _that_fit(rest, bare, width)
         heads, rows = table(dict(list(rest.items())[:fit]), bare)
-        yield _printed_table("", heads[: fit + 1], [row[: fit + 1] for row in rows], width)
+        yield printed_table("", heads[: fit + 1], [row[: fit + 1] for row in rows], width)
         rest = dict(list(rest.items())[fit:])
 
 
@@ -85,16 +87,26 @@ def _that_fit(measures: Mapping[str, str], options: Sequence[Option], width: int
     return 1
 
 
-def _printed_table(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], width: int) -> str:
+def printed_table(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]], width: int = WIDTH) -> str:
+    """The lines of a table below its title; columns of numbers, such as `runs`, stand at the right."""
     from rich.console import Console
     from rich.table import Table
 
     made = Table(box=None, pad_edge=False, padding=(0, _GAP, 0, 0))
     for head in heads:
-        made.add_column(head, justify="right" if head in {"p", "runs", "a year"} else "left")
+        made.add_column(head, justify="right" if head in _NUMBERS else "left")
     for row in rows:
         made.add_row(*row)
     stream = StringIO()
-    Console(file=stream, width=width, highlight=False, markup=False).print(made)
+    plain = Console(
+        file=stream,
+        width=width,
+        highlight=False,
+        markup=False,
+        force_jupyter=False,  # it would show the table there, and leave the text empty
+        force_terminal=False,  # nor do variables such as FORCE_COLOR belong into a text
+        color_system=None,
+    )
+    plain.print(made)
     lines = [line.rstrip() for line in stream.getvalue().splitlines()]
     return "\n".join([title, *lines] if title else lines)

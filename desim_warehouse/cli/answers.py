@@ -23,15 +23,21 @@ _NARROWEST = 60
 
 def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None, *, as_json: bool = False) -> Answer:
     """Print an answer, and return it with the command as it was typed, kept in the folder of `--out`."""
-    from desim_warehouse.answer.text import WIDTH, printed
+    from desim_warehouse.answer.text import printed
 
     answer = answer if answer.command else keep(answer, out)
     if as_json:
         click.echo(json.dumps(answer.content(warnings=warnings)))
     else:
-        columns = shutil.get_terminal_size().columns if sys.stdout.isatty() else WIDTH
-        click.echo(printed(answer, max(columns, _NARROWEST)))
+        click.echo(printed(answer, columns()))
     return answer
+
+
+def columns() -> int:
+    """Columns of tables: those of the terminal, or where the output is none, as many as texts have."""
+    from desim_warehouse.answer.text import WIDTH
+
+    return max(shutil.get_terminal_size().columns, _NARROWEST) if sys.stdout.isatty() else WIDTH
 
 
 def keep(answer: Answer, out: str | Path | None) -> Answer:

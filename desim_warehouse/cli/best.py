@@ -152,14 +152,14 @@ def _search(
     *,
     as_json: bool,
 ) -> None:
-    from desim_warehouse.questions.best import BestOfMany, best_of
+    from desim_warehouse.questions.best import BestOfMany, best
     from desim_warehouse.report.write import page_of_answer
 
     base = load_model(model, assignments)
     warnings = warn(base, model, assignments, as_json=as_json)
     zone = _delta(delta, indicator, base)
     with interruptible(None, search):
-        found = best_of(base, indicator, zone, **asked, search=search)
+        found = best(base, indicator, zone, **asked, search=search)
     assert isinstance(found, BestOfMany)  # few designs without a target race above
     answer = give(found.answer, search.out, warnings, as_json=as_json)
     if page is not None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 @click.command("calibrate")
 @click.argument("logs", type=AtPath(), nargs=-1, required=True, metavar="LOG...")
 @click.option("--model", required=True, metavar="PLANT", help="The model file of the plant.")
-@click.option("--orders", metavar="ORDERS", help="A file of orders (CSV, Parquet) that demand is taken from as it is.")
+@click.option("--orders", metavar="ORDERS", help="A file that desim orders wrote: demand is taken from it as it is.")
 @click.option(
     "--out", required=True, metavar="FILE", help="The calibrated model file; FILE.ranges.yaml goes beside it."
 )

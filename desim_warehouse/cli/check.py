@@ -35,21 +35,8 @@ def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(_content(report)))
     else:
-        _show(report)
+        click.echo(report)
     sys.exit(2 if report.errors else 0)
-
-
-def _show(report: Check) -> None:
-    click.echo(report.verdict)
-    for finding in report.findings:
-        accepted = finding.level == "error" and finding.code in report.accepted
-        click.echo(f"{'accepted ' if accepted else ''}{finding}")
-    for line in report.facts:
-        click.echo(line)
-    if report.lines:
-        click.echo("quick estimate, without traffic:")
-    for line in report.lines:
-        click.echo(f"  {line}")
 
 
 def _content(report: Check) -> dict[str, Any]:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 import click
 
 from desim_warehouse.cli.answers import give
@@ -17,11 +19,19 @@ from desim_warehouse.cli.study_options import read_assignments
     "--baseline",
     multiple=True,
     metavar="KEY=VALUE",
-    help="The design to compare with, such as fleet.size=3; may be repeated. Default: the study's.",
+    help="Compare with designs with this value, such as fleet.size=3, all else equal; may be repeated. Default: the "
+    "study's baseline.",
 )
 @click.option("--method", type=click.Choice(["bonferroni", "holm"]), default="bonferroni", show_default=True)
 @with_json()
-def command(folder: str, indicators: tuple[str, ...], baseline: tuple[str, ...], method: str, *, as_json: bool) -> None:
+def command(
+    folder: str,
+    indicators: tuple[str, ...],
+    baseline: tuple[str, ...],
+    method: Literal["bonferroni", "holm"],
+    *,
+    as_json: bool,
+) -> None:
     """Compare the designs of a study FOLDER with its baseline, under common random numbers."""
     from desim_warehouse.questions import compare_words
     from desim_warehouse.questions.study import Results

@@ -12,7 +12,7 @@ from desim_warehouse.cli.options import refuse_files, with_dates, with_force
 from desim_warehouse.errors import ModelError, number_of
 
 if TYPE_CHECKING:
-    from desim_warehouse.model.order_day import OrderDay
+    from desim_warehouse.orders.day import OrderDay
 
 
 @click.command("orders")
@@ -44,7 +44,7 @@ def command(
     Says what is in it, and what was assumed; what is wrong with it is summed up by kind. Example: desim orders day.csv
     --model w.yaml --out orders.parquet
     """
-    from desim_warehouse.model.order_day import files, order_day, write
+    from desim_warehouse.orders.day import files, order_day, write
 
     day = order_day(file, model, columns=dict(map(_column, columns)), **given)
     if day.problems and not skip_bad:
@@ -74,11 +74,12 @@ def _show(file: str, day: OrderDay) -> None:
     first, last = (day.time_of(line.release) for line in (day.lines[0], day.lines[-1]))
     date = "" if day.midnight is None else f", from {day.midnight:%Y-%m-%d} on"
     parts = ((day.orders, "order"), (len(day.lines), "line"), (day.pieces, "piece"), (day.trips, "trip"))
-    click.echo(f"{file}: {', '.join(number_of(*part) for part in parts)}, {_clock(first)} to {_clock(last)}{date}")
     begin, trips = day.busiest
-    click.echo(f"busiest hour: {_clock(begin)} to {_clock(begin + 3600)}, {number_of(trips, 'trip')}")
-    if first - day.start >= 2 * 3600:
-        click.echo(f"the run starts at {_clock(day.start)}: nobody works until then; run.start says when it does")
+    busiest = f"busiest hour: {_clock(begin)} to {_clock(begin + 3600)}, {number_of(trips, 'trip')}"
+    times = f"{_clock(first)} to {_clock(last)}{date}, {number_of(round(day.a_day), 'order')} a day, {busiest}"
+    click.echo(f"{file}: {', '.join(number_of(*part) for part in parts)}, {times}")
+    if first - day.how.clock >= 2 * 3600:
+        click.echo(f"the run starts at {_clock(day.how.clock)}: nobody works until then; run.start says when it does")
     if day.unread:
         click.echo(f"not read: {', '.join(day.unread)}")
     for one in day.assumed:

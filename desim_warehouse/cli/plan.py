@@ -30,7 +30,7 @@ from desim_warehouse.study.statistics.limits import MOST_RUNS, MOST_YEARS, PLAN_
 if TYPE_CHECKING:
     from desim_warehouse.answer.answer import Answer
     from desim_warehouse.model import Model
-    from desim_warehouse.questions.plan import FleetPlan
+    from desim_warehouse.questions.plan import Plan
     from desim_warehouse.questions.plan_options import OptionsPlan
     from desim_warehouse.study.search import Search
 
@@ -141,7 +141,7 @@ def command(  # as long as its options are many
         "zone": zone,
         **({"strategies": read_vary(vary)} if vary else {}),
     }
-    plan: FleetPlan | OptionsPlan
+    plan: Plan | OptionsPlan
     with interruptible(None, search):
         if options:
             plan = plan_options(_options(options, loaded), targets[0], search=search, **how)
@@ -217,7 +217,7 @@ def _of_file(path: str) -> Mapping[str, Any]:
     return found
 
 
-def _best(plan: FleetPlan, model: Model) -> Model | None:
+def _best(plan: Plan, model: Model) -> Model | None:
     """The model with the fleet of the plan, for the last demand; None where no fleet is enough."""
     sized = plan.grown or plan.today
     return None if sized.best is None else model.replace({**sized.overrides, **sized.best.overrides})

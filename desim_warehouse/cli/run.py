@@ -6,10 +6,10 @@ import json
 import math
 from contextlib import nullcontext
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.answers import columns
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import (
     TimeIn,
@@ -20,12 +20,7 @@ from desim_warehouse.cli.options import (
     with_overrides,
     with_seed,
 )
-from desim_warehouse.cli.tables import sheet, show
 from desim_warehouse.cli.warned import warn
-from desim_warehouse.errors import number_of
-
-if TYPE_CHECKING:
-    from desim_warehouse.questions.run import Run
 
 
 @click.command("run")
@@ -78,18 +73,4 @@ def command(
             )
         )
     else:
-        _show(run, run_words.sentences(run), indicators)
-
-
-def _show(run: Run, sentences: list[str], indicators: tuple[str, ...]) -> None:
-    from desim_warehouse.answer import words
-    from desim_warehouse.outcome.indicators import chosen, judged_by
-
-    for line in sentences:
-        click.echo(line)
-    robots = number_of(run.model.fleet.size, "robot")
-    table = sheet(f"{run.model.name}: {robots}, seed {run.seed}", "indicator", ">value", "name", pad_edge=False)
-    usual = judged_by(run.kpis, never_ends=run.model.tasks.never_end)
-    for name in chosen(indicators, run.kpis) if indicators else usual:
-        table.add_row(words.indicator_name(name), words.value(name, run.kpis[name], run.model), name)
-    show(table)
+        click.echo(run_words.text(run, indicators, columns()))

@@ -9,14 +9,13 @@ from typing import Any
 
 import click
 
-from desim_warehouse.answer.answer import Answer
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import BY_DAYS, BY_TARGET, interruptible, read_values, study_of, with_search
 from desim_warehouse.cli.tables import NONE_MEETS
 from desim_warehouse.cli.warned import warn, warn_of_target
-from desim_warehouse.questions.size import cap_sentence, most, size
+from desim_warehouse.questions.size import most, size
 from desim_warehouse.study.procedures import FLEET
 from desim_warehouse.study.search import Search
 from desim_warehouse.study.statistics.limits import FIRST
@@ -42,7 +41,10 @@ MORE_MAY_BE_WORSE = ("traffic.most_out",)
 )
 @click.option(
     "--target",
-    help="The target, such as 'throughput_per_hour >= 220'.  [default: the largest throughput_per_hour]",
+    "targets",
+    multiple=True,
+    help="The target, such as 'throughput_per_hour >= 220'; may be repeated.  [default: the largest "
+    "throughput_per_hour]",
 )
 @click.option(
     "--search",
@@ -58,7 +60,7 @@ def command(
     model: str,
     key: str,
     values: str | None,
-    target: str | None,
+    targets: tuple[str, ...],
     order: str | None,
     as_json: bool,
     assignments: tuple[str, ...],
@@ -72,36 +74,30 @@ def command(
     """
     values = values or _estimated(model, key, assignments)
     varied = f"--range {values} --key"
-    sought = {"indicators": ["throughput_per_hour"]} if target is None else {"target": target}
+    sought = {"target": targets[0]} if targets else {"indicators": ["throughput_per_hour"]}
     factors = {key: _read_range(values)}
     study = study_of(model, assignments, factors, search, varied=varied, name="size", **sought)
     study.plan = study.plan.unreplicated()
     _see_upwards(values, [point.labels[key] for point in study.points])
-    if target is None and order is not None:
+    if not targets and order is not None:
         raise click.UsageError("--search is for a --target: without one every value is looked at")
     warnings = warn(study.plan.base, model, assignments, as_json=as_json)
-    warn_of_target(target, study.plan.base)
-    if target is None:
+    for target in targets:
+        warn_of_target(target, study.plan.base)
+    if not targets:
         with interruptible(study, search):
             doing_most = most(study, search=replace(search, first=search.first or FIRST))
         give(doing_most.answer, search.out, warnings, as_json=as_json)
         return
-    order = order or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")
+    scan = (order or ("scan" if key in MORE_MAY_BE_WORSE else "bisection")) == "scan"
     with interruptible(study, search):
-        least = size(study, target, scan=order == "scan", search=search)
-        none = least.smallest is None and key == FLEET
-        capped = cap_sentence(study, least.target.indicator, search) if none else ""
-    give(_and(least.answer, capped), search.out, warnings, as_json=as_json)
-    if least.smallest is None:
-        short = least.vetoed and study.plan.base.battery is not None
+        plan = size(study, targets, scan=scan, search=search)
+    give(plan.answer, search.out, warnings, as_json=as_json)
+    if plan.smallest is None:
+        short = any(shown.vetoed for shown in plan.today.below) and study.plan.base.battery is not None
         cure = "more chargers, which desim plan looks for, too, or" if short else "widen it, or"
         click.echo(f"no answer within --range {values}: {cure} ask for less with --target", err=True)
         sys.exit(NONE_MEETS)
-
-
-def _and(answer: Answer, sentence: str) -> Answer:
-    """Add a sentence to an answer, unless it is empty."""
-    return answer.model_copy(update={"answer": (*answer.answer, sentence), "command": ""}) if sentence else answer
 
 
 def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:

@@ -17,7 +17,6 @@ from desim_warehouse.model.facts import charging
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, levels, refills_overnight, start_energy
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
 from desim_warehouse.model.facts.places import own_destinations
-from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
 from desim_warehouse.model.sections.goods import RandomGoods
 
@@ -28,10 +27,10 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import BatterySpec
+    from desim_warehouse.model.sections.fleet import BatterySpec, Consumption
     from desim_warehouse.policies import Levels
 
-DRAINS = {"HOME_WITHOUT_CHARGER", "NO_CHARGER", "CHARGE_TOGETHER", "THRESHOLD_TOO_LOW"}
+DRAINS = {"NO_CHARGER", "THRESHOLD_TOO_LOW"}
 """Findings from which it follows that a robot may run flat."""
 EPS = 1e-9
 MINUTE = 60.0
@@ -42,13 +41,8 @@ def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     small = list(_battery_too_small(model, layout))
     small = small or [found for found in _charged_too_low(model, layout) if found.level == "error"]
     yield from small
-    chargers = chargers_at(model, layout)
-    if not chargers:
+    if not chargers_at(model, layout):
         yield from _no_charger(model, layout, _drawn_at_least(model, layout), "at least")
-    elif not small:
-        found = _together(model, layout, chargers)
-        if found is not None and not isinstance(_battery(model).consumption, Consumption):
-            yield found
 
 
 def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
@@ -65,10 +59,6 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
 def of_levels(model: Model, layout: Layout, balance: Power | None) -> Iterator[Finding]:
     """What a planner should know about batteries and the levels between which they move."""
     battery, units = _battery(model), model.units
-    chargers = chargers_at(model, layout)
-    found = _together(model, layout, chargers) if chargers else None
-    if found is not None and isinstance(battery.consumption, Consumption):
-        yield Finding("CHARGE_TOGETHER", found.place, found.text, found.cure)
     yield from _threshold(model, layout)
     if not list(_battery_too_small(model, layout)):
         yield from (found for found in _charged_too_low(model, layout) if found.level == "warning")
@@ -322,74 +312,6 @@ def _floor(model: Model) -> float:
 def _battery(model: Model) -> BatterySpec:
     assert model.battery is not None
     return model.battery
-
-
-def _wait_too_long(battery: BatterySpec, known: Levels, level: float, rounds: int) -> float | None:
-    """The wait in which batteries run flat where robots charge in turns from `level` on; None: they do not."""
-    wait, rate = 0.0, battery.draws.standing
-    for _ in range(rounds):
-        left = level - rate * wait
-        wait += (
-            known.swap_time if known.swap_time is not None else charging.charge_time(battery, left, known.sufficient)
-        )
-        if rate * wait > level + battery.reserve:
-            return wait
-    return None
-
-
-def _together(model: Model, layout: Layout, chargers: dict[str, int]) -> Finding | None:
-    """All robots come to charge together, and those that wait run flat.
-
-    It is certain if every state draws the same, all start alike, parking never leads to a charger, and no robot charges
-    before it has to. It is likely if the states draw differently.
-    """
-    battery, known = _battery(model), levels(model)
-    low, high = start_energy(model)
-    if known is None or known.good > known.critical or low < high:
-        return None
-    if model.policies.parking.name not in {"home", "stay"}:
-        return None
-    away = [node for node in model.fleet.homes(layout.bays) if node not in chargers]
-    count = sum(chargers.values())
-    if len(away) <= count or (known.swap_time is None and count >= needed_at_rest(model)):
-        return None  # there is a charger for each, or they can take turns
-    level = known.critical
-    if known.margin is not None:
-        travel = free_flow(model, layout, model.fleet.fastest_empty).travel
-        out = max(float(travel.times([node], list(chargers)).max()) for node in dict.fromkeys(away))
-        out += travel.stop_time
-        level = max(level, battery.draws.empty * (model.fleet.exit_time + out) + known.margin)
-    rate = battery.draws.standing
-    begins = low * battery.capacity - level
-    ends = battery.capacity * low + battery.reserve
-    if not rate or begins <= 0 or not _lasts(model, layout, ends / rate):
-        return None
-    wait = _wait_too_long(battery, known, level, math.ceil(len(away) / count) - 1)
-    if wait is None:
-        return None
-    zones = dict.fromkeys(layout.bays[node].zone for node in away)
-    lasts = (level + battery.reserve) / rate
-    return Finding(
-        "HOME_WITHOUT_CHARGER",
-        f"layout.bays.{next(iter(zones))}",
-        (
-            f"{len(away)} robots park at {some(dict.fromkeys(away))}, without a charger; all start with the same "
-            f"energy and drain alike, so at {level:g} they come to {number_of(count, 'charger')} together, and the "
-            f"last would wait {amount(wait)} {model.units.time} or more on a battery that then lasts "
-            f"{amount(lasts)}"
-        ),
-        (f"chargers in the bays where they park, or {number_of(needed_at_rest(model), 'charger')} at least"),
-    )
-
-
-def _lasts(model: Model, layout: Layout, time: float) -> bool:
-    """Whether a run surely goes on beyond a time."""
-    if model.run.length is not None and model.tasks.never_end:
-        return model.run.length > time
-    if model.tasks.never_end:
-        return False
-    least = _count(model) * _least_task(model, layout, TIME) / model.fleet.size
-    return least > time and (model.run.length is None or model.run.length > time)
 
 
 def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:

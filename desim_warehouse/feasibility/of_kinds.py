@@ -1,7 +1,6 @@
 """What is wrong with batteries where kinds of robots differ in battery, charging policy or chargers.
 
-Each kind is looked at as if all robots were of it, with its chargers alone (`as_kind`). That batteries run low together
-is not looked for then: nothing is certain of robots that draw and charge at different rates.
+Each kind is looked at as if all robots were of it, with its chargers alone (`as_kind`).
 """
 
 from __future__ import annotations
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
 
 
 TOO_SMALL = "BATTERY_TOO_SMALL"
-TOGETHER = {"HOME_WITHOUT_CHARGER", "CHARGE_TOGETHER"}
 
 
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
@@ -55,8 +53,7 @@ def warnings(model: Model, layout: Layout, balance: Power | None) -> Iterator[Fi
                     yield _of(model, kind, Finding("BATTERY_OF_KIND", one.place, one.text, one.cure))
         own = batteries.chargers_short(alone, powers.get(kind)) if not short else ()
         for one in (*own, *batteries.of_levels(alone, alone.floor, powers.get(kind))):
-            if one.code not in TOGETHER:
-                yield _of(model, kind, one)
+            yield _of(model, kind, one)
     yield from short
     yield from _slots(model, layout)
 
@@ -69,10 +66,7 @@ def _slots(model: Model, layout: Layout) -> Iterator[Finding]:
 
 def _errors(model: Model) -> dict[str, list[Finding]]:
     """The errors of each kind."""
-    return {
-        kind: [one for one in batteries.errors(alone, alone.floor) if one.code not in TOGETHER]
-        for kind, alone in by_kind(model).items()
-    }
+    return {kind: list(batteries.errors(alone, alone.floor)) for kind, alone in by_kind(model).items()}
 
 
 def _for_all(found: dict[str, list[Finding]]) -> bool:

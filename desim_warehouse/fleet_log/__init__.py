@@ -21,6 +21,9 @@ def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
 
     `dates`: how 03/02/2026 is meant in trips, "us" or "uk", where all dates of a column may be meant in both ways.
 
+    Returns:
+        Tables of trips, and of messages where there are some; times in seconds.
+
     Raises:
         ReportError: what cannot be read, or has no good row.
     """

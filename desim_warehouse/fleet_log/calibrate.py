@@ -135,8 +135,11 @@ def calibrate(
     Args:
         model: the model file; its layout must be that of the real floor, with the same names of nodes.
         logs: a day each: messages of VDA 5050 as JSON lines, trips as CSV, or folders of runs.
-        orders: a file of orders that the calibrated model takes its demand from, as they are.
+        orders: a plain table of orders that the calibrated model takes its demand from, as they are.
         dates: how 03/02/2026 is meant in trips.
+
+    Returns:
+        For each key a value with interval and evidence, in the units of the model; see `Calibration`.
 
     Raises:
         ReportError: logs that cannot be read or are of another floor. ModelError: the model or orders.

@@ -168,6 +168,9 @@ def validate(
         runs: how often each day is simulated, at least 39.
         dates: how 03/02/2026 is meant in trips.
 
+    Returns:
+        What real and simulated days have in common, and what not; see `Validation`.
+
     Raises:
         ReportError: fewer runs, not as many files of orders as logs, or logs that cannot be read.
         SimulationError: a model that cannot simulate a day.

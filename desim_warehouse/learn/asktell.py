@@ -101,5 +101,13 @@ class Steps:
 
 
 def steps(model: Source, seed: int = 0) -> Steps:
-    """A run whose allocation decisions are made outside; the same answers give the same log."""
+    """Begin a run whose allocation decisions are made outside; the same answers give the same log.
+
+    Returns:
+        The decisions, one after the other; after the last `run` is the outcome.
+
+    Raises:
+        LayoutError: a layout on which work could stop for good.
+        CheckError: what else `check` calls an error and the model does not accept.
+    """
     return Steps(model, seed)

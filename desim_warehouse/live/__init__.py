@@ -133,6 +133,9 @@ def serve(
         embed: origins whose pages may show it in a frame; default: none, and in Jupyter those of this machine.
         changes: changes to the model before all else.
 
+    Returns:
+        The page's address, and how to end it; in Jupyter the page itself.
+
     Raises:
         ModelError: with every problem of the model, or of the values to vary.
         StudyError: a target, key, folder or port that cannot be used, or the extra `serve` is missing.

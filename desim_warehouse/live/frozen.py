@@ -102,6 +102,9 @@ def what_if_page(study: Results, path: str | Path | None = None, *, command: str
         path: where to write the page; None: nowhere yet.
         command: as it was typed, for readers.
 
+    Returns:
+        The page, which shows itself in Jupyter.
+
     Raises:
         ReportError: a design that has no page (`check`), no finished run, or a path that cannot be written.
     """

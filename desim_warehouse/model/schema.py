@@ -45,7 +45,7 @@ from desim_warehouse.model.sections.goods import (
     PopularityRule,
     SaturatedGoods,
 )
-from desim_warehouse.model.sections.order_rows import Reading
+from desim_warehouse.model.sections.order_lines import Reading
 from desim_warehouse.model.sections.orders import files_of, problems_of
 from desim_warehouse.model.sections.pods import PodsSpec, fit_for_pods
 from desim_warehouse.model.sections.policy import Policies
@@ -591,19 +591,19 @@ def model_of(
     model = valid(document, Model, OUTLINE)
     if problems := model.policies.problems(run_code):
         raise ModelError(report(problems, document.positions))
-    _check_orders(model)
+    _check_orders(model, document.positions.source)
     return model
 
 
-def _check_orders(model: Model) -> None:
+def _check_orders(model: Model, source: str) -> None:
     """Read the files of orders once; raises ModelError with what is wrong with them, by row and column."""
     files = files_of(model.tasks.flows)
     try:
-        found = problems_of(files, reading(model, model.floor)) if files else []
+        problems = problems_of(files, reading(model, model.floor), source) if files else []
     except LayoutError:
         return  # which is said where the layout is checked
-    if found:
-        raise ModelError(found)
+    if problems:
+        raise ModelError(problems)
 
 
 def reading(model: Model, layout: Layout) -> Reading:

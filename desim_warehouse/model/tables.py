@@ -18,6 +18,7 @@ from desim_warehouse.model.messages import FilePositions, Keys, Outline, Positio
 from desim_warehouse.model.parse import Document
 from desim_warehouse.model.sections.flows import MatrixFile
 from desim_warehouse.model.sections.goods import WeightsFile
+from desim_warehouse.model.sections.orders import command, not_plain, without_earlier
 from desim_warehouse.model.sections.pods import HoldsFile
 from desim_warehouse.model.sections.policy import KINDS
 from desim_warehouse.policies import catalogue
@@ -254,18 +255,23 @@ def _holds(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePosit
     return {"names": list(names), **stand, **found}
 
 
-def _orders(named: dict[str, Any], keys: Keys, folder: Path, __: FilePositions) -> dict[str, Any]:
+def _orders(named: dict[str, Any], keys: Keys, folder: Path, positions: FilePositions) -> dict[str, Any]:
     """Orders stay in their file, which is read while the run goes on. The model keeps its full path and its digest."""
     if not isinstance(named["file"], str):
         return named
     path = (folder / named["file"]).absolute()
+    section, earlier = without_earlier(named)
     try:
-        return {**named, "file": str(path), "sha256": sha256(path)}
+        section |= {"file": str(path), "sha256": sha256(path)}
     except OSError as error:
         if named.get("sha256"):  # the model of a run that is looked at elsewhere
-            return named
+            return section
         text = f"cannot be read (got '{path}': {reason(error)}), expected a CSV or Parquet file"
         raise _RefusedError(Problem((*keys, "file"), text)) from None
+    if ways := [*earlier, *not_plain(path)]:
+        cure = f"expected the one that this makes: {command(path, named, positions.source)}"
+        raise _RefusedError(Problem((*keys, "file"), f"no plain table of orders (got {'; '.join(ways)}), {cure}"))
+    return section
 
 
 _READERS: dict[str, Reader] = {"popularity": _weights, "empirical": _times, "from_to": _pairs, "orders": _orders}

@@ -31,7 +31,7 @@ from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, refills_overnight
-from desim_warehouse.model.facts.hours import longest_closed
+from desim_warehouse.model.facts.hours import longest_closed, repeats_after
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import is_of_due
 
@@ -197,9 +197,9 @@ RULES = {
         "work never ends, and in the counted time the fleet's mean level falls, or rises, by at least "
         f"{100 * LEAST_DRIFT:g} % of the capacity an hour and by more than its {100 * CONFIDENCE:g} % "
         "interval: of a run from the moves of its robots, of a design from those of its runs; one robot alone, or one "
-        "run of a design, has no interval. Not said of fleets that begin settled. Where it rises a fleet looks worse "
-        "than it will be. Not said beside the one above. Neither is said of a day by the clock that begins full, if "
-        "chargers fill the batteries before the next",
+        "run of a design, has no interval. Not said of fleets that begin settled, nor of one whole day after which "
+        "hours and rates repeat. Where it rises a fleet looks worse than it will be. Not said beside the one above. "
+        "Neither is said of a day by the clock that begins full, if chargers fill the batteries before the next",
         None,
     ),
     "JAMMED": VerdictRule(
@@ -312,11 +312,12 @@ def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | No
 
     Where the level only swings between two charges, the moves of robots, or of runs, differ as much as their mean does
     from 0 (a t interval). `part`: of the error, where it is asked again as runs come in. Of a fleet that begins settled
-    nothing is said: what is left of a drift then comes from the one run in which it settled.
+    nothing is said: what is left of a drift then comes from the one run in which it settled. Nor is anything said of
+    one whole day whose hours or rates repeat: the level at its end belongs beside the level a day later.
     """
     if model.battery is None or not model.tasks.never_end or len(values) < 2:  # noqa: PLR2004 - no interval of one
         return None
-    if model.fleet.start_energy == "settled":
+    if model.fleet.start_energy == "settled" or _is_one_day(model):
         return None
     mean = -fmean(values)
     if not abs(mean) >= LEAST_DRIFT or _refills(mean, model):
@@ -325,6 +326,12 @@ def fall(values: Sequence[float], model: Model, part: float = 1.0) -> float | No
 
     half = float(stdtrit(len(values) - 1, 1 - (1 - CONFIDENCE) * part / 2)) * stdev(values) / math.sqrt(len(values))
     return mean if abs(mean) > half else None
+
+
+def _is_one_day(model: Model) -> bool:
+    """Whether a run counts a whole day after which hours and rates repeat, and less than two."""
+    day = repeats_after(model)
+    return 0 < day <= model.run.end - model.run.warm_up < 2 * day
 
 
 def _refills(fall: float, model: Model) -> bool:

@@ -45,7 +45,13 @@ def read_layout(
     robots: int | None = None,
     robot: str | Path | None = None,
     tasks: str | Path | None = None,
-    **options: Any,
+    layout: str | None = None,
+    vehicle_type: str | None = None,
+    strict: bool | None = None,
+    graph: int | None = None,
+    lanes: str | tuple[str, ...] | None = None,
+    two_way: bool | None = None,
+    cell: float | None = None,
 ) -> Model:
     """Read the layout of another program and make a model of it; what the file does not say is assumed.
 
@@ -61,9 +67,13 @@ def read_layout(
         robots: size of the fleet; default: as many as vehicles are drawn.
         robot: a YAML file with the sections `robot` (as below fleet) and `battery` of a model, or one of them.
         tasks: a file with the tasks: transport orders of openTCS (XML), or tasks of LoRR or MAPD.
-        options: what is chosen of the file, by its format: of LIF `layout`, `vehicle_type`, `strict`; of Open-RMF
-            maps and sites `layout` (the level) and `graph`; of DXF and GeoJSON `lanes`, a tuple of layers; of LIF and
-            CSV `two_way`; of grids `cell`, the side of a cell in metres.
+        layout: of LIF the layout, of Open-RMF maps and sites the level to read.
+        vehicle_type: of LIF, whose edges are lanes.
+        strict: of LIF, whether what its standard forbids is refused.
+        graph: of Open-RMF maps and sites, the graph_idx of the lanes to read.
+        lanes: of DXF and GeoJSON, the layers whose lines are lanes.
+        two_way: of LIF and CSV, whether edges that do not say lead both ways.
+        cell: of grids, the side of a cell in metres.
 
     Returns:
         The model, in metres and seconds. `desim_warehouse.plants.import_layout` has the remarks with it, too.
@@ -72,4 +82,14 @@ def read_layout(
         ModelError: where it cannot be read, or robots could do nothing there.
     """
     given: dict[str, Any] = {"operations": operations, "robots": robots, "robot": robot, "tasks": tasks}
+    chosen: dict[str, Any] = {
+        "layout": layout,
+        "vehicle_type": vehicle_type,
+        "strict": strict,
+        "graph": graph,
+        "lanes": lanes,
+        "two_way": two_way,
+        "cell": cell,
+    }
+    options = {name: value for name, value in chosen.items() if value is not None}
     return import_layout(path, **given, **options).model

@@ -1,6 +1,16 @@
 """Decisions: pure functions of what they are shown; one module a family, one frozen dataclass a policy."""
 
 from desim_warehouse.policies.catalogue import create, problems
+from desim_warehouse.policies.pods import (
+    OrderAssignment,
+    OrderCall,
+    PodCall,
+    PodChoice,
+    PodStorage,
+    PutCall,
+    PutChoice,
+    StorageCall,
+)
 from desim_warehouse.policies.protocols import (
     Batching,
     BayView,
@@ -16,7 +26,7 @@ from desim_warehouse.policies.protocols import (
     Travel,
     WaitingTasks,
 )
-from desim_warehouse.policies.situation import Allocation, Handling, Situation
+from desim_warehouse.policies.situation import Allocation, Handling, OpenTasks, Situation
 
 __all__ = [
     "Allocation",
@@ -25,12 +35,21 @@ __all__ = [
     "Charging",
     "Handling",
     "Levels",
+    "OpenTasks",
+    "OrderAssignment",
+    "OrderCall",
     "Parking",
+    "PodCall",
+    "PodChoice",
+    "PodStorage",
+    "PutCall",
+    "PutChoice",
     "Roads",
     "RobotView",
     "Routing",
     "Situation",
     "StopPlace",
+    "StorageCall",
     "Task",
     "TaskBatch",
     "Travel",

@@ -1,14 +1,18 @@
-"""A policy is called for its answer, and errors in its code are reported with their file and line."""
+"""A policy is called for its answer; what is wrong with that is told with the file and line of the user's own code."""
 
 from __future__ import annotations
 
+import sys
 import traceback
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from typing import TypeVar
 
 from desim_warehouse.errors import PASSED_ON, PolicyError, WarehouseError, shown
+from desim_warehouse.policies.catalogue import METHODS
 
 Answer = TypeVar("Answer")
+_LONG = 80
+"""Letters of an answer in a message."""
 
 
 def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> Answer:
@@ -18,8 +22,57 @@ def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> A
     except (WarehouseError, *PASSED_ON):
         raise
     except BaseException as error:
-        last = traceback.extract_tb(error.__traceback__)[-1]
-        raise PolicyError(
-            f"policies.{kind} ({type(policy).__name__}) at time {now:g}: raised {shown(error)} "
-            f"in {last.filename}, line {last.lineno}"
-        ) from error
+        file = sys.modules[type(policy).__module__].__file__ if type(policy).__module__ in sys.modules else None
+        frames = traceback.extract_tb(error.__traceback__)
+        own = [frame for frame in frames if frame.filename == file]
+        if not own:  # called with other arguments than it has
+            raise fault(kind, policy, now, f"raised {shown(error)}") from error
+        text = f"raised {shown(error)} in {own[-1].filename}, line {own[-1].lineno}"
+        raise PolicyError(f"policies.{kind} ({type(policy).__name__}) at time {now:g}: {text}") from error
+
+
+def place_in(error: BaseException, policies: Iterable[str]) -> str:
+    """Where in the code of a user's own policies something was interrupted, empty if elsewhere."""
+    places = [name.rpartition(":")[0] for name in policies]
+    modules = (sys.modules[place] for place in places if place in sys.modules)
+    files = {*places, *(module.__file__ for module in modules)}
+    own = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in files]
+    return f" in {own[-1].filename}, line {own[-1].lineno}" if own else ""
+
+
+def asked_for_all(
+    kind: str, policy: object, now: float, ask: Callable[[], Iterable[Answer]], expected: str
+) -> list[Answer]:
+    """All that a policy answers; one that answers nothing that could be gone through is told what is `expected`."""
+
+    def whole() -> list[Answer]:
+        answer = ask()
+        if not hasattr(answer, "__iter__"):
+            raise fault(kind, policy, now, f"returned {short(answer)}, expected {expected}")
+        return list(answer)
+
+    return asked(kind, policy, now, whole)
+
+
+def fault(kind: str, policy: object, now: float, text: str) -> PolicyError:
+    """An answer that cannot be carried out, with the place of the user's own method that gave it."""
+    return PolicyError(f"policies.{kind} ({type(policy).__name__}) at time {now:g}: {text}{_place(kind, policy)}")
+
+
+def is_ours(policy: object) -> bool:
+    """Whether a policy is one of this package, and not the user's own."""
+    return type(policy).__module__.startswith("desim_warehouse.")
+
+
+def short(answer: object) -> str:
+    """An answer for a message, cut where it is long."""
+    text = shown(answer)
+    return text if len(text) <= _LONG else f"{text[: _LONG - 4]} ..."
+
+
+def _place(kind: str, policy: object) -> str:
+    """Where the method of a user's own policy stands; empty of ours."""
+    code = getattr(getattr(type(policy), METHODS[kind], None), "__code__", None)
+    if code is None or is_ours(policy):
+        return ""
+    return f" ({METHODS[kind]}() in {code.co_filename}, line {code.co_firstlineno})"

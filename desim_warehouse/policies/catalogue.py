@@ -258,8 +258,17 @@ def _find(kind: str, name: str) -> type:
         hint = f", did you mean {near!r}?" if near else ""
         raise _RefusedError("", f"no class {cls!r} in {place}{hint}")
     if not callable(getattr(own, METHODS[kind], None)):
-        raise _RefusedError("", f"{name}: the class has no method {METHODS[kind]}(), which policies.{kind} needs")
+        needed = f"the class has no method {METHODS[kind]}(), which policies.{kind} needs"
+        raise _RefusedError("", f"{name}: {needed}{_defined(own)}")
     return own
+
+
+def _defined(cls: type) -> str:
+    """Where a class stands that was read from a file."""
+    try:
+        return f" ({inspect.getsourcefile(cls)}, line {inspect.getsourcelines(cls)[1]})"
+    except (OSError, TypeError):
+        return ""
 
 
 @cache

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 if TYPE_CHECKING:
     import networkx as nx
+    import numpy as np
+    from numpy.typing import NDArray
 
 CHARGERS = ("own", "nearest", "least-loaded")
 """Rules for choosing a charger; ties go to the nearest, then to the first in the model file."""
@@ -154,7 +156,7 @@ class Levels:
 
 
 class Travel(Protocol):
-    """Directed distances and free driving times on the Highways (`desim_warehouse.layout.travel`)."""
+    """Directed distances and free driving times between nodes, in the units of the model."""
 
     def distance(self, origin: str, goal: str) -> float:
         """Length of the shortest route."""
@@ -165,11 +167,11 @@ class Travel(Protocol):
     def way(self, origin: str, goal: str) -> list[str]:
         """The nodes that a robot drives from origin to goal, both included."""
 
-    def times(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
-        """Free driving times of the routes that robots take: a row for each origin, a column for each goal."""
+    def times(self, origins: Sequence[str], goals: Sequence[str]) -> NDArray[np.float64]:
+        """Free driving times of the routes that robots take: origins x goals, in the model's time unit."""
 
-    def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> Any:
-        """Lengths of the routes that robots take: a row for each origin, a column for each goal."""
+    def lengths(self, origins: Sequence[str], goals: Sequence[str]) -> NDArray[np.float64]:
+        """Lengths of the routes that robots take: origins x goals, in the model's length unit."""
 
 
 class Oracle(Protocol):

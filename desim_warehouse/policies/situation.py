@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from itertools import islice
-from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar, cast
+from typing import TYPE_CHECKING, Any, Generic, Literal, Protocol, TypeVar, cast, overload
 
 from desim_warehouse.values.distributions import mean_of
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
+    from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 
+    import numpy as np
     from numpy.random import Generator
+    from numpy.typing import NDArray
 
     from desim_warehouse.policies.protocols import RobotView, Task, Travel
 
@@ -70,52 +73,97 @@ class Handling(Generic[T]):
         )
 
 
+class OpenTasks(Sequence["Task"]):
+    """Open tasks in the order of the list: a sequence that is listed only once somebody asks for a place in it."""
+
+    __slots__ = ("_listed", "_tasks")
+
+    def __init__(self, tasks: Collection[Task]) -> None:
+        self._tasks = tasks
+        self._listed: tuple[Task, ...] | None = None
+
+    def __iter__(self) -> Iterator[Task]:
+        """The tasks in the order of the list."""
+        return iter(self._tasks)
+
+    def __len__(self) -> int:
+        """How many there are."""
+        return len(self._tasks)
+
+    @overload
+    def __getitem__(self, place: int) -> Task: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[Task]: ...
+    def __getitem__(self, place: int | slice) -> Task | Sequence[Task]:
+        """The task at a place from 0, or those of a slice."""
+        if self._listed is None:
+            self._listed = tuple(self._tasks)
+        return self._listed[place]
+
+    def __repr__(self) -> str:
+        return repr(list(self._tasks))
+
+
 @dataclass(frozen=True)
 class Situation:
-    """The free robots by number, the open tasks in the order of the list, and what is known about both.
+    """What an allocation policy decides on: the free robots, the open tasks, and what is known about both; read-only.
 
-    `station(robot, task)` is the node where the robot would unload the task. `feasible(robot, task)`: whether it may
-    take it, as the charging policy allows it at this energy and the station has a free slot. `fleet()` shows all
-    robots, busy ones too. `waits()` and `collisions()` are the mean waiting time and number of collisions per passage
-    of each edge so far, its end node included. `random()` is the policy's own numpy Generator.
+    Times, lengths and energies are in the units of the model; an edge is a pair of nodes. Tables are numpy arrays with
+    a row for each robot or origin, and a column for each task or goal.
+
+    Attributes:
+        time: now.
+        robots: free robots by number.
+        tasks: open tasks in the order of the list.
+        travel: free driving times, distances and ways between nodes.
+        station: `station(robot, task)` is the node where the robot would unload the task.
+        feasible: `feasible(robot, task)`: whether the charging policy lets the robot take the task at this energy, and
+            the station has a free slot.
+        may: `may(robot, task)`: whether that is so and the robot, driving freely, will not have to give the task back.
+        allowed: `allowed(robots, tasks)` is `may` for all pairs: truth values, robots x tasks.
+        fleet: `fleet()` shows all robots, busy ones too, with where and when they will be free.
+        waits: `waits()` is the mean waiting time per passage of each edge so far, its end node included.
+        collisions: `collisions()` is the mean number of collisions per passage of each edge so far, likewise.
+        random: `random()` is the policy's own numpy Generator; use no other, so that a seed gives one log.
+        handling: times of loading and unloading, and the weights of the paper's cost.
+        length: `length(edge)`; 0 of a node for both its ends, as tasks have for a good at a node.
+        tour_time: `tour_time(robot, task)` of a tour, or a task that stops on its way: the time from standing at the
+            first good to the end, driving freely.
     """
 
     time: float
     robots: Sequence[RobotView]
-    tasks: Collection[Task]
+    tasks: Sequence[Task]
     travel: Travel
     station: Callable[[RobotView, Task], str]
     feasible: Callable[[RobotView, Task], bool]
     may: Callable[[RobotView, Task], bool]
-    """Whether a pair is feasible and, driving freely, the robot will not have to give the task back."""
-    allowed: Callable[[Sequence[RobotView], Sequence[Task]], Any]
-    """`may` for all pairs: a boolean numpy array with a row for each robot, a column for each task."""
+    allowed: Callable[[Sequence[RobotView], Sequence[Task]], NDArray[np.bool_]]
     fleet: Callable[[], Sequence[RobotView]]
     waits: Callable[[], Mapping[tuple[str, str], float]]
     collisions: Callable[[], Mapping[tuple[str, str], float]]
     random: Callable[[], Generator]
     handling: Handling[float]
     length: Callable[[tuple[str, str]], float]
-    """Length of an edge; 0 of a node for both its ends, as tasks have for a good at a node."""
     tour_time: Callable[[RobotView, Task], float]
-    """Of a tour, or a task that stops on its way: the time from standing at the first good to the end, in free flow."""
 
     def first_tasks(self, number: int) -> list[Task]:
         """The first open tasks of the list, at most `number`, but at least as many as there are free robots."""
         most = max(number, len(self.robots))
         return list(islice(self.tasks, most))
 
-    def approach(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> Any:
-        """Free driving time of every robot (rows) to every good (columns), from where and when it is free."""
+    def approach(self, robots: Sequence[RobotView], tasks: Sequence[Task]) -> NDArray[np.float64]:
+        """Free driving time of every robot to every good, from where and when it is free: robots x tasks."""
         import numpy as np
 
         driven = self.travel.times([robot.node for robot in robots], [task.edge[0] for task in tasks])
         speeds = np.array([robot.speed for robot in robots])[:, None]
         free_in = np.array([robot.free_in for robot in robots])[:, None]
-        return driven + np.array([task.offset for task in tasks]) / speeds + free_in
+        reached: NDArray[np.float64] = driven + np.array([task.offset for task in tasks]) / speeds + free_in
+        return reached
 
-    def delivery(self, robot: RobotView, tasks: Sequence[Task]) -> Any:
-        """Time of every task from standing at the good to being free at the station, handling included."""
+    def delivery(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
+        """Time of every task from standing at the good to being free at the station, handling included: one a task."""
         import numpy as np
 
         handling = self.handling
@@ -133,15 +181,17 @@ class Situation:
             times = [handling.times(task, node) for task, node in zip(tasks, at, strict=True)]
             fixed = np.array([sum(both) + handling.clear_time for both in times])
         if any(task.drop is not None for task in tasks):
-            return self._driven_loaded(robot, tasks) + fixed
+            put_down: NDArray[np.float64] = self._driven_loaded(robot, tasks) + fixed
+            return put_down
         stations = [self.station(robot, task) for task in tasks]
         nodes = list(dict.fromkeys(stations))
         driven = self.travel.times([task.edge[1] for task in tasks], nodes)
         picked = driven[np.arange(len(tasks)), [nodes.index(node) for node in stations]]
         rest = np.array([(self.length(task.edge) - task.offset) / robot.speed for task in tasks])
-        return picked + rest + fixed
+        done: NDArray[np.float64] = picked + rest + fixed
+        return done
 
-    def _driven_loaded(self, robot: RobotView, tasks: Sequence[Task]) -> Any:
+    def _driven_loaded(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
         """Free driving time of every task with its load: up to the end of the edge, where it is a storage place."""
         import numpy as np
 
@@ -156,13 +206,14 @@ class Situation:
             found.append(float(self.travel.times([task.edge[1]], [goal])[0, 0]) + rest / robot.speed)
         return np.array(found)
 
-    def onward(self, robot: RobotView, tasks: Sequence[Task]) -> Any:
-        """Free driving time from the station of every task (rows) to every good (columns)."""
+    def onward(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
+        """Free driving time from the station of every task (rows) to every good (columns): tasks x tasks."""
         import numpy as np
 
         stations = [self.station(robot, task) for task in tasks]
         driven = self.travel.times(stations, [task.edge[0] for task in tasks])
-        return driven + np.array([task.offset / robot.speed for task in tasks])
+        reached: NDArray[np.float64] = driven + np.array([task.offset / robot.speed for task in tasks])
+        return reached
 
 
 class Allocation(Protocol):

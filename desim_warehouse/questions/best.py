@@ -5,15 +5,15 @@ from __future__ import annotations
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, overload
+from typing import TYPE_CHECKING, Any, overload
 
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import capital, number, sentence
 from desim_warehouse.answer.parts import Bar, BigNumber, Folded, Option, Point, Points, Rows, SaidNumber
 from desim_warehouse.answer.standing import BY_VERDICT, Standing
-from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.model import Model, Source, as_model
+from desim_warehouse.errors import StudyError, number_of, spoken
+from desim_warehouse.model import Source, as_model
 from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import judged, race
@@ -23,6 +23,9 @@ from desim_warehouse.study.designs.best_of_many import JudgedDesign, SearchedDes
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.intervals import Estimate
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 _LUCK = "Means of the search, few runs each, which flatter the best options slightly."
 _NOT_SHOWN = ", not shown to be enough"
@@ -34,30 +37,81 @@ _COUNTED = 1e15
 """Designs up to which their number is said."""
 
 
-@dataclass(frozen=True)
-class BestOfMany(SearchedDesigns, Answered):
-    """The best of the designs that were searched, with the answer."""
+@dataclass(frozen=True, repr=False)
+class BestOfMany(Answered, SearchedDesigns):
+    """The best of the designs that were searched: what `best` found where not all of them could race.
 
-
-@overload
-def best(what: Study, indicator: str, delta: float | None = None, **how: Any) -> Best: ...
-@overload
-def best(what: Source, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany: ...
-
-
-def best(what: Study | Source, indicator: str, delta: float | None = None, **how: Any) -> Best | BestOfMany:
-    """Choose the best design of a study, or of a model with what is to be varied, placed or turned.
-
-    The designs of a study all race: see `race.best_of_study`, whose arguments `how` may have. For a model see
-    `best_of`. `delta` is by default 1 % of the largest of the first means.
+    Attributes:
+        answer: in words; printing prints it.
+        best: the design, with its values on fresh days.
+        shown: whether it was shown to meet the target; None without one.
+        runner_up: the next best, if it was judged on fresh days.
+        tried: all designs simulated, with their means in the search.
+        runs: simulated for it in all.
     """
-    if isinstance(what, Study):
-        return best_of_study(what, indicator, delta, **how)
-    return best_of(as_model(what), indicator, delta, **how)
+
+    @property
+    def design(self) -> str:
+        """The best design in words."""
+        return design(self.best)
+
+    @property
+    def overrides(self) -> dict[str, Any]:
+        """What makes the model into the best design."""
+        return dict(self.best.overrides)
+
+    @property
+    def mean(self) -> float:
+        """The indicator of the best design on fresh days, in the model's units; nan where no run ended."""
+        return math.nan if self.best.value is None else self.best.value.mean
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each design tried, best first: its factors, means in the search, and `runs` in the search."""
+        import pandas as pd
+
+        goal = None if self.target is None else self.target.indicator
+        return pd.DataFrame(
+            {
+                **{key.replace(".", "_"): label for key, label in one.labels.items()},
+                **({} if goal is None else {goal: one.reached}),
+                self.indicator: one.mean,
+                "runs": one.runs,
+            }
+            for one in in_order(self)
+        )
+
+    def in_short(self) -> str:
+        """Name the best design and its value."""
+        return f"{self.design}: {self.indicator} {self.mean:g}"
 
 
-def best_of(  # half of it says what its arguments mean
-    model: Model,
+@overload
+def best(
+    what: Study,
+    indicator: str,
+    delta: float | None = None,
+    *,
+    maximise: bool | None = None,
+    search: Search = USUAL,
+) -> Best: ...
+@overload
+def best(
+    what: Source,
+    indicator: str,
+    delta: float | None = None,
+    *,
+    target: str | None = None,
+    vary: Mapping[str, Any] | None = None,
+    place_chargers: int | None = None,
+    directions: bool = False,
+    maximise: bool | None = None,
+    search: Search = USUAL,
+) -> Best | BestOfMany: ...
+
+
+def best(  # half of it says what its arguments mean
+    what: Study | Source,
     indicator: str,
     delta: float | None = None,
     *,
@@ -68,31 +122,41 @@ def best_of(  # half of it says what its arguments mean
     maximise: bool | None = None,
     search: Search = USUAL,
 ) -> Best | BestOfMany:
-    """Find the best design by the mean of an indicator, of those that meet a target where there is one.
+    """Choose the best design of a study, or of a model with what is to be varied, placed or turned.
 
-    Where nothing but keys is varied, without a target, and each design can have ten runs, all of them race
-    (`race.best_of_study`). Else they are searched with four fifths of the runs; the last fifth is done on fresh days,
-    and says whether the target is met, and what the indicator is.
+    The designs of a study all race: those that are clearly worse by the mean of the indicator drop out early. So do
+    those of a model where nothing but keys is varied, without a target, and each design can have ten runs. Else they
+    are searched with four fifths of the runs; the last fifth is done on fresh days, and says whether the target is met,
+    and what the indicator is.
 
     Args:
-        model: the warehouse.
+        what: a study, whose runs are used, with its own confidence; or the warehouse, or its file.
         indicator: what should be best.
-        delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the first mean.
-        target: what must be met, such as "on_time >= 95 %".
-        vary: key of the model -> its values, in any form of a study file.
-        place_chargers: how many nodes have a charger; which is searched. None: chargers stay.
-        directions: whether aisles may be turned.
+        delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the largest of the first
+            means.
+        target: of a model's designs, what must be met, such as "on_time >= 95 %".
+        vary: of a model, key -> its values, in any form of a study file.
+        place_chargers: how many nodes of a model have a charger; which is searched. None: chargers stay.
+        directions: whether aisles of a model may be turned.
         maximise: whether more is better (default: as usual for the indicator).
         search: how runs are done, at most 500 by default; first look and cap are those of a race.
 
+    Returns:
+        The best design and those as good; of designs that were searched the best, with those that were close.
+
     Raises:
         ModelError: a value that makes no model.
-        StudyError: nothing to choose from, too few runs, a bad target, or an indicator of which neither is better.
+        StudyError: nothing to choose from, too few runs, a bad target, a study with what is for models, an unknown
+            indicator, or one of which neither more nor less is better.
 
-    Source: `designs.local_search`; verdicts: see `Judge`.
+    Source: the race is KN, Kim & Nelson (2001). The search is a local one from many starts, judged on other days.
     """
+    if isinstance(what, Study):
+        if directions or any(one is not None for one in (target, vary, place_chargers)):
+            raise StudyError("target, vary, place_chargers, directions: for a model, expected none beside a study")
+        return best_of_study(what, indicator, delta, maximise=maximise, search=search)
     chosen = search_designs(
-        model,
+        as_model(what),
         indicator,
         delta,
         target=target,

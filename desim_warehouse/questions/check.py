@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -11,15 +12,17 @@ from desim_warehouse.model import as_model
 from desim_warehouse.values.distributions import Distribution
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.findings import Finding
     from desim_warehouse.look.web import StillPage
     from desim_warehouse.model import Model, Source
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, repr=False)
 class Check:
-    """What `check` found.
+    """What `check` found; printing prints it, as `desim check` does.
 
     Attributes:
         facts: about the layout, in words.
@@ -51,13 +54,42 @@ class Check:
         said += f", {number_of(waived, 'error')} accepted" if waived else ""
         return said + (": this model would be refused" if errors else "")
 
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each finding, worst first: level, accepted, code, place, text, cure."""
+        import pandas as pd
+
+        columns = ("level", "accepted", "code", "place", "text", "cure")
+        rows = [
+            (item.level, self._accepts(item), item.code, item.place, item.text, item.cure) for item in self.findings
+        ]
+        return pd.DataFrame(rows, columns=list(columns))
+
+    def _accepts(self, item: Finding) -> bool:
+        return item.level == "error" and item.code in self.accepted
+
+    def __str__(self) -> str:
+        findings = [f"{'accepted ' if self._accepts(item) else ''}{item}" for item in self.findings]
+        estimate = ["quick estimate, without traffic:", *(f"  {line}" for line in self.lines)] if self.lines else []
+        return "\n".join([self.verdict, *findings, *self.facts, *estimate])
+
+    def __repr__(self) -> str:
+        return f"Check({self.facts[0].partition(':')[0]}: {self.verdict})"
+
     def _repr_html_(self) -> str:
         """Show the verdict, the findings and the quick estimate, in a frame."""
         return _page(self)._repr_html_()
 
 
 def check(model: Source) -> Check:
-    """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate."""
+    """Check a model or its file before it runs: what would be refused or holds robots up, and the quick estimate.
+
+    Returns:
+        Findings, worst first, and the quick estimate; see `Check`.
+
+    Raises:
+        ModelError: a model that cannot be read.
+    """
     from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
     from desim_warehouse.layout import checks
     from desim_warehouse.run.examined import examined
@@ -91,7 +123,9 @@ def check(model: Source) -> Check:
     ):
         facts += [*with_nearer(model), *with_choice(model, calculation)]
     lines = [] if calculation is None else calculation.lines(model.units)
-    return Check(facts, findings, calculation, model.accept, lines)
+    checked = Check(facts, findings, calculation, model.accept, lines)
+    logging.getLogger("desim_warehouse").info("check of %s: %s", model.name, checked.verdict)
+    return checked
 
 
 def _times_that_vary(model: Model) -> list[str]:

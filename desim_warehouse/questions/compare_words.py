@@ -20,7 +20,7 @@ _STANDING: dict[bool | None, Standing] = {True: "differs", False: "alike", None:
 
 def answer(study: ResultsData, found: Mapping[str, Comparison]) -> Answer:
     """The differences of all designs to one of them, in each indicator."""
-    base = name_of(study, str(next(iter(found.values())).baseline))
+    base = baseline_of(study, next(iter(found.values())))
     statements = dict.fromkeys(
         one.statement for one in found.values() if any(row.estimate.interval for row in one.differences)
     )
@@ -41,6 +41,16 @@ def answer(study: ResultsData, found: Mapping[str, Comparison]) -> Answer:
         made=dict(study.versions),
         baseline=base,
     )
+
+
+def baseline_of(study: ResultsData, found: Comparison) -> str:
+    """What designs are compared with: a design, or what those have in common that are matched with them."""
+    bases = list(dict.fromkeys(map(str, found.against.values())))
+    if len(bases) == 1:
+        return name_of(study, bases[0])
+    levels = zip(study.factors, *(study.designs[base] for base in bases), strict=True)
+    fixed = {key: first for key, first, *others in levels if set(others) == {first}}
+    return f"{words.design_spoken(fixed)}, all else equal"
 
 
 def difference(study: ResultsData, indicator: str, row: Difference, *, turned: bool = False) -> SaidNumber:
@@ -69,16 +79,20 @@ def _most(study: ResultsData, indicator: str, found: Comparison, base: str) -> s
 def _options(study: ResultsData, indicator: str, found: Comparison, base: str) -> Iterator[Option]:
     """A row for each design, those whose runs are equal once; of copies of the baseline that they are."""
     group = f"{words.indicator_name(indicator)}, compared with {base}"
-    now = study.same.get(str(found.baseline), str(found.baseline))
-    equal = [now, *(other for other, first in study.same.items() if first == now)]
-    for design in equal:
-        if design != str(found.baseline):
-            runs = len(study.runs(design))
-            yield Option(name=name_of(study, design), group=group, standing="same", said="equal, run by run", runs=runs)
+    first = {design: study.same.get(design, design) for design in study.designs}
+    equal = {one for one, other in found.against.items() if first[one] == first[other]}
+    for design in filter(equal.__contains__, study.designs):
+        runs = len(study.runs(design))
+        yield Option(name=name_of(study, design), group=group, standing="same", said="equal, run by run", runs=runs)
     for row in found.differences:
         design = str(row.design)
         if design not in equal:
-            copies = [other for other, first in study.same.items() if first == design]
+            pair = first[design], first[str(row.baseline)]
+            copies = [
+                other
+                for other, base in found.against.items()
+                if other != design and (first[other], first[base]) == pair
+            ]
             yield Option(
                 name=name_of(study, design),
                 group=group,

@@ -4,18 +4,107 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer.answer import Answered
+from desim_warehouse.answer.frame import number_columns
+from desim_warehouse.answer.standing import WORDS
+from desim_warehouse.errors import number_of
 from desim_warehouse.model import Source, as_model
-from desim_warehouse.questions import plan_words
+from desim_warehouse.questions import judged, plan_words
 from desim_warehouse.study.fleet import FleetSizes, size_fleet
+from desim_warehouse.study.fleet.sizes import Shown, Sized
 from desim_warehouse.study.search import USUAL, Search
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-@dataclass(frozen=True)
-class FleetPlan(FleetSizes, Answered):
-    """The sizes for each demand, with the answer."""
+
+@dataclass(frozen=True, repr=False)
+class Plan(Answered, FleetSizes):
+    """How many robots, chargers and packers meet a target, for each demand: what `plan` found.
+
+    Attributes:
+        answer: in words; printing the plan prints it.
+        demands: the answer for today, then for each demand that grew; `best` is its fleet, None: none is enough.
+        model: the warehouse.
+        target: what a fleet has to meet.
+        strategy: the better strategy that the fleets are for; None: that of the model.
+        runs: simulated for it in all.
+    """
+
+    @property
+    def robots(self) -> int | None:
+        """Robots of the fleet for today's demand; None: no fleet was shown to be enough."""
+        return None if self.today.best is None else self.today.best.robots
+
+    @property
+    def chargers(self) -> int | None:
+        """Chargers beside them; 0 where chargers are not sized."""
+        return None if self.today.best is None else self.today.best.chargers
+
+    @property
+    def packers(self) -> int | None:
+        """Packers at each node of the station that is sized; 0: none is."""
+        return None if self.today.best is None else self.today.best.packers
+
+    @property
+    def cost(self) -> float | None:
+        """What is counted of the fleet a year, in the currency of the model; None without prices, or a fleet."""
+        return None if self.today.best is None else self.today.best.cost
+
+    @property
+    def overrides(self) -> dict[str, Any]:
+        """What makes the model into that with the fleet: `plan.model.replace(plan.overrides)`; empty without one."""
+        best = self.today.best
+        return {} if best is None else {**self.today.overrides, **best.overrides}
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each fleet that shows the answer, those for today's demand first.
+
+        Columns: growth (demand in times today's), robots, chargers, packers, the indicator of the target with `_low`
+        and `_high` (of the verdict, in the model's units), verdict, annual_cost, runs.
+        """
+        import pandas as pd
+
+        rows = []
+        for sized in self.demands:
+            fleets = {one.counts: one for one in (*sized.below, *([sized.best] if sized.best else []))}
+            rows += [self._row(sized, fleets[counts]) for counts in sorted(fleets)]
+        return pd.DataFrame(rows)
+
+    def in_short(self) -> str:
+        """Name the fleet for each demand."""
+        later = [f"{_fleet(sized, short=True)} {_when(sized)}" for sized in self.demands[1:]]
+        return "; ".join([_fleet(self.today), *later])
+
+    def _row(self, sized: Sized, one: Shown) -> dict[str, Any]:
+        verdict = one.vetoed or next((said.text for said in one.wrong if said.is_lasting), "")
+        return {
+            "growth": sized.growth,
+            "robots": one.robots,
+            "chargers": one.chargers,
+            "packers": one.packers,
+            **number_columns(self.target.indicator, one.verdict.mean, one.verdict.low, one.verdict.high),
+            "verdict": verdict or WORDS[judged.standing_of(one.verdict, self.target)],
+            "annual_cost": one.cost,
+            "runs": one.verdict.n,
+        }
+
+
+def _fleet(sized: Sized, *, short: bool = False) -> str:
+    """Name the fleet for a demand: `9 robots + 1 charger`, in short `9 + 1`."""
+    best = sized.best
+    if best is None:
+        return "not decided" if sized.undecided or sized.open else "no fleet is enough"
+    names = ("robot", "charger", "packer")
+    counts = [(count, name) for count, name in zip(best.counts, names, strict=False) if count]
+    return " + ".join(str(count) if short else number_of(count, name) for count, name in counts)
+
+
+def _when(sized: Sized) -> str:
+    return f"at {sized.growth:g} x" if sized.year is None else f"in year {sized.year}"
 
 
 def plan_fleet(
@@ -30,7 +119,7 @@ def plan_fleet(
     packers: str | None = None,
     zone: float | str | None = None,
     search: Search = USUAL,
-) -> FleetPlan:
+) -> Plan:
     """Find how many robots, chargers and packers meet a target, today and with more demand, and with which strategy.
 
     Args:
@@ -49,10 +138,14 @@ def plan_fleet(
             half of what is possible beyond the target: for 99.5 % it is 0.25 %.
         search: how runs are done, at most 5000 by default.
 
+    Returns:
+        The fleet for each demand, with the answer in words; see `Plan`.
+
     Raises:
         StudyError: a bad target or zone, demand that cannot grow, a run that failed, too few runs to search.
 
-    Source: see `cheapest_meeting_steps`, with what it promises and assumes.
+    Source: a search by bisection with sequential tests, all at the error that `search.confidence` leaves; what it
+    promises and assumes is on the page *How many robots and chargers?*.
     """
     sizes = size_fleet(
         as_model(model),
@@ -69,6 +162,6 @@ def plan_fleet(
     return worded(sizes, search)
 
 
-def worded(sizes: FleetSizes, search: Search = USUAL) -> FleetPlan:
+def worded(sizes: FleetSizes, search: Search = USUAL) -> Plan:
     """Add the answer to the sizes of a fleet, and write it to the folder of the search."""
-    return FleetPlan(**vars(sizes), answer=plan_words.answer(sizes).keep(search.out, search.command))
+    return Plan(**vars(sizes), answer=plan_words.answer(sizes).keep(search.out, search.command))

@@ -8,13 +8,20 @@ from collections.abc import Mapping
 from desim_warehouse.answer import words
 from desim_warehouse.answer.standing import Standing, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.study.fleet import FleetSizes, Sized
+from desim_warehouse.study.fleet import FleetSizes, OneKey, Sized
 from desim_warehouse.study.statistics.cheapest import Counts, within_counts
 
 WHAT = ("robot", "charger", "packer")
 """What is counted."""
 _LISTED = 4
 """Fleets that are named one by one."""
+
+
+def named(plan: FleetSizes, counts: Counts) -> str:
+    """Name a design inside a sentence: `6 robots, 2 chargers and 3 packers`, or of one key `battery threshold 2`."""
+    if isinstance(plan.designs, OneKey):
+        return words.design_spoken({plan.designs.of: plan.designs.value(counts)})
+    return words.fleet(*counts, nodes=1 if plan.designs.packers is None else plan.designs.packers.nodes)
 
 
 def cells(sized: Sized) -> dict[Counts, Standing]:
@@ -31,6 +38,8 @@ def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
     counts = sorted(one for one, known in cells(sized).items() if known == kind)
     if not counts:
         return ""
+    if isinstance(plan.designs, OneKey):
+        return spoken([named(plan, one) for one in counts], "or")
     packers = plan.designs.packers
     nodes = (1, 1, 1 if packers is None else packers.nodes)
     spans = [(min(side), max(side)) for side in zip(*counts, strict=True)]
@@ -42,7 +51,7 @@ def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
     if len(counts) == math.prod(high - low + 1 for low, high in spans):
         return spoken(parts)
     if len(counts) <= _LISTED:
-        return spoken([words.fleet(*one, nodes=nodes[2]) for one in counts], "or")
+        return spoken([named(plan, one) for one in counts], "or")
     return f"{len(counts)} other fleets, of {spoken(parts)},"
 
 

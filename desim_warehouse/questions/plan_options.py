@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer, Answered
@@ -12,35 +12,87 @@ from desim_warehouse.answer.parts import Option
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Source, as_model
 from desim_warehouse.questions import plan, plan_cells
-from desim_warehouse.questions.plan import FleetPlan
+from desim_warehouse.questions.plan import Plan
 from desim_warehouse.study.fleet.options import COST, Against, ComparedOptions, compare_options
 from desim_warehouse.study.search import USUAL, Search
 
-
-@dataclass(frozen=True)
-class OptionsPlan(ComparedOptions, Answered):
-    """The plans of named options and how they compare, each plan and the whole with its answer."""
-
-    plans: Mapping[str, FleetPlan]
+if TYPE_CHECKING:
+    import pandas as pd
 
 
-def plan_options(options: Mapping[str, Source], target: str, *, search: Search = USUAL, **how: Any) -> OptionsPlan:
+@dataclass(frozen=True, repr=False)
+class OptionsPlan(Answered, ComparedOptions):
+    """The plans of named options and how they compare: what `plan_options` found.
+
+    Attributes:
+        answer: in words; printing prints it.
+        plans: by name the plan of each option, with an answer of its own.
+        first: the cheapest of those that are enough; None: none is.
+        against: by how much each other one differs from it.
+        indicator: in which they are compared, `annual_cost` where there are prices.
+        runs: simulated for it in all.
+    """
+
+    plans: Mapping[str, Plan]
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each fleet of each option: the option, then the columns of `Plan.table`."""
+        import pandas as pd
+
+        tables = [plan.table.assign(option=name) for name, plan in self.plans.items()]
+        whole = pd.concat(tables, ignore_index=True)
+        return whole[["option", *(name for name in whole if name != "option")]]
+
+    def in_short(self) -> str:
+        """Name the first option, then the fleet of each."""
+        fleets = [f"{name}: {plan.in_short()}" for name, plan in self.plans.items()]
+        return "; ".join([f"{self.first} first" if self.first else "none is enough", *fleets])
+
+
+def plan_options(
+    options: Mapping[str, Source],
+    target: str,
+    *,
+    strategies: Mapping[str, Any] | None = None,
+    robots: Sequence[int] | str | None = None,
+    chargers: Sequence[int] | str | None = None,
+    packers: str | None = None,
+    zone: float | str | None = None,
+    search: Search = USUAL,
+) -> OptionsPlan:
     """Plan each of some options, and compare the cheapest designs that are enough on the same days.
 
     Args:
         options: by name the warehouse with each of them, or its file.
-        target: see `plan_fleet`; one for all options.
-        search: see `plan_fleet`; for all plans together: each has an equal part of the error, and so have the days.
-        how: zone, robots, chargers, packers, strategies (default: none); see `plan_fleet`.
+        target: such as "on_time >= 95 %", one for all options.
+        strategies: key of the model -> its values, to be tried with designs too small (default: none).
+        robots: fleet sizes that could be bought, such as "6..20" (default: around what the quick estimate needs).
+        chargers: likewise.
+        packers: a station and who may work there, such as "packing=1..4"; None: as many as the models have.
+        zone: indifference zone in the unit of the target; default: 0.01 for shares, else 1 % of the target.
+        search: for all plans together: each has an equal part of the error, and so have the days.
+
+    Returns:
+        The plan of each option, the first of them against the others, and the answer in words; see `OptionsPlan`.
 
     Raises:
-        StudyError: fewer than two options, some with prices and some without, or as `plan_fleet`.
+        StudyError: fewer than two options, some with prices and some without, or as of `plan`.
 
-    Source: `statistics.paired`. The ends of a difference in cost are as far apart as the costs of fleets that were not
-    shown to miss the target leave open.
+    Source: paired differences on the same days. The ends of a difference in cost are as far apart as the costs of
+    fleets that were not shown to miss the target leave open.
     """
     models = {name: as_model(model) for name, model in options.items()}
-    compared = compare_options(models, target, search=search, **how)
+    compared = compare_options(
+        models,
+        target,
+        strategies=strategies or {},
+        robots=robots,
+        chargers=chargers,
+        packers=packers,
+        zone=zone,
+        search=search,
+    )
     plans = {name: plan.worded(sizes, search.under(name)) for name, sizes in compared.plans.items()}
     whole = answer(compared, {name: one.answer for name, one in plans.items()})
     return OptionsPlan(**vars(compared) | {"plans": plans}, answer=whole.keep(search.out, search.command))

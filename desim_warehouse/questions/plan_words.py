@@ -10,15 +10,16 @@ from typing import Any
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import capital, sentence
-from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, SaidNumber, Subject
+from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Rows, SaidNumber, Subject
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.model.facts.demand import due_within
 from desim_warehouse.outcome.indicators import AT, find
 from desim_warehouse.outcome.targets import Target
-from desim_warehouse.questions import departures, judged, plan_cells, size
+from desim_warehouse.questions import departures, judged, plan_cells
+from desim_warehouse.questions.sentences import capped
 from desim_warehouse.study import rare
-from desim_warehouse.study.fleet import FleetSizes, Shown, Sized, Strategy
+from desim_warehouse.study.fleet import FleetSizes, OneKey, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
 from desim_warehouse.study.fleet.most import RUNS
 from desim_warehouse.study.fleet.utilisation import TRIP
@@ -48,30 +49,27 @@ class _Planned:
     def __init__(self, plan: FleetSizes) -> None:
         self.plan, self.model, self.goal = plan, plan.model, plan.target
         self.packers = plan.designs.packers
+        self.key = plan.designs if isinstance(plan.designs, OneKey) else None
+        self.noun = "fleet" if plan.designs.is_fleet else "value"
         self.yearly = plan.today.year is not None
         self.demands = [plan.today] if plan.grown is None else [plan.today, plan.grown]
         self.answered = next((sized for sized in reversed(self.demands) if sized.best and not sized.open), None)
 
     def answer(self) -> Answer:
         plan = self.plan
-        fleet = spoken(
-            ["robots", *["chargers"] * (plan.designs.zone is not None), *["packers"] * (self.packers is not None)]
-        )
-        later = f"in {len(plan.demands) - 1} years" if self.yearly else more_orders(self.demands[-1].growth)
-        grown = "" if plan.grown is None else f", today and {later}"
         sized = [line for sized in self.demands for line in (self._sized(sized), *self._each(sized))]
         said = sized + self._lasts() + self._strategies() + self._busiest()
         options = tuple(option for sized in self.demands for option in self._options(sized))
         return Answer(
-            kind="plan",
+            kind="plan" if self.key is None else "size",
             name=self.model.name,
             description=self.model.description,
-            question=f"How many {fleet} does it take for {self._targets()}{grown}?",
+            question=self._question(),
             answer=tuple(said),
             measures={goal.indicator: words.in_sentence(goal.indicator) for goal in plan.targets},
             tiles=tuple(self._tiles()),
             options=options,
-            figure=self._grid(),
+            figure=self._grid() if self.key is None else self._intervals(options),
             about=self._about(),
             tables=(*self._years(), *self._hours()),
             promise=self._promise(),
@@ -87,9 +85,31 @@ class _Planned:
             today=self._facts(plan.today),
             grown=None if plan.grown is None else self._facts(plan.grown),
             **({"years": [self._facts(sized) for sized in plan.demands]} if self.yearly else {}),
+            **({} if self.key is None else {"key": self.key.of, "smallest": self._smallest(self.key)}),
         )
 
+    def _smallest(self, key: OneKey) -> Any:
+        best = self.plan.today.best
+        return None if best is None else key.value(best.counts)
+
+    def _question(self) -> str:
+        if self.key is not None:
+            return f"What is the smallest {words.in_words(self.key.of)} that gives {self._targets()}?"
+        chargers, packers = self.plan.designs.zone is not None, self.packers is not None
+        fleet = spoken(["robots", *["chargers"] * chargers, *["packers"] * packers])
+        later = f"in {len(self.plan.demands) - 1} years" if self.yearly else more_orders(self.demands[-1].growth)
+        grown = "" if self.plan.grown is None else f", today and {later}"
+        return f"How many {fleet} does it take for {self._targets()}{grown}?"
+
     # Sentences
+
+    def _in_time(self, sized: Sized) -> str:
+        """Name the demand at the end of a phrase; empty where one key is sized, which is for today's alone."""
+        return "" if self.key is not None else f" {self._when(sized)}"
+
+    def _then(self, sized: Sized, sentence: str) -> str:
+        """Begin a sentence with the demand it is about, `Today (60 an hour): no fleet is enough`; not of one key."""
+        return capital(sentence if self.key is not None else f"{self._when(sized)}: {sentence}")
 
     def _when(self, sized: Sized) -> str:
         later = more_orders(sized.growth) if sized.year is None else f"in year {sized.year}"
@@ -105,9 +125,11 @@ class _Planned:
         cost = "" if sized.best.cost is None else f", {self._money(sized.best.cost)} a year"
         reached = words.reached(self.goal.indicator, self._text(sized, sized.best))
         name = capital(self._fleet(sized.best.counts))
-        line = f"{name} {_are(sized.best)} the {'cheapest' if cost else 'smallest'} fleet shown to be enough"
+        designs, best = self.plan.designs, sized.best.counts
+        are = "is" if not designs.is_fleet or (designs.value(best) == 1 and not any(best[1:])) else "are"
+        line = f"{name} {are} the {'cheapest' if cost else 'smallest'} {self.noun} shown to be enough"
         number = "" if self.plan.beside else f": {reached}"
-        line = f"{line} {self._when(sized)}{number}{cost}{self._days(sized.best)}.{self._worst(sized)}"
+        line = f"{line}{self._in_time(sized)}{number}{cost}{self._days(sized.best)}.{self._worst(sized)}"
         if close := plan_cells.left(self.plan, sized, "open"):
             line += f" {capital(close)} may also be enough; {self._would_tell(sized)}."
         if edge := plan_cells.left(self.plan, sized, "edge"):
@@ -125,35 +147,35 @@ class _Planned:
         known = [runs for runs in needed if runs is not None]
         if not known or len(known) < len(needed):
             return "even many more runs may not tell"
-        return f"some {10 * math.ceil(max(known) / 10)} runs of a fleet would tell (--cap)"
+        return f"some {10 * math.ceil(max(known) / 10)} runs of a {self.noun} would tell (--cap)"
 
     def _ended(self, sized: Sized) -> str:
         """What is known where the runs allowed ended before an answer."""
         few = [self._fleet(one.counts) for one in sized.below]
         known = f" {capital(self._fleet(sized.best.counts))} are enough." if sized.best else ""
         known += f" {capital(spoken(few))} are too few." if 0 < len(few) <= _LISTED else ""
-        left = f"{len(sized.open)} of {number_of(len(sized.counts), 'fleet')} remain open"
+        left = f"{len(sized.open)} of {number_of(len(sized.counts), self.noun)} remain open"
         runs = number_of(self.plan.runs, "run")
-        return f"{capital(self._when(sized))}: undecided after {runs}.{known} {left}."
+        return f"{self._then(sized, f'undecided after {runs}')}.{known} {left}."
 
     def _none(self, sized: Sized) -> str:
         """What the largest fleet does, where none is enough, and what more robots would not cure."""
         if sized.undecided:
             return self._undecided(sized)
         largest = self._nearest(sized)
-        line = f"{capital(self._when(sized))}: no fleet is enough. {capital(self._fleet(largest.counts))}: "
+        line = f"{self._then(sized, f'no {self.noun} is enough')}. {capital(self._fleet(largest.counts))}: "
         text = self._text(sized, largest)
         if largest.flat:
             return f"{line}{text}. {capital(largest.flat)}."
         if self.plan.beside and not self._lasting(largest) and not largest.vetoed:
-            none = f"{capital(self._when(sized))}: no fleet is shown to be enough for all targets"
+            none = self._then(sized, f"no {self.noun} is shown to be enough for all targets")
             return f"{none}. This is what {self._fleet(largest.counts)} would do:"
         line += text if self._lasting(largest) else words.reached(self.goal.indicator, text) + self._days(largest)
         line += "."
         if sized.fewer:
             return line
-        line += self._most(sized)
-        line += "" if sized.capped is None else f" {size.capped(sized.capped, self.model)}."
+        line += self._most(sized) + self._worse(sized)
+        line += "" if sized.capped is None else f" {capped(sized.capped, self.model)}."
         if sized.trip is not None:
             return f"{line} {self._trip(sized.trip)}"
         (part, most), *_ = sized.utilisation.items()
@@ -182,8 +204,9 @@ class _Planned:
         verdict, name = largest.verdict, capital(self._fleet(largest.counts))
         if judged.is_perfect(verdict, self.goal):
             fleet, known = self._fleet(largest.counts), judged.perfect(verdict, self.goal)
-            return f"{capital(self._when(sized))}: no fleet can be shown to be enough. {capital(fleet)}: {known}"
-        line = f"{capital(self._when(sized))}: not decided after {number_of(verdict.n, 'day')}:"
+            return f"{self._then(sized, f'no {self.noun} can be shown to be enough')}. {capital(fleet)}: {known}"
+        days = number_of(verdict.n, "day")
+        line = f"{self._then(sized, f'not decided after {days}')}:"
         if left := plan_cells.left(self.plan, sized, "open"):
             line += f" {left} may be enough; {self._would_tell(sized)}."
         if edge := plan_cells.left(self.plan, sized, "edge"):
@@ -206,7 +229,8 @@ class _Planned:
             return ""
         if sized.fewer:
             return " Fewer robots usually do better, not here, so each fleet was judged by itself."
-        return " More robots usually do better, not here: the smallest fleet is enough, the largest is not."
+        more = "More robots usually do" if self.plan.designs.is_fleet else "More usually does"
+        return f" {more} better, not here: the smallest {self.noun} is enough, the largest is not."
 
     def _trip(self, trip: Estimate) -> str:
         """What a task takes against the time in which it is due, where nothing is scarce."""
@@ -269,7 +293,7 @@ class _Planned:
 
     def _promise(self) -> str:
         plan = self.plan
-        sure = f"{100 * plan.confidence:g} % confidence for each demand"
+        sure = f"{100 * plan.confidence:g} % confidence{' for each demand' * (self.key is None)}"
         if plan.ended or self.answered is None:
             return f"Each answer above holds with {sure}."
         most = [one.most.up_to for one in self.demands if one.most is not None]
@@ -279,8 +303,8 @@ class _Planned:
         if self.yearly:
             alike += " What fails with less demand is taken to fail with more."
         return (
-            f"With {sure}, each fleet reaches {self._targets()}, and no smaller one{plan_cells.but(plan)} is "
-            f"better than that by {self._zone()} or more.{alike}"
+            f"With {sure}, each {self.noun} reaches {self._targets()}, and no smaller one{plan_cells.but(plan)} "
+            f"is better than that by {self._zone()} or more.{alike}"
         )
 
     def _covers(self) -> str:
@@ -323,21 +347,29 @@ class _Planned:
         if sized is None or sized.best is None:
             return []
         best = sized.best
+        if self.key is not None:
+            value = self.key.value(best.counts)
+            what = f"robot{'s' * (value != 1)}" if self.key.is_fleet else words.in_words(self.key.of)
+            return [BigNumber(value=words.level(value), what=what), *self._reached(sized, best)]
         found = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}", note=self._when(sized))]
         if best.chargers:
             found.append(BigNumber(value=str(best.chargers), what=f"charger{'s' * (best.chargers != 1)}"))
         if self.packers is not None:
             packers = best.packers * self.packers.nodes
             found.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
-        found.append(judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator)))
-        found += [judged.tile(one.text, words.in_sentence(one.of)) for one in self._also(best)]
+        found += self._reached(sized, best)
         return found + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
+
+    def _reached(self, sized: Sized, best: Shown) -> list[BigNumber]:
+        first = judged.tile(self._text(sized, best), words.in_sentence(self.goal.indicator))
+        return [first, *(judged.tile(number.text, words.in_sentence(number.of)) for number in self._also(best))]
 
     def _options(self, sized: Sized) -> list[Option]:
         """The fleets that show the answer; with the last demand also those with other strategies."""
         last = sized is self.demands[-1]
         found = []
-        for one in [*([sized.best] if sized.best else []), *sized.below]:
+        tried = [*([sized.best] if sized.best else []), *sized.below]
+        for one in tried if self.key is None else sorted(tried, key=lambda shown: shown.counts):
             same = [item.label for item in self.plan.strategies if one.counts in item.same]
             found.append(self._option(sized, one, self._fleet(one.counts), sized.overrides, same if last else []))
         if sized.capped is not None:
@@ -411,12 +443,19 @@ class _Planned:
         title = f"Which fleets give {self._targets()}: {how}"
         return PairGrid(title=title, across=tuple(map(str, robots)), down=down, panels=panels)
 
+    def _intervals(self, options: Sequence[Option]) -> Rows | None:
+        """Every value looked at, with its interval beside the target."""
+        title = capital(words.in_sentence(self.goal.indicator))
+        bars = (judged.bar(one.name, one.number, one.standing) for one in options if one.number is not None)
+        return judged.figure(title, bars, self.goal.value, judged.aim(self.goal))
+
     def _about(self) -> Subject | None:
         sized = self.answered
         if sized is None or sized.best is None:
             return None
         made = self.model.replace({**sized.overrides, **sized.best.overrides})
-        return judged.about(f"{self._fleet(sized.best.counts)}, {self._when(sized)}", made, self.plan.seed)
+        when = "" if self.key is not None else f", {self._when(sized)}"
+        return judged.about(f"{self._fleet(sized.best.counts)}{when}", made, self.plan.seed)
 
     def _facts(self, sized: Sized) -> dict[str, Any]:
         best = sized.best
@@ -435,10 +474,12 @@ class _Planned:
 
     def _fleet(self, counts: Counts) -> str:
         """The counts of a design: `6 robots, 2 chargers and 3 packers`."""
-        return words.fleet(*counts, nodes=1 if self.packers is None else self.packers.nodes)
+        return plan_cells.named(self.plan, counts)
 
-    def _counted(self, counts: Counts) -> dict[str, int]:
+    def _counted(self, counts: Counts) -> dict[str, Any]:
         """The counts of a design as JSON has them, packers in all nodes of their station."""
+        if self.key is not None:
+            return {self.key.of: self.key.value(counts)}
         found = dict(zip(("robots", "chargers"), counts, strict=False))
         return found if self.packers is None else {**found, "packers": counts[2] * self.packers.nodes}
 
@@ -514,10 +555,6 @@ class _Planned:
 def _bound(goal: Target) -> dict[str, Any]:
     """A target as JSON has it."""
     return {"indicator": goal.indicator, "sense": goal.sense, "value": goal.value}
-
-
-def _are(shown: Shown) -> str:
-    return "is" if shown.robots == 1 and not any(shown.counts[1:]) else "are"
 
 
 def _choice(strategy: Strategy) -> str:

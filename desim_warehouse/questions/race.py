@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import Any
 
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
@@ -18,9 +19,37 @@ from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.selection import Selection
 
 
-@dataclass(frozen=True)
-class Best(Raced, Answered):
-    """The best design of a study and those as good, with the answer."""
+@dataclass(frozen=True, repr=False)
+class Best(Answered, Raced):
+    """The best design of a study and those as good: what `best` found.
+
+    Attributes:
+        answer: in words; printing prints it.
+        point: the best design.
+        within: those shown to be less than delta worse.
+        indicator: what was compared.
+        selection: means, runs and when designs dropped out.
+        study: with all runs that were done.
+    """
+
+    @property
+    def design(self) -> str:
+        """The best design in words."""
+        return words.design_spoken(self.point.labels)
+
+    @property
+    def overrides(self) -> dict[str, Any]:
+        """What makes the model into the best design."""
+        return dict(self.point.overrides)
+
+    @property
+    def mean(self) -> float:
+        """The mean of the indicator with the best design, in the model's units."""
+        return self.selection.means[self.selection.best]
+
+    def in_short(self) -> str:
+        """Name the best design and its mean."""
+        return f"{self.design}: {self.indicator} {self.mean:g}"
 
 
 def best_of_study(

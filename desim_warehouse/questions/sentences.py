@@ -5,11 +5,14 @@ from __future__ import annotations
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import numbers, words
-from desim_warehouse.errors import spoken
+from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.outcome.verdicts import RULES
+from desim_warehouse.study.fleet.capped import KEY
 from desim_warehouse.study.table import averaged_over, cells, is_numeric
 
 if TYPE_CHECKING:
+    from desim_warehouse.model import Model
+    from desim_warehouse.study.fleet.capped import Capped
     from desim_warehouse.study.results import ResultsData
 
 UNSETTLED = "not settled by the middle of its runs, and counted from there on; longer runs may settle"
@@ -106,3 +109,14 @@ def knee_of_throughput(study: ResultsData) -> list[str]:
             f"The largest mean, {numbers.measured(shape.maximum)}, is at {words.level(shape.maximum_at)}."
         )
     ]
+
+
+def capped(tried: Capped, model: Model | None) -> str:
+    """Say what a cap on the robots under way gives."""
+    scale = words.scale(tried.indicator, model, (tried.mean,))
+    gain, is_now = tried.gain, f"{words.in_sentence(tried.indicator)} is {scale.value(tried.mean)}"
+    ends = "" if gain.low == gain.high else f" ({scale.bare(gain.low)} to {scale.bare(gain.high)})"
+    return (
+        f"With at most {tried.cap} of {number_of(tried.robots, 'robot')} under way {is_now}: better by "
+        f"{scale.value(gain.mean)}{ends}; desim size --key {KEY} finds the best cap"
+    )

@@ -2,21 +2,128 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
-from typing import cast
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import TYPE_CHECKING, Any, cast
 
-from desim_warehouse.answer.answer import Answer
+from desim_warehouse.answer.answer import Answer, Answering
+from desim_warehouse.answer.frame import number_columns
+from desim_warehouse.answer.text import printed_table
+from desim_warehouse.errors import number_of
 from desim_warehouse.study.results import ResultsData
+from desim_warehouse.study.statistics import comparison, screening
 from desim_warehouse.study.study import StudyEngine
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-@dataclass(frozen=True, eq=False)
-class Results(ResultsData):
+
+@dataclass(frozen=True, repr=False)
+class Comparison(Answering, comparison.Comparison):
+    """Designs against a baseline, on the same days: what `compare` of a study found.
+
+    Attributes:
+        answer: in words; printing prints it, as `desim compare` does.
+        indicator: what is compared.
+        differences: of each design, with interval and p-value; designs whose runs are equal have one.
+        against: the baseline of each design.
+        confidence: with which all differences hold at once.
+        statement: what intervals and p-values promise.
+    """
+
+    indicator: str = field(kw_only=True)
+    results: Results = field(repr=False, compare=False, kw_only=True)
+
+    @property
+    def answer(self) -> Answer:
+        """The differences in words."""
+        from desim_warehouse.questions import compare_words
+
+        return compare_words.answer(self.results, {self.indicator: self})
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each difference.
+
+        Columns: the factors, baseline (the design that it is compared with), difference with `_low` and `_high` (in the
+        units of the indicator; nan where there is no interval), p (adjusted), differs (None: it cannot be told), runs,
+        missing (replications that only one of both has).
+        """
+        import pandas as pd
+
+        rows = []
+        for one in self.differences:
+            low, high = one.estimate.interval or (None, None)
+            factors = zip(self.results.factors, self.results.designs[str(one.design)], strict=True)
+            rows.append(
+                {
+                    **dict(factors),
+                    "baseline": one.baseline,
+                    **number_columns("difference", one.estimate.mean, low, high),
+                    "p": one.p_adjusted,
+                    "differs": one.differs,
+                    "runs": one.estimate.n,
+                    "missing": one.missing,
+                }
+            )
+        return pd.DataFrame(rows)
+
+    def in_short(self) -> str:
+        """Name the indicator, and how many designs differ."""
+        differ = sum(bool(one.differs) for one in self.differences)
+        return f"{self.indicator}: {differ} of {number_of(len(self.differences), 'difference')} shown"
+
+
+@dataclass(frozen=True, repr=False)
+class MainEffects(screening.MainEffects):
+    """Which factor matters: what `main_effects` of a study found, the largest swing first.
+
+    Attributes:
+        indicator: what is looked at.
+        grand_mean: its mean over all runs, in the model's units.
+        factors: of each its levels, with the mean there minus the grand mean, and the swing.
+        left_out: runs without a value.
+    """
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each level of each factor: factor, level, effect (mean there minus grand mean), swing, runs."""
+        import pandas as pd
+
+        return pd.DataFrame(
+            {"factor": one.factor, "level": level, "effect": effect, "swing": one.swing, "runs": one.runs[level]}
+            for one in self.factors
+            for level, effect in one.effects.items()
+        )
+
+    def __str__(self) -> str:
+        rows = [
+            (one.factor, str(level), f"{effect:+.4g}", str(one.runs[level]))
+            for one in self.factors
+            for level, effect in one.effects.items()
+        ]
+        title = f"{self.indicator}: {self.grand_mean:.4g} on average, and what levels add to it"
+        return printed_table(title, ("factor", "level", "effect", "runs"), rows)
+
+    def __repr__(self) -> str:
+        swings = ", ".join(f"{one.factor} {one.swing:.3g}" for one in self.factors)
+        return f"MainEffects({self.indicator}: {swings})"
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Results(Answering, ResultsData):
     """The finished runs of a study, their statistics, and the answer that they give.
 
-    `rows` are in the order of the design, then of replications. A design is named by its text, such as "fleet.size=3".
-    Points that are equal are one design. `versions` are those that the runs were made with.
+    A design is named by its text, such as "fleet.size=3"; designs that are equal are one.
+
+    Attributes:
+        answer: in words; printing prints it, as `desim study` does.
+        table: a row for each run; `summary` has one for each design and indicator.
+        rows: the runs, in the order of the design, then of replications.
+        designs: each design with the levels of its factors.
+        indicators: those that a run has.
+        verdicts: what is wrong with each design.
     """
 
     @property
@@ -24,15 +131,56 @@ class Results(ResultsData):
         """The answer of the study: the terminal prints it, and pages show it."""
         return self.answer_in(())
 
+    @cached_property
+    def table(self) -> pd.DataFrame:
+        """A row for each run: factors under their key, replication, seed, indicators, run_time, error."""
+        return self.frame(self.plan.indicators)
+
     def answer_in(self, indicators: Sequence[str]) -> Answer:
         """Compose the answer of the study in these indicators, the usual ones where there are none."""
         from desim_warehouse.questions import study_words  # most studies are never asked
 
         return study_words.answer(self, indicators)
 
-    def _repr_html_(self) -> str:
-        """Show the page of the answer in a frame."""
-        return self.answer._repr_html_()
+    def compare(
+        self,
+        indicator: str,
+        baseline: Mapping[str, Any] | None = None,
+        method: comparison.Method = "bonferroni",
+    ) -> Comparison:
+        """Compare designs with a baseline replication by replication, with intervals that hold all at once.
+
+        Each design is compared with the one that has the named values of factors, and its own of all others: with
+        `{"policies.allocation": "in-order"}` each policy with in-order at the same fleet, all as one family. Designs
+        whose runs are equal count once, so that copies cost no certainty; those equal to their baseline have no row.
+
+        Args:
+            indicator: what is compared.
+            baseline: values of factors; of a paired design, whose factors vary together, the first design with them.
+                None: the study's baseline, by default its first design.
+            method: bonferroni, or holm, whose p-values are never larger.
+
+        Returns:
+            The differences in the units of the indicator, each with interval and p-value.
+
+        Raises:
+            StudyError: no such indicator or baseline, or a design without a replication in common with it.
+        """
+        return Comparison(**vars(super().compare(indicator, baseline, method)), indicator=indicator, results=self)
+
+    def main_effects(self, indicator: str) -> MainEffects:
+        """Say which factor matters: the mean of an indicator at each level of each factor, minus the grand mean.
+
+        Raises:
+            StudyError: nothing was varied, or no run has a value.
+        """
+        return MainEffects(**vars(super().main_effects(indicator)))
+
+    def in_short(self) -> str:
+        """Count designs and runs."""
+        failed = sum(row.outcome.error is not None for row in self.rows)
+        runs = f"{number_of(len(self.rows), 'run')}{f', {failed} failed' if failed else ''}"
+        return f"{self.plan.name}: {number_of(len(self.designs), 'design')}, {runs}"
 
 
 class Study(StudyEngine):
@@ -55,3 +203,16 @@ class Study(StudyEngine):
             StudyError: where the study has not been run.
         """
         return cast("Results", super().results)
+
+    def compare(
+        self,
+        indicator: str,
+        baseline: Mapping[str, Any] | None = None,
+        method: comparison.Method = "bonferroni",
+    ) -> Comparison:
+        """Compare designs with a baseline on the same days: see `Results.compare`."""
+        return self.results.compare(indicator, baseline, method)
+
+    def main_effects(self, indicator: str) -> MainEffects:
+        """Say which factor matters: see `Results.main_effects`."""
+        return self.results.main_effects(indicator)

@@ -38,7 +38,22 @@ _UNNAMED = ("what-if", "size", "best", "study", "why")
 
 def answer(study: ResultsData, indicators: Sequence[str] = ()) -> Answer:
     """The answer of a study; `indicators`: those to show, instead of the usual ones."""
+    if all(row.outcome.error is not None for row in study.rows):
+        return _nothing(study)
     return _Studied(study, indicators).answer()
+
+
+def _nothing(study: ResultsData) -> Answer:
+    """The answer of a study none of whose runs finished."""
+    errors = [row.outcome.error for row in study.rows]
+    return Answer(
+        kind="study",
+        name=study.plan.name,
+        question="What do its options do?",
+        answer=(sentence(f"No run finished: {errors[0]}") if errors else "No run has been done.",),
+        runs=len(study.rows),
+        confidence=None,
+    )
 
 
 class _Studied:
@@ -60,6 +75,7 @@ class _Studied:
     def answer(self) -> Answer:
         study, plan = self.study, self.study.plan
         said, named = self._best() if self.goal is None else self._on_target()
+        said += self._did_not_run()
         return Answer(
             kind="study",
             name=self.base.name if plan.name in _UNNAMED else plan.name,
@@ -143,6 +159,14 @@ class _Studied:
         one = None if indicator == self._aim() and self.options[design].said else self.number(design, indicator)
         return self.options[design].said or "no value" if one is None else one.text
 
+    def _did_not_run(self) -> list[str]:
+        """The designs none of whose runs finished, with the first error."""
+        errors = {one: [row.outcome.error for row in self.study.runs(one)] for one in self.tried}
+        dead = {one: said[0] for one, said in errors.items() if None not in said}
+        return (
+            [sentence(f"{capital(self._names(list(dead)))} did not run: {next(iter(dead.values()))}")] if dead else []
+        )
+
     # Sentences with a target
 
     def _on_target(self) -> tuple[list[str], str | None]:
@@ -214,7 +238,9 @@ class _Studied:
         better = {name: known.better for name in study.moving if (known := look_up(name)) and known.better}
         if not better:
             same = spoken([words.in_sentence(name) for name in study.main])
-            return [f"Nothing that was varied changes {same}."] if same else [], None
+            failed = any(row.outcome.error for row in study.rows)
+            nothing = "The options that ran are alike in" if failed else "Nothing that was varied changes"
+            return [f"{nothing} {same}."] if same else [], None
         indicator, sense = next((name, better[name]) for name in better)
         lasting = [design for design in self.tried if not self.options[design].said] or self.tried
         means = {one: found.mean for one in lasting if (found := study.shown(one, indicator)) is not None}

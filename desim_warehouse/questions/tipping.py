@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
+from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.numbers import capital, number, plural
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Source
@@ -15,10 +16,47 @@ from desim_warehouse.questions import judged
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.thresholds import InputThreshold, Thresholds, thresholds
 
+if TYPE_CHECKING:
+    import pandas as pd
 
-@dataclass(frozen=True)
-class TippingPoints(Thresholds, Answered):
-    """The thresholds of inputs for the fleet of a model, with the answer."""
+
+@dataclass(frozen=True, repr=False)
+class TippingPoints(Answered, Thresholds):
+    """Up to which value of each input a fleet is enough: what `tipping_points` found.
+
+    Attributes:
+        answer: in words; printing prints it.
+        inputs: the threshold of each input.
+        target: what is to be met.
+        model: the warehouse, with its fleet.
+        runs: simulated for it in all.
+    """
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each input.
+
+        Columns: input (its key), lowest and highest (the range), enough_at_lowest, enough_at_highest, threshold with
+        `_low` and `_high` (nan where there is none), confirmed.
+        """
+        import pandas as pd
+
+        return pd.DataFrame(
+            {
+                "input": one.key,
+                "lowest": one.low,
+                "highest": one.high,
+                "enough_at_lowest": one.enough[0],
+                "enough_at_highest": one.enough[1],
+                **number_columns("threshold", one.at, *(one.within or (None, None))),
+                "confirmed": one.confirmed,
+            }
+            for one in self.inputs
+        )
+
+    def in_short(self) -> str:
+        """Name the inputs with their thresholds."""
+        return ", ".join(f"{one.key} {'no threshold' if one.at is None else f'{one.at:g}'}" for one in self.inputs)
 
 
 def tipping_points(
@@ -31,6 +69,9 @@ def tipping_points(
         target: such as "on_time >= 95 %".
         uncertain: key of the model -> its lowest and highest value, in the units of the model.
         search: how runs are done, at most 60 for each input, and the folder that keeps the answer.
+
+    Returns:
+        The threshold of each input with its interval, and the answer in words; see `TippingPoints`.
 
     Raises:
         StudyError: no range, a bad target, too few runs, or an end of a range with which nothing can be simulated.

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer, Answered
+from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber
 from desim_warehouse.answer.root_words import root
@@ -22,6 +23,9 @@ from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.effects import Gain
 from desim_warehouse.study.suspects import Suspect
 
+if TYPE_CHECKING:
+    import pandas as pd
+
 _ROOTS = 3
 _NAMED = 3
 """Changes that are named in a sentence."""
@@ -31,9 +35,57 @@ _FAILS = {"BatteryError": "runs flat", "StallError": "stalls", "GridlockError": 
 _PER = "per 10 % more"
 
 
-@dataclass(frozen=True)
-class Why(HeldUp, Answered):
-    """What the suspects cost, with the answer."""
+@dataclass(frozen=True, repr=False)
+class Why(Answered, HeldUp):
+    """What holds a warehouse up, and what it costs: what `why` found.
+
+    Attributes:
+        answer: in words; printing prints it.
+        indicator: what costs are counted in.
+        found: each suspect with its gain, those that compete first.
+        as_it_is: mean and interval of the indicator as the warehouse is; None where runs could not go on.
+        lost: what robots waited for, each with its share of the fleet's time.
+        verdicts: on the run that was looked at.
+    """
+
+    @property
+    def bottleneck(self) -> str | None:
+        """What holds it up most; None where nothing does, or runs do not tell yet."""
+        if not (self.is_held_up and self.is_clear):
+            return None
+        return next(suspect.name for suspect, gain in self.found if gain.competes)
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """A row for each change that was tried, those that compete first.
+
+        Columns: suspect, change, gain with `_low` and `_high` (of the whole change; in the model's units, more is
+        better), gain_of_10_percent likewise (nan where the change is no dose), runs.
+        """
+        import pandas as pd
+
+        rows = []
+        for suspect, gain in self.found:
+            dose = gain.each if gain.scale is not None and suspect.dose is not None else None
+            ends = (None, None, None) if dose is None else (dose.mean, dose.low, dose.high)
+            rows.append(
+                {
+                    "suspect": suspect.name,
+                    "change": suspect.relief,
+                    **number_columns("gain", gain.mean, gain.low, gain.high),
+                    **number_columns("gain_of_10_percent", *ends),
+                    "runs": gain.n,
+                }
+            )
+        return pd.DataFrame(rows).astype({name: float for name in rows[0] if "gain" in name} if rows else {})
+
+    def in_short(self) -> str:
+        """Name what holds it up."""
+        if 0 in self.failures:
+            return fails(self.failures[0])
+        if not self.is_held_up:
+            return "nothing holds it up"
+        return f"{self.bottleneck or 'not clear yet'}: {self.indicator}"
 
 
 def why(
@@ -46,14 +98,18 @@ def why(
 
     Args:
         source: a run with `log: all`, or a model or its file, of which a run is made.
-        indicator: what costs are counted in (default: `held_up.usual_indicator`).
+        indicator: what costs are counted in (default: throughput where work always waits, else time).
         search: how runs are done; the answer is written to its folder `out`.
+
+    Returns:
+        Each suspect with what relieving it gains, and the answer in words; see `Why`.
 
     Raises:
         StudyError: an indicator of which neither less nor more is better, or a run that failed but could have gone on.
 
-    Source: `statistics.gains_steps`. Relieving one thing at a time is the definition of a bottleneck by its effect
-    (sensitivity of throughput to each resource); see docs/how-to/find-the-bottleneck.md.
+    Source: paired differences on the same days, one-sided, at each look a part of the error. Relieving one thing at a
+    time is the definition of a bottleneck by its effect (sensitivity of throughput to each resource); see
+    docs/how-to/find-the-bottleneck.md.
     """
     return worded(held_up(source, indicator, search), search)
 

@@ -86,6 +86,9 @@ def _replayed(run: RunData, replay: Path | None) -> str:
 def read_answer(folder: str | Path) -> Answer:
     """Read the answer of a folder, also of version 0.3, or of a study as far as its runs are finished.
 
+    Returns:
+        The answer, as it was kept.
+
     Raises:
         ReportError: where it is damaged, or no run has finished.
     """

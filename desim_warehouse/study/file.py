@@ -240,7 +240,11 @@ def study_schema() -> dict[str, Any]:
 
 
 def schema(*, study: bool = False) -> dict[str, Any]:
-    """The JSON Schema of model files, or of study files, for editors and forms."""
+    """Make the JSON Schema of model files, or of study files, for editors and forms.
+
+    Returns:
+        The schema as plain JSON values.
+    """
     return study_schema() if study else json_schema()
 
 

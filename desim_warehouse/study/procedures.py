@@ -1,4 +1,4 @@
-"""Procedures that choose which runs to do next: for the best design, and the smallest that meets a target."""
+"""Procedures that choose which runs to do next: a race for the best design, scouts, and the judge of a target."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from desim_warehouse.errors import StudyError, shown
+from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.indicators import find
 from desim_warehouse.outcome.targets import Target
@@ -18,10 +18,7 @@ from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.statistics.cheapest import (
     NOTHING,
     Earlier,
-    Sizing,
-    line,
     scout_steps,
-    smallest_meeting_steps,
 )
 from desim_warehouse.study.statistics.judge import Budget, Judge, RunsEndedError, looks_of_days
 from desim_warehouse.study.statistics.limits import CAP, LEAST_DELTA, RACED, DaysNeeded
@@ -29,7 +26,7 @@ from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.statistics.selection import Selection, kn_steps
 from desim_warehouse.study.study import StudyEngine
 from desim_warehouse.study.table import Row
-from desim_warehouse.study.target import check_zone, first_look, indifference, read_target
+from desim_warehouse.study.target import check_zone, first_look
 
 FLEET = "fleet.size"
 """The key of which indicators say which way they usually move with it."""
@@ -53,14 +50,6 @@ class Raced:
     def first(self) -> Point:
         """The first in the study of the best and those that are less than delta worse."""
         return min((self.point, *self.within), key=lambda point: point.number)
-
-
-@dataclass(frozen=True)
-class Smallest(Sizing[Any]):
-    """The smallest value that meets a target, by an indifference zone, and the study of all that were looked at."""
-
-    zone: float = field(kw_only=True)
-    study: StudyEngine = field(repr=False, compare=False, kw_only=True)
 
 
 def race(
@@ -96,7 +85,7 @@ def race(
     designs = len(study.points)
     if designs < 2:  # noqa: PLR2004
         raise StudyError("the best of one design: expected factors with several values")
-    _refuse_other(study, search)
+    refuse_other(study, search)
     first, cap = search.looks(*RACED)
 
     def steps(exact: bool) -> Procedure[Selection]:
@@ -117,52 +106,7 @@ def race(
     return Raced(study.points[selection.best], tied, indicator, more, selection, study)
 
 
-def smallest(
-    study: StudyEngine,
-    target: str,
-    *,
-    zone: float | str | None = None,
-    scan: bool = False,
-    search: Search = USUAL,
-) -> Smallest:
-    """Find the first value of a study's factor, smallest first, whose mean meets a target with confidence.
-
-    The arguments are those of `questions.size.size`.
-
-    Raises:
-        StudyError: not one factor, a bad target, or a run that failed but for a robot that ran flat, which fails.
-
-    Source: see `statistics.cheapest_meeting_steps`, with what it promises and assumes: a plan with one count.
-    """
-    if not isinstance(study, StudyEngine):
-        raise StudyError(f"size: {shown(study):.60}, expected a Study of one factor")
-    if not isinstance(search, Search):
-        raise StudyError(f"size, search: {shown(search):.60}, expected a Search; scan=True looks at all values")
-    _refuse_other(study, search)
-    units = study.plan.base.units.names
-    goal = read_target(target, units)
-    if len(study.plan.factors) != 1:
-        raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
-    (key,) = (factor.key for factor in study.plan.factors)
-    values = [point.labels[key] for point in study.points]
-    zone = indifference(goal, zone, units)
-    designs, each = line(len(values)), Budget(len(values))
-    fewer = key == FLEET and not goal.more_helps
-    halved = not scan and not fewer
-    with search.together() as together:
-        scout = together.under("scout")
-        doubted = scouted(study, goal, designs, lambda one: one, each, scout) if halved else None
-        with study.session(together) as runner:
-
-            def steps(exact: bool) -> Procedure[Sizing[Any]]:
-                judge = judge_of(study, runner, goal, search, exact=exact, zone=zone)
-                return smallest_meeting_steps(values, judge, doubted or (), scan=scan, fewer=fewer)
-
-            sizing = study.carry_out(runner, steps, goal.indicator, flat=goal.missed)
-    return Smallest(**vars(sizing), zone=zone, study=study)
-
-
-def _refuse_other(study: StudyEngine, search: Search) -> None:
+def refuse_other(study: StudyEngine, search: Search) -> None:
     """Refuse a search that says otherwise what the study says itself; raises StudyError."""
     for name in ("confidence", "seed", "timeout"):
         said, own = getattr(search, name), getattr(study.plan, name)

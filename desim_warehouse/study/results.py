@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, Self, cast
+from typing import TYPE_CHECKING, Any, Self
 
 import numpy as np
 
@@ -26,6 +26,7 @@ from desim_warehouse.study.plan import StudyPlan, models
 from desim_warehouse.study.statistics import comparison, intervals, judge, screening
 from desim_warehouse.study.table import Row, arrow, columns, is_numeric, level_column, rows_of
 from desim_warehouse.study.target import read_target
+from desim_warehouse.values.labels import readable
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -313,11 +314,9 @@ class ResultsData:
         self,
         indicator: str,
         baseline: Mapping[str, Any] | None = None,
-        method: str = "bonferroni",
+        method: comparison.Method = "bonferroni",
     ) -> comparison.Comparison:
-        """Paired differences of all designs to the baseline, with intervals that hold all at once.
-
-        Designs whose runs are equal count once, so that copies cost no certainty; copies of the baseline have no row.
+        """Paired differences of designs to a baseline; the arguments are those of `questions.study.Results.compare`.
 
         Raises:
             StudyError: no such indicator or baseline, or a design without a replication in common with it.
@@ -326,8 +325,26 @@ class ResultsData:
         unknown = [key for key in baseline or () if key not in self.factors]
         if unknown:
             raise StudyError(f"baseline: {unknown[0]!r} is no factor of the study, expected {', '.join(self.factors)}")
-        base = str(baseline_point(self.points, labels(baseline))) if baseline else self.baseline
-        return self._compared({design: self.values(design, indicator) for design in self.designs}, base, method)
+        if baseline and self.plan.rule == "grid":
+            against = self._matched(labels(baseline))
+        else:
+            base = str(baseline_point(self.points, labels(baseline))) if baseline else self.baseline
+            against = dict.fromkeys(self.designs, base)
+        return self._compared({design: self.values(design, indicator) for design in self.designs}, against, method)
+
+    def _matched(self, wanted: Mapping[str, Label]) -> dict[str, str]:
+        """For each design the one with the wanted levels of factors, and its own levels of all others."""
+        baseline_point(self.points, wanted)  # refuses levels that no design has
+        points = {tuple(point.labels.items()): str(point) for point in self.points}
+        against = {}
+        for point in self.points:
+            levels = {key: wanted.get(key, level) for key, level in point.labels.items()}
+            base = points.get(tuple(levels.items()))
+            if base is None:
+                said = ", ".join(f"{key}={readable(level)}" for key, level in levels.items())
+                raise StudyError(f"baseline: no design {said}, which {point} would be compared with")
+            against[str(point)] = base
+        return against
 
     def compare_finished(self, indicator: str, baseline: str | None = None) -> comparison.Comparison | None:
         """The same for the designs that have replications in common with the baseline, None where none has.
@@ -342,7 +359,7 @@ class ResultsData:
             n = min(ours.size, base.size)
             if design != chosen and np.isfinite(ours[:n] + base[:n]).any():
                 table[design] = ours
-        return self._compared(table, chosen, "bonferroni") if len(table) > 1 else None
+        return self._compared(table, dict.fromkeys(table, chosen), "bonferroni") if len(table) > 1 else None
 
     @cached_property
     def target(self) -> targets.Target | None:
@@ -414,13 +431,22 @@ class ResultsData:
             if goal is not None and one.verdict == "undecided" and one.n > 1 and design not in self.same
         }
 
-    def _compared(self, table: Mapping[str, Any], base: str, method: str) -> comparison.Comparison:
-        first = self.same.get(base, base)
-        once = {one: ours for one, ours in table.items() if one == base or (one not in self.same and one != first)}
-        table = once if len(once) > 1 else table
-        kind = cast("Literal['bonferroni', 'holm']", method)
+    def _compared(
+        self, table: Mapping[str, Any], against: Mapping[str, str], method: comparison.Method
+    ) -> comparison.Comparison:
+        """The differences of designs to the baseline of each; pairs whose runs are equal count once."""
+        every = {design: base for design, base in against.items() if design != base}
+        if not every:
+            raise StudyError(f"nothing to compare with the baseline {next(iter(against.values()))!r}: the only design")
+        once: dict[tuple[str, str], str] = {}
+        for design, base in every.items():
+            ours, theirs = (self.same.get(one, one) for one in (design, base))
+            if ours != theirs:
+                once.setdefault((ours, theirs), design)
+        pairs = {design: every[design] for design in once.values()} or every
         exact = [design for design in table if _deterministic(self.runs(design))]
-        return comparison.compare(table, base, kind, self.plan.confidence, deterministic=exact)
+        found = comparison.compare_pairs(table, pairs, method, self.plan.confidence, deterministic=exact)
+        return replace(found, against=every)
 
     def main_effects(self, indicator: str) -> screening.MainEffects:
         """The main effect of each factor."""

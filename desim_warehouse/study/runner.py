@@ -2,23 +2,34 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import closing
 from time import monotonic
 from typing import TypeVar, cast
 
-from desim_warehouse.errors import BatteryError, SimulationError, StudyError
+from desim_warehouse.errors import (
+    BatteryError,
+    CheckError,
+    LayoutError,
+    ModelError,
+    PolicyError,
+    SimulationError,
+    StudyError,
+)
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.execution import Executor
 from desim_warehouse.study.execution.progress import Progress
+from desim_warehouse.study.execution.repeats import Repeats
 from desim_warehouse.study.execution.store import Store
-from desim_warehouse.study.execution.work import Handle, Wanted
+from desim_warehouse.study.execution.work import Handle, Outcome, Wanted
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import StudyPlan, models, run_seed
 from desim_warehouse.study.statistics.procedure import Procedure
 from desim_warehouse.study.table import Row
 
 T = TypeVar("T")
+LOG = logging.getLogger("desim_warehouse")
 _WRITE_EVERY = 10.0  # seconds between writes of the table
 
 
@@ -33,6 +44,16 @@ _CANNOT_GO_ON = tuple(f"{kind.__name__}: " for kind in SimulationError.__subclas
 def could_not_go_on(row: Row) -> bool:
     """Whether a run ended because it could not go on: a robot ran flat, or work stalled."""
     return (row.outcome.error or "").startswith(_CANNOT_GO_ON)
+
+
+def is_refused(outcome: Outcome) -> bool:
+    """Whether a run ended with what every run of its design would: a model or a policy that cannot work."""
+    error = outcome.error or ""
+    unmade = error.startswith(f"{PolicyError.__name__}: ") and " at time " not in error
+    return unmade or error.startswith(_CANNOT_WORK)
+
+
+_CANNOT_WORK = tuple(f"{kind.__name__}: " for kind in (CheckError, LayoutError, ModelError))
 
 
 class _MissingError(Exception):
@@ -51,6 +72,7 @@ class StudyRunner:
         executor: Executor | None = None,
         progress: Progress | None = None,
         write: Callable[[list[Row]], None] = lambda _: None,
+        repeats: Repeats | None = None,
     ) -> None:
         self.plan = plan
         self.store = store
@@ -58,18 +80,23 @@ class StudyRunner:
         self.executor = executor  # None: nothing is simulated
         self.progress = progress or Progress(plan.name, shown=False)
         self.write = write
+        self.repeats = repeats
+        self.refused: set[str] = set()  # models of which no run can work, by what they are known by
+        self.own: dict[int, list[str]] = {}  # policies of the user's own, by point
         self.deterministic = False  # chance plays no part in any design, by what the models say
         if keys is None:
             made = models(plan, points)
             keys = {number: plan.run_name(model) for number, model in made.items()}
             self.deterministic = all(model.is_deterministic for model in made.values())
+            self.own = {number: model.policies.own() for number, model in made.items()}
         self.keys = dict(keys)  # what the model of a point is known by in the store
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
         self.written = monotonic()
 
     def add(self, plan: StudyPlan, point: Point) -> None:
         """Go on with a plan that has one point more, which need not have runs; raises ModelError for no model."""
-        self.keys[point.number] = plan.run_name(models(plan, [point])[point.number])
+        model = models(plan, [point])[point.number]
+        self.keys[point.number], self.own[point.number] = plan.run_name(model), model.policies.own()
         self.replications[point.number] = 0
         self.plan = plan
         self.points.append(point)
@@ -154,6 +181,8 @@ class StudyRunner:
         there: list[tuple[int, int]] = []
         missing: dict[tuple[str, int], list[tuple[int, int]]] = {}  # the same run may be asked for at several points
         for number, replication in runs:
+            if self._is_refused(number):
+                continue
             self.replications[number] = max(self.replications[number], replication + 1)
             name = self.keys[number], run_seed(self.plan.seed, replication)
             lacks = name in missing or self.store.missing(*name)
@@ -163,6 +192,7 @@ class StudyRunner:
                 raise _MissingError
             return
         self.progress.want(len(missing), len({(self.keys[n], r) for n, r in there}))
+        LOG.debug("%s: %d runs to do, %d there already", self.plan.name, len(missing), len(there))
         yield from (self.row(*one) for one in there)
         names: dict[Handle, tuple[str, int]] = {}
         try:
@@ -171,16 +201,52 @@ class StudyRunner:
                 names[self.executor.submit(self.plan.base, wanted)] = name
             with closing(self.executor.ended(list(names))) as ended:
                 for handle in ended:
-                    assert handle.outcome is not None  # we cancel none of them before all have ended
-                    self.store.add(*names[handle], handle.outcome)
-                    self.progress.step(failed=handle.outcome.error is not None)
-                    if monotonic() - self.written > _WRITE_EVERY:
-                        self.write(self.finished())
-                        self.written = monotonic()
-                    yield from (self.row(*one) for one in missing[names[handle]])
+                    if handle.outcome is not None:  # else another run of its design was refused
+                        self._take(handle, handle.outcome, names)
+                        yield from (self.row(*one) for one in missing[names[handle]])
         finally:
             for handle in names:
                 handle.cancel()
+
+    def _take(self, done: Handle, outcome: Outcome, names: Mapping[Handle, tuple[str, int]]) -> None:
+        """Keep a run that has ended; of a design that is refused no other run is done."""
+        model, seed = names[done]
+        self.store.add(model, seed, outcome)
+        if is_refused(outcome):
+            self.refused.add(model)
+            for other, (its, _) in names.items():
+                if its == model:
+                    other.cancel()
+        if outcome.error is not None:
+            LOG.warning("%s: a run failed: %s", self.points[done.wanted.design], outcome.error)
+        self._repeat((model, seed), done)
+        self.progress.step(failed=outcome.error is not None)
+        if monotonic() - self.written > _WRITE_EVERY:
+            self.write(self.finished())
+            self.written = monotonic()
+
+    def _repeat(self, name: tuple[str, int], done: Handle) -> None:
+        """Have the first run with policies of the user's own done again, and see what became of such runs."""
+        own = self.own.get(done.wanted.design)
+        if self.repeats is not None and own:
+            self.repeats.begin(own, name, done)
+            self.see_that_runs_repeat()
+
+    def see_that_runs_repeat(self, *, wait: bool = False) -> None:
+        """Raise StudyError where a run was not the same again; it is done anew when the study goes on."""
+        wrong = None if self.repeats is None else self.repeats.wrong(wait=wait)
+        if wrong is not None:
+            (model, seed), why = wrong
+            self.store.add(model, seed, Outcome({}, 0.0, why, final=False))
+            raise StudyError(why)
+
+    def _is_refused(self, number: int) -> bool:
+        """Whether a run of a design was refused, as every other would be."""
+        return self.keys[number] in self.refused or self._first_is_refused(number, final=True)
+
+    def _first_is_refused(self, number: int, *, final: bool = False) -> bool:
+        first = self.store.get(self.keys[number], run_seed(self.plan.seed, 0))
+        return first is not None and is_refused(first) and (first.final or not final)
 
     def found(self, number: int, replication: int) -> Row | None:
         """A run if it is finished."""
@@ -196,7 +262,8 @@ class StudyRunner:
 
     def finished(self) -> list[Row]:
         """The finished runs of the study, by point and replication."""
-        runs = (self.found(number, r) for number, many in self.replications.items() for r in range(many))
+        counts = {number: 1 if self._first_is_refused(number) else many for number, many in self.replications.items()}
+        runs = (self.found(number, r) for number, many in counts.items() for r in range(many))
         return [row for row in runs if row is not None]
 
     def _until(self, rule: Until) -> Iterator[Row]:
@@ -210,7 +277,7 @@ class StudyRunner:
             yield from self.each([(n, r) for n, m in more.items() for r in range(have[n], have[n] + m)])
             for number, count in list(more.items()):
                 have[number] += count
-                rows = [self.row(number, r) for r in range(have[number])]
+                rows = [row for r in range(have[number]) if (row := self.found(number, r)) is not None]
                 good = [row for row in rows if row.outcome.error is None]
                 values = [row.measured(rule.indicator) for row in good]
                 fixed = bool(good) and all(row.outcome.deterministic for row in good)

@@ -2,13 +2,15 @@
 
 from __future__ import annotations
 
+import logging
+import warnings
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, Literal, Self, TypeVar
 
-from desim_warehouse.errors import StudyError
+from desim_warehouse.errors import StudyError, number_of
 from desim_warehouse.folders import ANSWER, JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.study.design import Rule
@@ -20,9 +22,7 @@ from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.runner import StudyRunner
 from desim_warehouse.study.search import USUAL, Search
-from desim_warehouse.study.statistics.comparison import Comparison
 from desim_warehouse.study.statistics.procedure import Procedure
-from desim_warehouse.study.statistics.screening import MainEffects
 from desim_warehouse.study.table import Row, arrow, columns, is_damaged, write_results
 from desim_warehouse.study.warm_up import PILOT, settle_designs
 
@@ -31,6 +31,8 @@ if TYPE_CHECKING:
 
 
 T = TypeVar("T")
+LOG = logging.getLogger("desim_warehouse")
+LOG.addHandler(logging.NullHandler())  # whoever wants to read it says so
 
 
 class StudyEngine:
@@ -161,10 +163,18 @@ class StudyEngine:
             The study itself.
 
         Raises:
-            StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
+            StudyError: where no run finished, runs with a policy of the user's own cannot be done again, or the folder
+                or the cluster cannot be used. Finished runs are kept. Where some runs failed there is a warning.
             KeyboardInterrupt: on Ctrl-C, after finished runs are stored.
         """
-        return self.run_by(Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress))
+        self.run_by(Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress))
+        errors = [row.outcome.error for row in self.rows if row.outcome.error is not None]
+        if errors and len(errors) == len(self.rows):
+            raise StudyError(f"{self.plan.name}: no run finished: {errors[0]}")
+        if errors:
+            failed = f"{len(errors)} of {number_of(len(self.rows), 'run')} failed (see the column error)"
+            warnings.warn(f"{self.plan.name}: {failed}: {errors[0]}", RuntimeWarning, stacklevel=2)
+        return self
 
     def run_by(self, search: Search) -> Self:
         """Do the missing runs as a search says."""
@@ -174,7 +184,15 @@ class StudyEngine:
                 pass
         return self
 
-    def stream(self, **where: Any) -> Generator[Row]:
+    def stream(
+        self,
+        *,
+        workers: int | str = 1,
+        cluster: str | None = None,
+        out: str | Path | None = None,
+        cache: bool = False,
+        progress: bool = False,
+    ) -> Generator[Row]:
         """The rows of the study as they end, those first that are there: `run()`, for who shows or judges them at once.
 
         Closing the generator ends the study at once: what is not finished is cancelled, what ended is kept.
@@ -183,12 +201,17 @@ class StudyEngine:
                 print(row.point, row.value("T"))
 
         Args:
-            where: as in `run`.
+            workers: as of `run`, as all of these.
+            cluster: a Dask scheduler.
+            out: the study folder.
+            cache: whether runs are kept without one.
+            progress: whether progress is shown.
 
         Raises:
             StudyError: where the folder or the cluster cannot be used. Finished runs are kept.
         """
-        with self.session(Search(**{"cache": False, **where})) as runner:
+        search = Search(workers=workers, cluster=cluster, out=out, cache=cache, progress=progress)
+        with self.session(search) as runner:
             yield from runner.replicate()
 
     def follow(
@@ -255,7 +278,7 @@ class StudyEngine:
             executor = crew.executor(self.plan.timeout, self._say(shown))
             if self.plan.warm_up == "auto":
                 self._settle(executor, shown)
-            runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write)
+            runner = StudyRunner(self.plan, store, self.points, None, executor, shown, self._write, crew.repeats)
             if self.folder is not None:
                 (self.folder / ANSWER).unlink(missing_ok=True)  # of fewer runs, or to another question
                 if is_damaged(self.folder / RESULTS):
@@ -264,6 +287,7 @@ class StudyEngine:
             before = self.plan
             try:
                 yield runner
+                runner.see_that_runs_repeat(wait=True)
             except BaseException:
                 store.reload()
                 raise
@@ -272,6 +296,7 @@ class StudyEngine:
             if self.folder is not None and self.plan is not before:
                 write_record(self.plan, self.points, runner.keys, self.folder)
             shown.print(shown.summary())
+            LOG.info("%s: %s", self.plan.name, shown.summary())
 
     def _settle(self, executor: Executor, shown: Progress) -> None:
         """Give each design its warm-up: the one that the folder has, or from pilot runs."""
@@ -291,6 +316,7 @@ class StudyEngine:
     def _say(self, shown: Progress) -> Callable[[str], None]:
         def say(text: str) -> None:
             self.notes.append(text)
+            LOG.warning("%s: %s", self.plan.name, text)
             shown.print(text)
 
         return say
@@ -341,16 +367,6 @@ class StudyEngine:
     def summary(self, indicators: Sequence[str] | None = None) -> pd.DataFrame:
         """Mean, half-width, median and quantiles of each indicator at each design point, as a tidy table."""
         return self.results.summary(indicators)
-
-    def compare(
-        self, indicator: str, baseline: Mapping[str, Any] | None = None, method: str = "bonferroni"
-    ) -> Comparison:
-        """Paired differences of all designs to the baseline, with intervals that hold all at once."""
-        return self.results.compare(indicator, baseline, method)
-
-    def main_effects(self, indicator: str) -> MainEffects:
-        """The main effect of each factor."""
-        return self.results.main_effects(indicator)
 
     def __repr__(self) -> str:
         """Name, designs and finished runs."""

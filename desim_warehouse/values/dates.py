@@ -116,12 +116,17 @@ def settled(texts: Iterable[str]) -> Slashes | None:
     return readings.pop() if len(readings) == 1 else None
 
 
-def are_days_of_excel(numbers: Any) -> bool:
-    """Whether an array of numbers has days since 1900, some with a time of day: all in a month of this century."""
+def are_days_of_excel(numbers: Any, *, whole: bool = False) -> bool:
+    """Whether an array of numbers has days since 1900, all in a month of this century.
+
+    Some have a time of day, unless it is known that there are dates: `whole`.
+    """
     if not len(numbers):
         return False
     low, high = float(numbers.min()), float(numbers.max())
-    return _EXCEL_DAYS[0] <= low <= high <= min(_EXCEL_DAYS[1], low + _MOST_DAYS) and bool((numbers % 1 > 0).any())
+    return _EXCEL_DAYS[0] <= low <= high <= min(_EXCEL_DAYS[1], low + _MOST_DAYS) and (
+        whole or bool((numbers % 1 > 0).any())
+    )
 
 
 def of_excel(text: pd.Series[Any]) -> pd.Series[Any]:

@@ -115,7 +115,7 @@ def test_size_finds_the_fleets_that_it_looks_at_by_hand(at):
     at(80)
     _, out, err = pages.run_desim("desim size w.yaml --target 'on_time >= 50 %' --first 2 --cap 2 --quiet")
     assert "fleets from 1 to 8, by a quick estimate" in err
-    assert " shown to give at least 50 % on time: " in out
+    assert " the smallest fleet shown to be enough: " in out
     status, _, err = pages.run_desim("desim size w.yaml --key tasks.demand --target 'on_time >= 50 %'")
     assert status == 2
     assert "needs --range VALUES" in err

@@ -52,7 +52,7 @@ MISTAKES = {
     "zero chargers": ({"layout.bays.chargers.chargers": 0}, "NO_CHARGER"),
     "parking without chargers, default policies": (
         {"policies": {}, "battery.charge_rate": 0.009},
-        "HOME_WITHOUT_CHARGER",
+        "REST_FLAT",
     ),
     "two chargers": (
         {**FOUR, "layout.bays.chargers.at": ["A", "H"], "layout.bays.parking.at": PARKING},

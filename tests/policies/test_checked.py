@@ -31,7 +31,10 @@ def mine(tmp_path, body, method="assign(self, situation)", fields=""):
         ("return [(0, 0), (1, 0)]", r"task 0 is given out twice"),
         ("return [3]", r"3 is no pair \(robot number, task number\)"),
         ("return [('a', 'b')]", r"is no pair"),
-        ("return None", r"raised TypeError.*mine.py|raised TypeError"),
+        (
+            "return None",
+            r"returned None, expected pairs \(robot number, task number\) \(assign\(\) in .*mine.py, line 7\)",
+        ),
         ("return 1 / 0", r"raised ZeroDivisionError\('division by zero'\) in .*mine.py, line 8"),
         ("situation.time = 3", r"raised FrozenInstanceError"),
         ("situation.robots[0].energy = 3", r"raised FrozenInstanceError"),

@@ -279,11 +279,6 @@ def test_a_damaged_answer_is_one_message(tmp_path):
         answers.load(tmp_path)
 
 
-def test_options_whose_runs_are_equal_are_one():
-    found = answers.merged(["a", "b", "A", "c", "B"], str.lower)
-    assert found == [("a", ["A"]), ("b", ["B"]), ("c", [])]
-
-
 SAID_IN = [
     path for package in (answer_package, questions) for path in sorted(Path(package.__file__).parent.glob("*.py"))
 ]

@@ -158,3 +158,12 @@ def test_a_night_need_only_give_what_batteries_lack_in_the_evening_and_draw_in_i
     assert not refills_overnight(model)
     fallen = {"T": model.run.length, "energy": 1e9, "charger_utilisation": 0.99, "energy_drift_per_hour": -fall}
     assert [verdict.code for verdict in judge_design([fallen] * 3, model)] == codes
+
+
+@pytest.mark.parametrize(("hours", "judged"), [(16, True), (24, False), (47, False), (48, True)])
+def test_the_end_of_one_day_is_not_held_against_its_beginning(warehouse, hours, judged):
+    """Rates that repeat after 24 h: what a full fleet loses until the first midnight tells nothing of the second."""
+    orders = {"from": "storage", "to": ["packing"], "arrivals": {"profile": {"per_hour": [100] * 12 + [200] * 12}}}
+    tasks = {"flows": {"orders": orders}, "load_time": 10, "unload_time": 20}
+    day = before(warehouse).replace({"tasks": tasks, "run": {"length": hours * 3600}})
+    assert (verdicts.fall([-0.018] * 4, day) is not None) == judged

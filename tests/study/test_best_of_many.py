@@ -12,7 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.answer import answer
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
-from desim_warehouse.questions.best import BestOfMany, best_of, design, in_order, table
+from desim_warehouse.questions.best import BestOfMany, best, design, in_order, table
 from desim_warehouse.report.write import report
 from desim_warehouse.study.designs.best_of_many import TriedDesign
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
@@ -130,9 +130,9 @@ def asked(runs=60, **where):
 
 
 def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(model, tmp_path):
-    one = best_of(model, "annual_cost", **asked(out=tmp_path / "runs"))
+    one = best(model, "annual_cost", **asked(out=tmp_path / "runs"))
     before = (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns
-    again = best_of(model, "annual_cost", **asked(out=tmp_path / "runs", workers=2))
+    again = best(model, "annual_cost", **asked(out=tmp_path / "runs", workers=2))
     assert one.answer.answer == again.answer.answer
     assert (tmp_path / "runs" / "search" / "runs.jsonl").stat().st_mtime_ns == before
     assert one.runs <= 60
@@ -142,7 +142,7 @@ def test_the_answer_does_not_depend_on_workers_and_what_ended_is_found_again(mod
 
 
 def test_a_design_shown_to_meet_the_target_does_so_on_further_days(model):
-    found = best_of(model, "annual_cost", **asked(runs=100))
+    found = best(model, "annual_cost", **asked(runs=100))
     assert found.shown
     assert found.best.verdict == "meets"
     later = [dw.simulate(found.model, seed).kpis["on_time"] for seed in range(1000, 1010)]
@@ -178,7 +178,7 @@ def test_the_command_says_the_value_on_fresh_days_and_writes_a_page(file, tmp_pa
 
 
 def test_without_a_target_the_next_best_is_compared_on_the_same_days(model):
-    found = best_of(model, "throughput_per_hour", directions=True, search=dw.Search(runs=60))
+    found = best(model, "throughput_per_hour", directions=True, search=dw.Search(runs=60))
     assert found.shown is None
     assert found.apart.n == found.best.value.n == 6
     said = found.answer.answer
@@ -217,7 +217,7 @@ def test_the_zone_is_by_default_one_per_cent_of_the_first_mean(model):
 )
 def test_what_cannot_be_searched_is_refused(model, how, said):
     with pytest.raises(StudyError, match=re.escape(said)):
-        best_of(model, "annual_cost", **how)
+        best(model, "annual_cost", **how)
 
 
 def test_of_a_study_folder_nothing_is_searched(tmp_path):
@@ -227,7 +227,7 @@ def test_of_a_study_folder_nothing_is_searched(tmp_path):
 
 
 def test_the_table_has_every_design_tried(model):
-    found = best_of(model, "annual_cost", **asked())
+    found = best(model, "annual_cost", **asked())
     head, rows = table(found, in_order(found))
     assert len(rows) == len(found.tried)
     assert head[-1] == "runs in the search"
@@ -236,7 +236,7 @@ def test_the_table_has_every_design_tried(model):
 
 
 def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
-    found = best_of(model, "annual_cost", **asked(runs=100, out=tmp_path))
+    found = best(model, "annual_cost", **asked(runs=100, out=tmp_path))
     found.answer.save(tmp_path)
     assert answer.load(tmp_path) == found.answer
     assert is_everywhere(found.answer)
@@ -247,21 +247,21 @@ def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
 
 
 def test_all_designs_tried_are_in_its_figure_and_those_judged_have_their_fresh_days(model):
-    found = best_of(model, "annual_cost", **asked())
+    found = best(model, "annual_cost", **asked())
     figure = found.answer.figure
     assert len(figure.points) == len(found.tried)
     named = {point.name: point for point in figure.points if point.name}
     first = named[design(found.best)]
     assert (first.x, first.y) == (found.best.reached.mean, found.best.value.mean)
     assert figure.at == found.target.value
-    free = best_of(model, "cycle_time_mean", **(asked() | {"target": None}))
+    free = best(model, "cycle_time_mean", **(asked() | {"target": None}))
     labels = [row.label for row in free.answer.figure.rows]
     assert len(labels) == len(set(labels))
     assert len(labels) >= min(len(free.tried), 12)
 
 
 def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(model):
-    found = best_of(model, "annual_cost", **asked())
+    found = best(model, "annual_cost", **asked())
     order = in_order(found)
     met = [found.target.met_by(one.reached) for one in order]
     assert met == sorted(met, reverse=True)

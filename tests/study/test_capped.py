@@ -8,7 +8,7 @@ from click.testing import CliRunner
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.questions.size import capped
+from desim_warehouse.questions.sentences import capped
 from desim_warehouse.study.fleet.capped import Capped, caps, tried_cap, waits_much
 from desim_warehouse.study.statistics.effects import Gain
 from desim_warehouse.study.suspects import suspects

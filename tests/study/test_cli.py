@@ -194,9 +194,7 @@ def test_size_names_its_range_and_its_key():
 def test_size_without_an_answer_says_so_by_its_exit_status():
     result = call("size", MULTIBOTS, "--range", "1..2", "--target", "T <= 10", "--quiet")
     assert result.exit_code == 3
-    assert result.stdout.startswith(
-        "No number of robots within the range is shown to give task time at most 10 steps.\n2 robots: "
-    )
+    assert result.stdout.startswith("No fleet is enough. 2 robots: task time ")
     assert result.stderr == "no answer within --range 1..2: widen it, or ask for less with --target\n"
 
 
@@ -213,7 +211,7 @@ def test_size_does_not_name_a_fleet_whose_batteries_still_fall(tmp_path, monkeyp
     assert "cannot last" in full.stdout
     settled = call("size", "w.yaml", *options)
     assert settled.exit_code == 0
-    assert "4 robots are the fewest shown to give at least 50 % on time" in settled.stdout
+    assert "4 robots are the smallest fleet shown to be enough: " in settled.stdout
 
 
 def test_a_model_file_is_no_study_and_a_study_file_no_model():

@@ -26,7 +26,6 @@ from desim_warehouse.study.execution.cache import cache_folder
 from desim_warehouse.study.execution.kept_fleets import FleetsOfACommand, KeptFleets
 from desim_warehouse.study.execution.locks import turn
 from desim_warehouse.study.procedures import scouted
-from desim_warehouse.study.statistics.cheapest import line
 from desim_warehouse.study.statistics.judge import Budget
 from desim_warehouse.study.target import read_target
 from desim_warehouse.world.robots import settled
@@ -305,7 +304,7 @@ def test_scouts_settle_nothing_and_are_kept_apart(model, settlings):
     """Levels begin between 30 and 95 of 100, and a study with the seed of the scouts does not find their runs."""
     study = dw.Study(model, {"fleet.size": [2, 3]}, target="on_time >= 50 %")
     goal = read_target("on_time >= 50 %", model.units.names)
-    assert scouted(study, goal, line(2), lambda one: one, Budget(9), dw.Search()) == set()
+    assert scouted(study, goal, [(0,), (1,)], lambda one: one, Budget(9), dw.Search()) == set()
     assert not settlings
     run = RunData.simulated(model, 1, fleets=UNSETTLED)
     assert all(30 <= levels[0] <= 95 for _, levels in run.history.energy_curves)
@@ -313,7 +312,7 @@ def test_scouts_settle_nothing_and_are_kept_apart(model, settlings):
     assert names
     assert all(name.endswith("-scout") for name in names)
     full = dw.Study(model.replace({"fleet.start_energy": 1}), {"fleet.size": [2]}, target="on_time >= 50 %")
-    assert scouted(full, goal, line(1), lambda one: one, Budget(9), dw.Search()) == set()
+    assert scouted(full, goal, [(0,)], lambda one: one, Budget(9), dw.Search()) == set()
     assert len(list(cache_folder().glob("runs-*/*-scout.jsonl"))) == len(names)
 
 

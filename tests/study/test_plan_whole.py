@@ -14,7 +14,7 @@ from desim_warehouse.questions.plan import plan_fleet
 from desim_warehouse.questions.plan_options import plan_options
 from desim_warehouse.study.fleet import Designs
 from desim_warehouse.study.fleet.hours import DAYS
-from desim_warehouse.study.fleet.plan import _Planner
+from desim_warehouse.study.fleet.plan import Planner
 from desim_warehouse.study.statistics.cheapest import NOTHING, Cheapest, ruling_out
 from desim_warehouse.study.statistics.judge import DesignVerdict
 from tests.docs import pages
@@ -239,7 +239,7 @@ def named_of(counts, said, runs):
     found = Cheapest(best, tuple(below), verdicts, {}, 8, 0.95, 0.01)
     planner = SimpleNamespace(designs=SimpleNamespace(key=lambda design: design))
     study = SimpleNamespace(results=SimpleNamespace(by_point=dict(enumerate(map(rows, runs)))))
-    return _Planner._as_cheap(planner, study, found, counts, NOTHING)
+    return Planner._as_cheap(planner, study, found, counts, NOTHING)
 
 
 def test_of_designs_with_equal_runs_the_cheapest_is_named():

@@ -7,7 +7,8 @@ import desim_warehouse as dw
 from desim_warehouse.outcome.indicators import INDICATORS
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study import procedures
-from desim_warehouse.study.procedures import race, smallest
+from desim_warehouse.study.procedures import race
+from desim_warehouse.study.target import read_target
 from desim_warehouse.study.warm_up import settle
 from desim_warehouse.values.units import UnitNames
 
@@ -56,9 +57,9 @@ def test_deterministic_designs_need_two_runs_each():
 
 def test_the_smallest_fleet_for_a_throughput(tmp_path):
     made = study({"fleet.size": "1..6"}, LIFELONG)
-    found = smallest(made, "throughput_per_hour >= 250", search=dw.Search(out=tmp_path))
+    found = dw.size(made, "throughput_per_hour >= 250", search=dw.Search(out=tmp_path))
     assert found.smallest == 3
-    assert found.below.verdict == "fails"
+    assert [shown.verdict.verdict for shown in found.today.below] == ["fails"]
     means = made.summary(["throughput_per_hour"]).set_index("fleet.size")["mean"]
     assert means[2] < 250 < means[3]
     assert means.isna().any()  # bisection leaves some out
@@ -66,9 +67,11 @@ def test_the_smallest_fleet_for_a_throughput(tmp_path):
 
 def test_a_value_with_which_a_robot_runs_flat_is_too_small():
     tiny = {"battery.threshold": 0, "battery.reserve": 0, "accept": ["BATTERY_TOO_SMALL"], "tasks.goods": {"random": 5}}
-    found = smallest(study({"battery.capacity": [1, 10]}, tiny), "T <= 100000")
+    found = dw.size(study({"battery.capacity": [1, 10]}, tiny), "T <= 100000")
     assert found.smallest == 10
-    assert dict(found.vetoed)[1] == "a robot runs flat"
+    assert [(shown.overrides, shown.vetoed) for shown in found.today.below] == [
+        ({"battery.capacity": 1}, "a robot runs flat")
+    ]
 
 
 def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
@@ -88,13 +91,13 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
         (lambda: race(study({"fleet.size": [1, 2]}), "T", 1e-300), "must be at least 1e-09"),
         (lambda: race(study({"fleet.size": [1, 2]}), "T", float("nan")), "must be at least 1e-09"),
         (
-            lambda: smallest(study({"fleet.size": [1, 2]}), "on_time >= 95"),
+            lambda: dw.size(study({"fleet.size": [1, 2]}), "on_time >= 95"),
             "on_time is a share, expected a number from 0 to 1, or a %; did you mean 95 %",
         ),
-        (lambda: smallest(study({"fleet.size": [1, 2]}), "share_idle < -0.1"), "expected a number from 0 to 1"),
-        (lambda: smallest(study({"fleet.size": [1, 2]}), "T < 5 %"), "T is no share, expected a number"),
-        (lambda: smallest(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
-        (lambda: smallest(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
+        (lambda: dw.size(study({"fleet.size": [1, 2]}), "share_idle < -0.1"), "expected a number from 0 to 1"),
+        (lambda: dw.size(study({"fleet.size": [1, 2]}), "T < 5 %"), "T is no share, expected a number"),
+        (lambda: dw.size(study({"fleet.size": [1, 2]}), "throughput > 3"), "did you mean"),
+        (lambda: dw.size(study({"fleet.size": [1], "battery.threshold": [2]}), "T < 3"), "2 factors"),
         (lambda: dw.Search(first=10, cap=4), "first 10, cap 4: expected 2 <= first <= cap"),
         (lambda: dw.Search(confidence=95), "confidence 95: expected a number between 0 and 1, did you mean 0.95"),
         (
@@ -102,7 +105,7 @@ def test_runs_of_a_procedure_stay_in_the_study_folder(tmp_path):
             "search, seed 3: the study has 0; expected it in the study alone",
         ),
         (
-            lambda: smallest(study({"fleet.size": [1, 2]}), "T < 3", search="scan"),
+            lambda: dw.size(study({"fleet.size": [1, 2]}), "T < 3", search="scan"),
             "size, search: 'scan', expected a Search; scan=True looks at all values",
         ),
     ],
@@ -114,7 +117,7 @@ def test_what_cannot_be_asked_is_told(call, message):
 
 @pytest.mark.parametrize("text", ["on_time >= 0.95", "on_time >= 95 %", "on_time ≥ 95%"])
 def test_a_target_for_a_share_is_a_number_or_a_percentage(text):
-    assert procedures.read_target(text) == Target(INDICATORS["on_time"], ">=", 0.95)
+    assert read_target(text) == Target(INDICATORS["on_time"], ">=", 0.95)
 
 
 def test_a_failed_run_ends_a_procedure_with_its_error(parking):
@@ -167,7 +170,7 @@ MINUTES = UnitNames("m", "min", 60.0)
     ],
 )
 def test_a_target_says_the_unit_in_which_it_was_taken(text, units, value, said):
-    goal = procedures.read_target(text, units)
+    goal = read_target(text, units)
     assert (goal.value, str(goal)) == (value, said)
 
 
@@ -176,7 +179,7 @@ def test_a_target_says_the_unit_in_which_it_was_taken(text, units, value, said):
 )
 def test_a_target_with_a_unit_of_another_kind_is_refused(text):
     with pytest.raises(dw.StudyError, match=r"target '.*': not a "):
-        procedures.read_target(text, UnitNames())
+        read_target(text, UnitNames())
 
 
 def test_a_fleet_that_barely_lasts_is_not_given_up_after_three_runs():
@@ -214,7 +217,7 @@ def test_a_study_never_contradicts_the_search_that_looked_at_it_several_times():
             "models/tutorial.yaml", {"fleet.size": [1, 2, 3, 4]}, changes=changes, target=target, seed=seed
         )
         study.plan = study.plan.unreplicated()
-        said = {f"fleet.size={one.value}": one for one in smallest(study, target).decisions}
+        said = {f"fleet.size={verdict.value}": verdict for verdict in dw.size(study, target).decisions}
         judged = study.results.judged
         assert said
         for design, one in said.items():

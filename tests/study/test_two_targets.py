@@ -41,6 +41,31 @@ def test_the_answer_has_a_line_for_each_target_and_the_table_a_column(both):
     assert [one["indicator"] for one in facts["targets"]] == ["on_time", "cycle_time_mean"]
 
 
+def test_size_is_the_plan_of_one_key_with_several_targets_too(ring, both):  # noqa: F811
+    sized = dw.size(dw.Study(ring, {"fleet.size": [1, 2, 3, 4]}), [IN_TIME, SHORT], search=SEARCH)
+    assert sized.smallest == both.today.best.robots
+    assert sized.today.best.verdict.each == both.today.best.verdict.each
+    assert sized.answer.answer[0] == f"{sized.smallest} robots are the smallest fleet shown to be enough."
+    assert sized.answer.answer[1:3] == both.answer.answer[1:3]
+    assert sized.answer.question == (
+        "What is the smallest number of robots that gives at least 30 % on time and mean cycle time at most 1.5 min?"
+    )
+
+
+def test_a_key_that_is_no_fleet_is_sized_in_its_own_words(ring):  # noqa: F811
+    """Two robots drive 80 for an order: at 0.2 a second that alone is 400 s, at 1 a second 80."""
+    speeds = dw.Study(ring.replace({"fleet.size": 2}), {"fleet.robot.speed": [0.2, 0.3, 1.0]})
+    slow, fast = (dw.size(speeds, f"cycle_time_mean <= {most}", scan=True, search=SEARCH) for most in (10, 120))
+    assert (slow.smallest, slow.feasible) == (None, False)
+    assert slow.answer.answer[0].startswith("No value is enough. Speed 1: mean cycle time ")
+    assert fast.smallest == 1.0
+    assert fast.answer.answer[0].startswith("Speed 1 is the smallest value shown to be enough: mean cycle time ")
+    assert [option.name for option in fast.answer.options] == ["speed 0.2", "speed 0.3", "speed 1"]
+    assert [option.set["fleet.robot.speed"] for option in fast.answer.options] == [0.2, 0.3, 1.0]
+    assert "more never does worse" not in fast.answer.promise
+    assert fast.answer.figure.at == 120
+
+
 def test_targets_that_no_fleet_meets_together(ring):  # noqa: F811
     sizes = plan_fleet(ring, [SHORT, "share_idle <= 30 %"], **HOW)
     assert not sizes.feasible
@@ -67,8 +92,6 @@ def test_what_cannot_be_asked_is_refused(ring, targets, how, message):  # noqa: 
 def test_what_takes_one_target_refuses_several(ring, tmp_path):  # noqa: F811
     with pytest.raises(dw.StudyError, match="expected words such as"):
         plan_options({"A": ring, "B": ring}, [IN_TIME, SHORT])
-    with pytest.raises(dw.StudyError, match="expected words such as"):
-        dw.size(dw.Study(ring, {"fleet.size": [1, 2]}), [IN_TIME, SHORT])
     model = tmp_path / "ring.yaml"
     model.write_text(json.dumps(RING | {"tasks": RING["tasks"] | {"flows": {"out": FLOW}}, "run": {"length": 1800}}))
     twice = f'--target "{IN_TIME}" --target "{SHORT}"'

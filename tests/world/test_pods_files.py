@@ -4,8 +4,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
-from desim_warehouse.model.order_day import order_day
 from desim_warehouse.model.sections.pods import PodsSpec
+from desim_warehouse.orders.day import order_day
 from desim_warehouse.questions.check import check
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.orders.pods import Shelves

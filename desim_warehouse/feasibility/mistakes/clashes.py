@@ -3,9 +3,7 @@
 from __future__ import annotations
 
 import math
-import shlex
 from itertools import combinations
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
@@ -52,7 +50,6 @@ def warnings(model: Model) -> Iterator[Finding]:
             yield _overlapping(f"calendars.{name}.between")
     yield from _never(model)
     yield from _orders(model)
-    yield from _raw_orders(model)
     if math.isfinite(model.run.end):
         yield from _breaks(model)
         yield from _due(model)
@@ -150,21 +147,6 @@ def _orders(model: Model) -> Iterator[Finding]:
             text = f"all orders are released within {amount(file.last)} {model.units.time}"
             cure = "times of day (08:15), or numbers in the model's unit; sheets may have them as parts of a day"
             yield Finding("UNUSUAL", place, text, cure)
-
-
-def _raw_orders(model: Model) -> Iterator[Finding]:
-    """Files as an ERP wrote them, whose meaning is guessed here without a word; `desim orders` says what it guesses."""
-    for name, flow in model.tasks.flows.items():
-        if not isinstance(flow.when, OrdersArrivals):
-            continue
-        file = Path(flow.when.orders.file)
-        file = file.relative_to(Path.cwd()) if file.is_relative_to(Path.cwd()) else file
-        known = summary(flow.when.orders, reading(model, model.floor))
-        if known.raw:
-            text = f"{file.name} is no plain table ({', '.join(known.raw)}); from 0.5 on models read no other"
-            command = ["desim", "orders", str(file), *known.options]
-            cure = f"{shlex.join(command)} --model MODEL --out {shlex.quote(str(file.with_suffix('.parquet')))}"
-            yield Finding("RAW_ORDERS", f"tasks.flows.{name}.arrivals.orders", text, f"{cure}, and that file instead")
 
 
 # Due times

@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 DAYS = 14
 """Days in which the longest rest of a model is looked for: calendars repeat every week."""
+DAY = 24
+"""Hours after which calendars and closures repeat."""
 STEPS = 1000
 """Times at which a calendar opens or closes that are looked at, to find whether two of them meet."""
 
@@ -101,3 +103,12 @@ def _longest_between(stretches: list[Stretch], end: float) -> float:
     for begin, close in stretches:
         closed, last = max(closed, begin - last), close
     return max(closed, end - last)
+
+
+def repeats_after(model: Model) -> float:
+    """Return the time after which hours, rates and closures repeat, usually a day; 0 where they are always alike."""
+    profiles = [flow.when.profile for flow in model.tasks.flows.values() if isinstance(flow.when, ProfileArrivals)]
+    hour = model.units.hour
+    periods = [len(profile.per_hour) * (hour if profile.every is None else profile.every) for profile in profiles]
+    by_clock = model.layout.has_hours or model.fleet.has_hours or model.traffic.closures
+    return max([*periods, DAY * hour * bool(by_clock)])

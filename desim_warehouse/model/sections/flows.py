@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from pathlib import PurePath
-from typing import Annotated, Any, Literal, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 from pydantic import (
     AfterValidator,
@@ -29,7 +29,6 @@ from desim_warehouse.values.fields import (
     Count,
     Duration,
     Forms,
-    FrozenMap,
     Integer,
     Name,
     NotNegative,
@@ -139,28 +138,14 @@ class ScheduleArrivals(Part):
 class OrdersFile(Part):
     """Orders, one a row, in the table that `desim orders` writes.
 
-    Its columns: release, from, via, to, due, priority, quantity, order. Only release must be there. Times are numbers
-    from the start of the run, times of day or ISO dates with times (see run.start); from and to name nodes, stations or
-    storage places (by number or name), via several, as `B > C`; quantity is so many tasks. With pods, item is what a
-    line asks for, and from and to name stations. Keys that say how another file is meant go in 0.5 (RAW_ORDERS).
+    Its columns: release, from, via, to, due, priority, quantity, order. Only release must be there, and no other may
+    be. Times are numbers from the start of the run, times of day or ISO dates with times (see run.start); from and to
+    name nodes, stations or storage places (by number or name), via several, as `B > C`; quantity is so many tasks. With
+    pods, item is what a line asks for, and from and to name stations. Files as other programs export them are refused,
+    with the command that makes such a table of them.
     """
 
-    file: Name = Field(description="CSV or Parquet file, relative to the model file")
-    columns: Annotated[Mapping[Name, Name], AfterValidator(FrozenMap)] = Field(
-        FrozenMap(), description="until 0.5: what the file calls the columns, such as {release: created_at}"
-    )
-    sheet: Name | None = Field(None, description="until 0.5: of an Excel file; default: the first")
-    dates: Literal["us", "uk"] | None = Field(
-        None,
-        description="until 0.5: how 03/02/2026 is meant: us, March 2; uk, 3 February; default: such dates are refused",
-    )
-    quantity: Literal["tasks", "pieces"] = Field(
-        "tasks",
-        description="until 0.5: what the column quantity counts: tasks, each a trip, or pieces, which go together",
-    )
-    pieces_per_load: Count | None = Field(
-        None, description="until 0.5: with quantity: pieces: how many fit on one load; default: all pieces of a row"
-    )
+    file: Name = Field(description="CSV (UTF-8, commas) or Parquet file, relative to the model file")
     resample: Annotated[Duration | None, Usual("5 min", "7 d")] = Field(
         None,
         title="stretch of orders drawn anew",
@@ -168,22 +153,6 @@ class OrdersFile(Part):
         "the pattern of the day stays",
     )
     sha256: Name | None = Field(None, description="of the file; reading puts it here")
-
-    @model_validator(mode="after")
-    def _of_pieces(self) -> OrdersFile:
-        if self.pieces_per_load is not None and self.quantity != "pieces":
-            raise wrong("without pieces, expected quantity: pieces beside it", "pieces_per_load")
-        return self
-
-    @field_validator("columns")
-    @classmethod
-    def _known(cls, columns: Mapping[str, str]) -> Mapping[str, str]:
-        for ours in columns:
-            if ours not in ORDER_COLUMNS:
-                near = nearest(ours, ORDER_COLUMNS)
-                hint = f"; did you mean '{near}'?" if near else ""
-                raise wrong(f"unknown column (got {got(ours)}), expected {spoken(ORDER_COLUMNS, 'or')}{hint}", ours)
-        return columns
 
 
 class OrdersArrivals(Part):

@@ -1,39 +1,50 @@
-"""Orders from a file, in the words of the model: times from the start of the run, places of its floor.
+"""Orders from a plain table, as `desim orders` writes it: CSV in UTF-8 with commas, or Parquet, in our columns alone.
 
-It is read in chunks, so a million orders take no more memory than some thousand, and checked row by row. Rows in no
-order are sorted by their release, in memory. What is wrong is summed up by kind.
+Rows come in chunks, so a million orders take no more memory than some thousand. Rows in no order are sorted by their
+release, in memory. What is wrong is summed up by kind. Any other table is refused with the command that reads it:
+what an export means is asked once, where somebody sees the answer.
 """
 
 from __future__ import annotations
 
+import csv
+import datetime as dt
+import shlex
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
-from itertools import groupby, pairwise
+from itertools import groupby, islice, pairwise
 from operator import attrgetter
 from pathlib import Path
-from typing import TYPE_CHECKING
+from sys import intern
+from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import ModelError
+from desim_warehouse.errors import ModelError, first_of, got, nearest, reason
 from desim_warehouse.layout import Layout
-from desim_warehouse.model.sections.flows import STORAGE, FlowSpec, OrdersArrivals, OrdersFile
-from desim_warehouse.model.sections.order_file import Problems, check_there, chunks, options, raw, table_of
-from desim_warehouse.model.sections.order_rows import Chunk, OrderLine, Reading, first_day
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, FlowSpec, OrdersArrivals, OrdersFile
+from desim_warehouse.model.sections.order_lines import BEYOND, ISO, OrderLine, Problems, Reading, Rows
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
+    import pandas as pd
     from numpy.random import Generator
+
+CHUNK = 50_000
+"""Rows read at a time."""
+PARQUET, EXCEL = (".parquet", ".pq"), (".xlsx", ".xlsm")
+"""Endings of files, in small letters."""
+_EARLIER: dict[str, Any] = {"columns": {}, "sheet": None, "dates": None, "quantity": "tasks", "pieces_per_load": None}
+"""Keys that a file of orders had before 0.4, and what they were where nothing was said."""
 
 
 @dataclass(frozen=True)
 class Summary:
-    """What a file holds: tasks, rows, the last release, and the nodes and stations it names.
+    """Contents of a file: tasks, rows, the last release, and the nodes and stations it names.
 
     `due` and `urgent`: rows with a due time, and with a priority; `orders`: how many different ones; `in_order`:
-    whether every row is released no earlier than those before; `trips`: whether quantities were taken for tasks;
-    `fetched`, `stored`: rows from a storage place to a node or station, and the other way. `raw`: in what it is another
-    file than `desim orders` writes, and `options`: those with which that reads it in the same way.
+    whether every row is released no earlier than those before; `fetched`, `stored`: rows from a storage place to a node
+    or station, and the other way.
     """
 
     tasks: int
@@ -44,11 +55,162 @@ class Summary:
     urgent: int = 0
     orders: int = 0
     in_order: bool = True
-    trips: bool = True
     fetched: int = 0
     stored: int = 0
-    raw: tuple[str, ...] = ()
-    options: tuple[str, ...] = ()
+
+
+# The table
+
+
+def command(path: Path, named: dict[str, Any], model: str) -> str:
+    """The `desim orders` command that makes a plain table of a file.
+
+    `named`: the section of the model that names it, maybe with keys of earlier versions; `model`: the model's file.
+    """
+    file = near(path)
+    out = file.with_name(f"{file.stem}{'-plain' * (file.suffix.lower() in PARQUET)}.parquet")
+    columns = named.get("columns")
+    maps = columns.items() if isinstance(columns, Mapping) else ()
+    words = ["desim", "orders", str(file), *(word for pair in maps for word in ("--map", "=".join(map(str, pair))))]
+    if "quantity" in dict(maps) and not named.get("quantity"):
+        words += ["--quantity", "tasks"]
+    for key in ("sheet", "dates", "quantity", "pieces_per_load"):
+        words += [f"--{key.replace('_', '-')}", str(named[key])] if named.get(key) else []
+    return shlex.join([*words, "--model", model if Path(model).is_file() else "MODEL", "--out", str(out)])
+
+
+def near(path: str | Path) -> Path:
+    """A path as people type it: from the current folder on, if the file lies below."""
+    folder = Path.cwd()
+    return Path(path).relative_to(folder) if Path(path).is_relative_to(folder) else Path(path)
+
+
+def without_earlier(named: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
+    """A section that names a file, without keys of earlier versions, and which of those said something, as text."""
+    keys = [f"{key}: {got(named[key])}" for key in _EARLIER if key in named and named[key] != _EARLIER[key]]
+    return {key: value for key, value in named.items() if key not in _EARLIER}, keys
+
+
+def not_plain(path: Path) -> list[str]:
+    """Ways in which a file is no plain table, as far as its kind and its header show."""
+    if path.suffix.lower() in EXCEL:
+        return ["a workbook"]
+    try:
+        names = _names(path)
+    except (OSError, ValueError, csv.Error) as error:
+        return [_why(error)]
+    others = [got(name) for name in names if name not in ORDER_COLUMNS]
+    meant = nearest(others[0][1:-1], {*ORDER_COLUMNS} - {*names}) if len(others) == 1 else None
+    ways = [f"column{'s' * (len(others) > 1)} {first_of(others, 4)}"] if others else []
+    ways += [f"did you mean '{meant}'?"] if meant else ["no column 'release'"] * ("release" not in names)
+    return ways + [f"column '{name}' twice" for name, count in Counter(names).items() if count > 1]
+
+
+def check_there(path: Path) -> tuple[int, int]:
+    """When a file was changed, in nanoseconds, and its bytes; raises ModelError where there is no such file."""
+    try:
+        if not path.is_file():
+            raise FileNotFoundError(2, "no such file")
+        state = path.stat()
+    except (OSError, ValueError) as error:
+        raise ModelError([unreadable(path, error)]) from None
+    return state.st_mtime_ns, state.st_size
+
+
+def unreadable(path: Path, error: Exception, kinds: str = "CSV or Parquet") -> str:
+    """Why a file of orders cannot be read."""
+    return f"{near(path)}: cannot be read ({_why(error)}), expected orders in {kinds}"
+
+
+def _why(error: Exception) -> str:
+    return "not text in UTF-8" if isinstance(error, UnicodeDecodeError) else reason(error)
+
+
+def _names(path: Path) -> list[str]:
+    """The columns of a plain table; raises OSError, ValueError or csv.Error where it has none."""
+    if path.suffix.lower() in PARQUET:
+        from pyarrow import parquet
+
+        return list(parquet.read_schema(path).names)
+    with path.open(encoding="utf-8-sig", newline="") as lines:
+        return [name.strip() for name in next(csv.reader(lines), [])]
+
+
+def _chunks(path: Path, columns: Sequence[str] = ORDER_COLUMNS) -> Iterator[pd.DataFrame]:
+    """The rows of a plain table that are not empty, as text in chunks, numbered from 1."""
+    try:
+        names = _names(path)
+        if path.suffix.lower() in PARQUET:
+            wanted = [name for name in names if name in columns]
+            for begin, cells in parquet_chunks(path, wanted):
+                yield framed(zip(*cells, strict=True), wanted, begin)
+            return
+        with path.open(encoding="utf-8-sig", newline="") as lines:
+            rows, begin = islice(csv.reader(lines), 1, None), 1
+            while some := list(islice(rows, CHUNK)):
+                yield framed(some, names, begin)
+                begin += len(some)
+    except (OSError, ValueError, csv.Error) as error:
+        raise ModelError([unreadable(path, error)]) from None
+
+
+def framed(rows: Iterable[Sequence[str]], names: Sequence[Any], begin: int) -> pd.DataFrame:
+    """Rows as a table of text, without the empty ones, numbered from `begin`; equal texts are one in memory."""
+    import pandas as pd
+
+    width, beyond, cells, numbers = len(names), list[str](), list[list[str]](), list[int]()
+    for number, row in enumerate(rows, begin):
+        texts = [intern(cell.strip()) for cell in row]
+        if any(texts):
+            numbers.append(number)
+            cells.append((texts + [""] * (width - len(texts)))[:width])
+            beyond.append("".join(texts[width:]))
+    frame = pd.DataFrame(cells, numbers, list(names), dtype=object)
+    return frame.assign(**{BEYOND: beyond}) if any(beyond) else frame
+
+
+def parquet_chunks(path: Path, names: Sequence[str]) -> Iterator[tuple[int, list[list[str]]]]:
+    """Columns of a Parquet file as text, in chunks of rows: the number of the first row, from 1, and the cells.
+
+    Raises ValueError for columns that are no text, numbers or times, and for more text than is held at once.
+    """
+    from pyarrow import parquet
+
+    schema, most = parquet.read_schema(path), LIMITS["texts"][0]
+    texts = [field.name for field in schema if str(field.type).endswith(("string", "binary"))]
+    with parquet.ParquetFile(path, read_dictionary=texts) as file:
+        groups = map(file.metadata.row_group, range(file.metadata.num_row_groups))
+        columns = (group.column(rank) for group in groups for rank in range(group.num_columns))
+        if any(column.total_uncompressed_size > most for column in columns):
+            raise ValueError("too large when it is unfolded")
+        begin = 1
+        for batch in file.iter_batches(CHUNK, columns=list(names)):
+            cells = [_cells(batch.column(name), name) for name in names]
+            if (size := sum(len(cell) for column in cells for cell in column)) > most:
+                raise ValueError(f"{len(batch):,} rows have {size / 1e6:,.0f} MB of texts")
+            yield begin, cells
+            begin += len(batch)
+
+
+def _cells(column: Any, name: str) -> list[str]:
+    """A column of Parquet as text, of which each is there once; raises ValueError where it is none."""
+    import pyarrow as pa
+
+    is_coded = pa.types.is_dictionary(column.type)
+    words = column.dictionary if is_coded else column
+    try:
+        if pa.types.is_nested(words.type) or pa.types.is_duration(words.type):
+            raise ValueError(f"column {got(name)} has {words.type}, expected text, numbers or times")
+        texts = words.cast(pa.string())
+        texts.validate(full=True)
+    except pa.ArrowInvalid:
+        raise ValueError(f"column {got(name)} has bytes that are no text") from None
+    empty = (None, "nan") if pa.types.is_floating(words.type) else (None,)
+    cells = ["" if text in empty else text for text in texts.to_pylist()]
+    return ["" if rank is None else cells[rank] for rank in column.indices.to_pylist()] if is_coded else cells
+
+
+# What is in it
 
 
 def read(spec: OrdersFile, how: Reading) -> Iterator[OrderLine]:
@@ -58,9 +220,9 @@ def read(spec: OrdersFile, how: Reading) -> Iterator[OrderLine]:
         ModelError: with all kinds of problems of the file.
     """
     if summary(spec, how).in_order:
-        yield from (line for lines in _checked(spec, how, Problems(spec.file)) for line in lines)
+        yield from (line for lines in _checked(spec, how, Problems(str(near(spec.file)))) for line in lines)
     else:
-        lines = [line for lines in _checked(spec, how, Problems(spec.file)) for line in lines]
+        lines = [line for lines in _checked(spec, how, Problems(str(near(spec.file)))) for line in lines]
         yield from sorted(lines, key=attrgetter("release"))
 
 
@@ -70,8 +232,7 @@ def summary(spec: OrdersFile, how: Reading) -> Summary:
     Raises:
         ModelError: where it cannot be read, or with all kinds of its problems, up to 20.
     """
-    stat = check_there(Path(spec.file))
-    return _summary(spec, how, (stat.st_mtime_ns, stat.st_size))
+    return _summary(spec, how, check_there(Path(spec.file)))
 
 
 @lru_cache(maxsize=8)
@@ -80,8 +241,8 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     names: set[str | int | None] = set()
     due, urgent, orders = 0, 0, set[str]()
     ways: Counter[tuple[bool | None, bool | None]] = Counter()
-    found, most = Problems(spec.file), LIMITS["tasks"][0]
-    for lines in _checked(spec, how, found):
+    wrong, most = Problems(str(near(spec.file))), LIMITS["tasks"][0]
+    for lines in _checked(spec, how, wrong):
         rows += len(lines)
         tasks += sum(line.quantity for line in lines)
         times = [last, *(line.release for line in lines)]
@@ -95,7 +256,7 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
         names.update(place for via in set(map(attrgetter("via"), lines)) for place in via or ())
         if rows > most:
             raise ModelError([f"{spec.file}: too many rows, expected at most {most:,} tasks"])
-    problems = found.told()
+    problems = wrong.told()
     if not rows and not problems:
         problems = [f"{spec.file}: no rows, expected at least one order"]
     if tasks > most and not problems:
@@ -103,10 +264,8 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
     if problems:
         raise ModelError(problems)
     named = frozenset(name for name in names if isinstance(name, str) and name != STORAGE)
-    trips, fetched, stored = spec.quantity == "tasks", ways[True, False], ways[False, True]
-    table = table_of(spec)
-    other, said = (*raw(spec, table), *found.forms), tuple(options(spec, table))
-    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, trips, fetched, stored, other, said)
+    fetched, stored = ways[True, False], ways[False, True]
+    return Summary(tasks, rows, last, named, due, urgent, len(orders), in_order, fetched, stored)
 
 
 def _in_storage(end: str | int | None) -> bool | None:
@@ -126,15 +285,16 @@ def nodes_named(files: Iterable[OrdersFile], how: Reading, layout: Layout) -> tu
     return tuple(dict.fromkeys(node for name in names for node in layout.nodes_of(name)))
 
 
-def problems_of(files: Iterable[OrdersFile], how: Reading) -> list[str]:
-    """What is wrong with files of orders, by row and column."""
-    found: list[str] = []
+def problems_of(files: Iterable[OrdersFile], how: Reading, model: str) -> list[str]:
+    """Problems of files of orders, by row and column, and the command that reads other tables for the model."""
+    problems: list[str] = []
     for spec in files:
         try:
             summary(spec, how)
         except ModelError as error:
-            found += error.problems
-    return found
+            cure = f"the export of another program is read by: {command(Path(spec.file), {}, model)}"
+            problems += [*error.problems, f"{near(spec.file)}: {cure}"]
+    return problems
 
 
 def resampled(
@@ -162,9 +322,23 @@ def resampled(
                 yield line._replace(release=time, due=due, order=f"{line.order}.{number}.{copy}")
 
 
-def _checked(spec: OrdersFile, how: Reading, found: Problems) -> Iterator[list[OrderLine]]:
-    """The rows that could be read, chunk by chunk; what is wrong with others is `found`."""
-    table = table_of(spec)
-    midnight = first_day(spec, table, how)
-    for frame in chunks(spec, table):
-        yield Chunk(frame, spec, table, how, midnight, found).lines()
+def _checked(spec: OrdersFile, how: Reading, problems: Problems) -> Iterator[list[OrderLine]]:
+    """The rows that could be read, chunk by chunk; what is wrong with others comes to the problems."""
+    path = Path(spec.file)
+    if ways := not_plain(path):  # it may have changed since the model was read
+        raise ModelError([f"{near(path)}: no plain table of orders (got {'; '.join(ways)})"])
+    midnight = how.day or _first_day(path, check_there(path))
+    for cells in _chunks(path):
+        rows = Rows(cells, how, problems, midnight)
+        rows.check()
+        yield rows.lines()
+
+
+@lru_cache(maxsize=8)
+def _first_day(path: Path, _: tuple[int, int]) -> dt.datetime | None:
+    """The day of the first release, None where releases are no dates."""
+    days = []
+    for cells in _chunks(path, ("release",)):
+        text = cells["release"]
+        days += text[text.str.match(ISO)].str[:10].unique().tolist()
+    return dt.datetime.fromisoformat(min(days)) if days else None

@@ -8,12 +8,35 @@ from typing import TYPE_CHECKING
 from desim_warehouse.run import RunData
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from desim_warehouse.model import Source
     from desim_warehouse.run.stop import StopSignal
 
 
 class Run(RunData):
-    """The outcome of a run: indicators as plain numbers, everything else as tables; in Jupyter it shows its page."""
+    """The outcome of a run; printing prints what came out of it in sentences, as `desim run` does.
+
+    Attributes:
+        kpis: all indicators by name, in the units of the model file.
+        log: a row for each event.
+        robots: a row for each robot.
+        waits: who waited for whom, and where.
+        model: what was simulated.
+        seed: of its random streams.
+    """
+
+    @property
+    def table(self) -> pd.DataFrame:
+        """One row: the name of the model, the seed, and every indicator; `pd.concat` makes a table of several runs."""
+        import pandas as pd
+
+        return pd.DataFrame([{"model": self.model.name, "seed": self.seed, **self.kpis}])
+
+    def __str__(self) -> str:
+        from desim_warehouse.questions.run import words
+
+        return words.text(self)
 
     def _repr_html_(self) -> str:
         """Show the first page of its report, and its indicators, in a frame."""
@@ -27,8 +50,14 @@ def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, un
 
     `stop` ends it from another thread. The clock stops at `until`, in the model's time unit, if the run lasts so long.
 
-    Raises LayoutError for layouts on which work could stop for good, CheckError for what else `check` calls an error
-    and the model does not accept, SimulationError and PolicyError for what goes wrong during the run.
+    Returns:
+        The run; indicators in the units of the model.
+
+    Raises:
+        LayoutError: a layout on which work could stop for good.
+        CheckError: what else `check` calls an error and the model does not accept.
+        PolicyError: a policy that cannot be loaded, or whose answer cannot be carried out.
+        SimulationError: a run that cannot go on.
     """
     return Run.simulated(model, seed, stop, until=until)
 
@@ -36,6 +65,10 @@ def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, un
 def load_run(folder: str | Path) -> Run:
     """A run from the folder it was saved to, with the indicators that were saved if another version simulated it.
 
-    Raises ReportError where there is none, or it is damaged.
+    Returns:
+        The run, as it was saved.
+
+    Raises:
+        ReportError: none there, or it is damaged.
     """
     return Run.load(folder)

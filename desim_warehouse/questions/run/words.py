@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.busiest import busiest
@@ -10,14 +11,25 @@ from desim_warehouse.answer.course import stood_still
 from desim_warehouse.answer.numbers import sentence
 from desim_warehouse.answer.parts import BigNumber
 from desim_warehouse.answer.root_words import root as in_words
+from desim_warehouse.answer.text import WIDTH, printed_table
 from desim_warehouse.errors import number_of
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.halts import Halt, halts
+from desim_warehouse.outcome.indicators import chosen, judged_by
 from desim_warehouse.outcome.verdicts import is_no_answer, piles_up
 from desim_warehouse.questions.run.lasting import Lasting, lasting
 from desim_warehouse.run import RunData
 from desim_warehouse.study.rare import unknown
 from desim_warehouse.values.units import SECONDS
+
+
+def text(run: RunData, indicators: Sequence[str] = (), width: int = WIDTH) -> str:
+    """Put a run into text: its sentences, and a table of indicators, by default those that such runs are judged by."""
+    usual = judged_by(run.kpis, never_ends=run.model.tasks.never_end)
+    shown = chosen(indicators, run.kpis) if indicators else usual
+    title = f"{run.model.name}: {number_of(run.model.fleet.size, 'robot')}, seed {run.seed}"
+    rows = [(words.indicator_name(name), words.value(name, run.kpis[name], run.model), name) for name in shown]
+    return "\n".join([*sentences(run), printed_table(title, ("indicator", "value", "name"), rows, width)])
 
 
 def sentences(run: RunData) -> list[str]:

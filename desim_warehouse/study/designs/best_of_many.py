@@ -110,7 +110,7 @@ def search_designs(
 ) -> Raced | SearchedDesigns:
     """Search the designs of a model for the best by the mean of an indicator; race them where they are few.
 
-    The arguments are those of `questions.best.best_of`.
+    The arguments are those of `questions.best.best`.
 
     Raises:
         ModelError: a value that makes no model.

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.study.execution import make_executor
 from desim_warehouse.study.execution.kept_fleets import FleetsOfACommand
+from desim_warehouse.study.execution.repeats import Repeats
 from desim_warehouse.study.execution.signals import Interrupts
 
 if TYPE_CHECKING:
@@ -24,6 +25,8 @@ class Crew:
         self.interrupts = Interrupts()
         """Entered by a study while it is under way."""
         self.fleets = FleetsOfACommand(cache=cache)
+        self.repeats = Repeats(self._elsewhere)
+        """Runs with the user's own policies that are done again."""
         self._executors: dict[float | None, Executor] = {}
         self._told: Callable[[str], None] = lambda _: None
 
@@ -44,8 +47,15 @@ class Crew:
         """End all processes and connections, whatever they are doing."""
         with self.interrupts, ExitStack() as ending:
             ending.callback(self.fleets.close)
+            ending.callback(self.repeats.close)
             for executor in self._executors.values():
                 ending.callback(executor.close)
+
+    def _elsewhere(self) -> Executor:
+        """One more process on this machine."""
+        from desim_warehouse.study.execution.pool import Pool
+
+        return Pool(1, None, self._say, self.interrupts, self.fleets)
 
     def _say(self, text: str) -> None:
         self._told(text)

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from desim_warehouse.errors import CheckError, SimulationError
 from desim_warehouse.model import Model
 from desim_warehouse.outcome.history import Spans, in_spans
+from desim_warehouse.policies.asked import place_in
 from desim_warehouse.run import RunData
 from desim_warehouse.run.stop import StoppedError, StopSignal
 from desim_warehouse.study.execution.signals import Interrupts
@@ -157,8 +158,9 @@ class Simulator:
                 run = RunData.simulated(model, wanted.seed, stop, fleets=fleets)
         except StoppedError:
             return Outcome({}, _since(begin), "cancelled", final=False)
-        except TimeOutError:
-            return Outcome({}, _since(begin), f"time-out: not finished after {timeout:g} s", final=False)
+        except TimeOutError as error:
+            place = place_in(error, model.policies.own())
+            return Outcome({}, _since(begin), f"time-out: not finished after {timeout:g} s{place}", final=False)
         except KeyboardInterrupt:
             raise
         except BaseException as error:  # noqa: BLE001 - one failing run, by sys.exit too, is a row with its error

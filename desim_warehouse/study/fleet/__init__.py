@@ -1,6 +1,7 @@
 """How many robots and chargers a warehouse needs."""
 
-from desim_warehouse.study.fleet.designs import Designs, refused
+from desim_warehouse.study.fleet.designs import Designs, OneKey, refused
+from desim_warehouse.study.fleet.one_key import size_key
 from desim_warehouse.study.fleet.options import ComparedOptions, compare_options
 from desim_warehouse.study.fleet.plan import size_fleet
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
@@ -10,11 +11,13 @@ __all__ = [
     "ComparedOptions",
     "Designs",
     "FleetSizes",
+    "OneKey",
     "Shown",
     "Sized",
     "Strategy",
     "compare_options",
     "refused",
     "size_fleet",
+    "size_key",
     "utilisation",
 ]

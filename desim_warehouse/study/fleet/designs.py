@@ -15,7 +15,9 @@ from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
 from desim_warehouse.model.facts.places import open_share
 from desim_warehouse.outcome.account import equipment
 from desim_warehouse.run.quick import estimate
+from desim_warehouse.study.procedures import FLEET
 from desim_warehouse.study.statistics.cheapest import Counts
+from desim_warehouse.study.study import StudyEngine
 
 ROOM = 2.5
 """How far robots are searched by default, as a multiple of what the quick estimate needs."""
@@ -80,6 +82,9 @@ class Designs:
     kind, so chargers are too, where some are for kinds alone. Packers are those at each node of one station.
     """
 
+    scan = False
+    """Whether each design is judged by itself, the first one first."""
+
     def __init__(
         self,
         model: Model,
@@ -96,6 +101,10 @@ class Designs:
         if chargers is not None and self.zone is None:
             raise StudyError("--chargers: this model has no chargers, expected bays with chargers and a battery")
         self._robots, self._chargers = robots, chargers
+
+    def value(self, design: Counts) -> Any:
+        """Return how many robots a design has."""
+        return design[0]
 
     def overrides(self, design: Counts) -> dict[str, Any]:
         """What makes the model into a design."""
@@ -184,9 +193,49 @@ class Designs:
         return [robots, list(range(1, min(most, robots[-1]) + 1)), *packers]
 
     @property
+    def is_fleet(self) -> bool:
+        """Whether robots are counted."""
+        return True
+
+    @property
     def today(self) -> int:
         """Chargers of the model as it is, in the bays whose chargers are sized."""
         return self._now.get(self.zone or "", 0)
+
+
+class OneKey(Designs):
+    """The values of the one factor of a study as designs, smallest first: the count of each is its position.
+
+    `scan`: each is judged by itself from the first on, where more need not be better.
+    """
+
+    def __init__(self, study: StudyEngine, *, scan: bool = False) -> None:
+        if len(study.plan.factors) != 1:
+            raise StudyError(f"size: {len(study.plan.factors)} factors, expected one whose values are searched")
+        [self.of] = (factor.key for factor in study.plan.factors)
+        self.model, self.study, self.scan = study.plan.base, study, scan
+        self.zone = self.packers = None
+
+    @property
+    def is_fleet(self) -> bool:
+        """Whether robots are counted."""
+        return self.of == FLEET
+
+    def value(self, design: Counts) -> Any:
+        """Return the value of the key."""
+        return self.study.points[design[0]].labels[self.of]
+
+    def overrides(self, design: Counts) -> dict[str, Any]:
+        """Return what makes the model into a design."""
+        return dict(self.study.points[design[0]].overrides)
+
+    def cost(self, design: Counts) -> float | None:  # noqa: ARG002 - of all alike
+        """Return None: the smallest value is sought, not the cheapest."""
+        return None
+
+    def counts(self, growth: float) -> list[list[int]]:  # noqa: ARG002 - the values are given
+        """Return the positions of all values."""
+        return [list(range(len(self.study.points)))]
 
 
 def _chargers(model: Model) -> dict[str, int]:

@@ -8,8 +8,10 @@ from typing import Any
 
 from desim_warehouse.errors import StudyError, got
 from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.factors import listed
 from desim_warehouse.study.statistics.limits import MOST_YEARS
+from desim_warehouse.study.target import indifference, read_targets
 from desim_warehouse.values.units import UnitNames, quantity
 
 MOST_TIMES = 10.0
@@ -90,3 +92,13 @@ def counts_of(given: Sequence[int] | str | None, named: str) -> list[int] | None
         text = given if isinstance(given, str) else got(given)
         raise StudyError(f"{named} {text}: expected whole numbers upwards from 1, such as 1..8")
     return numbers
+
+
+def goals_of(
+    target: str | Sequence[str], zone: float | str | None, units: UnitNames
+) -> tuple[Target, float, tuple[tuple[Target, float], ...]]:
+    """Read the first target with its indifference zone, and the further ones with theirs."""
+    goal, *others = read_targets(target, units)
+    if others and zone is not None:
+        raise StudyError(f"--zone {zone}: for one target alone, expected none beside several targets")
+    return goal, indifference(goal, zone, units), tuple((other, indifference(other, None, units)) for other in others)

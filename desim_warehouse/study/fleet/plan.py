@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
 
-from desim_warehouse.errors import StudyError, number_of
+from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
@@ -22,9 +22,9 @@ from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
 from desim_warehouse.study.fleet.capped import PARTS, Capped, tried_cap, waits_much
-from desim_warehouse.study.fleet.designs import Designs, more_demand
+from desim_warehouse.study.fleet.designs import Designs, OneKey, more_demand
 from desim_warehouse.study.fleet.first_answer import first_answer
-from desim_warehouse.study.fleet.given import counts_of, demands_of, packers_of
+from desim_warehouse.study.fleet.given import counts_of, demands_of, goals_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
@@ -56,7 +56,7 @@ from desim_warehouse.study.statistics.limits import PLAN_RUNS
 from desim_warehouse.study.statistics.procedure import Procedure, request
 from desim_warehouse.study.study import StudyEngine, searched
 from desim_warehouse.study.table import Row
-from desim_warehouse.study.target import days_of, first_look, indifference, read_targets
+from desim_warehouse.study.target import days_of, first_look
 
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
@@ -81,8 +81,8 @@ class _Demand:
 
 
 @dataclass
-class _Planner:
-    """What all parts of a plan share."""
+class Planner:
+    """What all parts of a plan share, and how its designs are searched."""
 
     model: Model
     target: Target
@@ -104,8 +104,13 @@ class _Planner:
 
     @property
     def more_helps(self) -> bool:
-        """Whether more robots are guessed to do no worse."""
-        return all(goal.more_helps for goal in self.targets)
+        """Whether more robots, or more of another key, are guessed to do no worse."""
+        return not self.designs.is_fleet or all(goal.more_helps for goal in self.targets)
+
+    @property
+    def of_key(self) -> OneKey | None:
+        """The designs where they are the values of one key."""
+        return self.designs if isinstance(self.designs, OneKey) else None
 
     @property
     def targets(self) -> tuple[Target, ...]:
@@ -128,11 +133,13 @@ class _Planner:
         )
 
     def study(self, name: str, factors: Mapping[str, Any], changes: Mapping[str, Any], **more: Any) -> StudyEngine:
+        """Make a study of designs, with the changes that a demand and a strategy make."""
         return searched(self.model, factors, self.search, changes=changes, target=self.target.text, name=name, **more)
 
     def follow(self, study: StudyEngine, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure, made with who judges the designs of a study, and who has its runs."""
-        with study.session(self.search.under(study.plan.name)) as runner:
+        where = self.search.under(study.plan.name) if self.of_key is None else self.search  # which is a study's folder
+        with study.session(where) as runner:
             if self.believed:
                 runner.progress.print(f"{study.plan.name}: {self.believed}")
             runner.progress.tell(f"{self.known}{self.believed}")
@@ -190,23 +197,27 @@ class _Planner:
         ranges = self.designs.counts(growth)
         most = (
             self._most(ranges, changes, name)
-            if self.model.pods is not None and self.more_helps and not self.beside
+            if self.model.pods is not None and self.more_helps and not self.beside and self.of_key is None
             else None
         )
         ranges[0] = [size for size in ranges[0] if most is None or size <= most.up_to]
         counts = list(itertools.product(*ranges))
-        study = self.study(name, self.designs.factors(ranges), changes)
+        of_key = self.of_key
+        study = self.study(name, self.designs.factors(ranges), changes) if of_key is None else of_key.study
         known = NOTHING if year is None or not self.more_helps else self._known(growth, counts)
         found, doubts = self._cheapest(study, counts, known)
         if year is not None:
             self._share(growth, found, doubts, counts)
         self.sized[name] = {counts[number]: study.results.by_point[number] for number in found.verdicts}
+        too_small = found.below
+        if of_key is not None:  # all that were looked at, as each is a row of the answer
+            too_small = tuple(sorted(n for n, verdict in found.verdicts.items() if verdict.verdict != "meets"))
         shown = {
             number: self._shown(study, number, counts[number], found.verdicts[number], found.vetoed.get(number))
-            for number in (*found.below, *([] if found.design is None else [found.design]))
+            for number in (*too_small, *([] if found.design is None else [found.design]))
         }
         best = None if found.design is None else shown[found.design]
-        below = tuple(shown[number] for number in found.below)
+        below = tuple(shown[number] for number in too_small)
         base = study.plan.base
         used, trip, shown_by = self._used(study, found, counts) if shown else ({}, None, ())
         left = tuple(counts[number] for number in found.open)
@@ -222,7 +233,7 @@ class _Planner:
         )
         capped = (
             self._capped(study, below[-1], name, changes)
-            if best is None and below and not left and not self.beside
+            if best is None and below and not left and not self.beside and self.designs.is_fleet
             else None
         )
         return Sized(
@@ -247,6 +258,7 @@ class _Planner:
             None if best is None else lead_of(study.results.by_point[best.verdict.value]),
             not self.more_helps,
             found.against,
+            self.designs.scan,
         )
 
     def _used(
@@ -323,7 +335,7 @@ class _Planner:
         found, runs = tried_cap(
             self.model.replace({**changes, **largest.overrides}),
             self.target.indicator,
-            replace(self.search.under(f"cap-{name}"), first=first, cap=CAPPED),
+            replace(self.search.under("cap" if self.of_key else f"cap-{name}"), first=first, cap=CAPPED),
         )
         self.budget.take(runs)
         return found
@@ -332,7 +344,8 @@ class _Planner:
         """The cheapest of the designs of a study, which a scout with other runs looks for first, and what it doubts."""
         where = self.search.under(f"{study.plan.name} scout")
         doubts: set[int] | None = set()
-        if self.more_helps:
+        scan = self.designs.scan
+        if self.more_helps and not scan:
             doubts = scouted(
                 study, self.target, counts, self.designs.key, self.budget, where, self.known, known, self.targets[1:]
             )
@@ -340,12 +353,14 @@ class _Planner:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
             self.follow(study, lambda judge, _: verdict_steps([], judge))
             return Cheapest(None, (), {}, {}, 0, self.search.confidence, self.zone, tuple(order)), set()
-        if self.more_helps:  # else there was no scout
+        if self.more_helps and not scan:  # else there was no scout
             self.believed = first_answer(counts, self.designs.key, doubts, lambda number: _named(study.points[number]))
         found: Cheapest = self.follow(
             study,
             lambda judge, _: self._with_its_days(
-                cheapest_meeting_steps(counts, self.designs.key, judge, doubts, fewer=not self.more_helps, known=known),
+                cheapest_meeting_steps(
+                    counts, self.designs.key, judge, doubts, scan=scan, fewer=not self.more_helps, known=known
+                ),
                 judge,
             ),
         )
@@ -523,16 +538,11 @@ def size_fleet(
 
     Source: see `cheapest_meeting_steps`, with what it promises and assumes.
     """
-    units = model.units.names
-    goal, *others = read_targets(target, units)
-    if others and zone is not None:
-        raise StudyError(f"--zone {zone}: for one target alone, expected none beside several targets")
+    goal, zone, beside = goals_of(target, zone, model.units.names)
     times = demands_of(growth, years, "growth")
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")
     designs, budget = Designs(model, *sides), Budget(search.runs or PLAN_RUNS)
-    beside = tuple((one, indifference(one, None, units)) for one in others)
-    zone = indifference(goal, zone, units)
     with search.together() as together:
-        planner = _Planner(model, goal, zone, designs, together, budget, beside=beside)
+        planner = Planner(model, goal, zone, designs, together, budget, beside=beside)
         return planner.plan(times, strategies, yearly=years is not None)

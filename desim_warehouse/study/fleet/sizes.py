@@ -87,7 +87,7 @@ class Sized:
     `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
     `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
     `fewer`: fewer robots were guessed to do no worse, from the target's indicator. `against`: the smallest and the
-    largest design contradict the guess, so that designs were judged one by one.
+    largest design contradict the guess, so that designs were judged one by one. `scanned`: so they were on demand.
     `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
     `lead`: how long before a departure orders have to come at `best`; None where nothing departs.
     """
@@ -113,11 +113,12 @@ class Sized:
     lead: Lead | None = None
     fewer: bool = False
     against: bool = False
+    scanned: bool = False
 
     @property
     def ordered(self) -> bool:
         """Whether a larger design is taken to do no worse than a smaller one."""
-        return not (self.worse or self.against or self.fewer)
+        return not (self.worse or self.against or self.fewer or self.scanned)
 
     @property
     def undecided(self) -> bool:

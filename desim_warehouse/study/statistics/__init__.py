@@ -7,7 +7,7 @@
 | does a design differ from today's?              | `comparison.paired`, `comparison.compare`                    |
 | which design is best?                           | `selection.kn_steps`                                         |
 | does a design meet a target?                    | `judge.Judge`, `judge.judged`                                |
-| what is the smallest fleet that does it?        | `cheapest.smallest_meeting_steps`                            |
+| what is the smallest fleet that does it?        | `cheapest.cheapest_meeting_steps`, with one count            |
 | does it meet the target, asked after every run? | `judge.looked_at`                                            |
 | how many robots and chargers together?          | `cheapest.cheapest_meeting_steps`, `cheapest.scout_steps`    |
 | where does more stop paying?                    | `knee.knee`, `knee.smallest_within`                          |

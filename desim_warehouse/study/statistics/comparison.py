@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, TypeVar
+from typing import TYPE_CHECKING, Any, Literal, TypeVar
 
 import numpy as np
 
@@ -30,7 +30,7 @@ STATEMENTS = {
 
 @dataclass(frozen=True)
 class Difference:
-    """One design minus the baseline, in the indicator's unit.
+    """One design minus its baseline, in the indicator's unit.
 
     `estimate.interval` is simultaneous with those of the other designs. `missing` counts replications left
     out because either run failed. `differs` is None where it cannot be told (one pair). Between deterministic
@@ -38,6 +38,7 @@ class Difference:
     """
 
     design: Hashable
+    baseline: Hashable
     estimate: Estimate
     missing: int
     p_value: float | None
@@ -47,9 +48,13 @@ class Difference:
 
 @dataclass(frozen=True)
 class Comparison:
-    """All designs against one baseline; `statement` says in words what the intervals and p-values promise."""
+    """Each design against its baseline; `statement` says in words what the intervals and p-values promise.
 
-    baseline: Hashable
+    `against`: the baseline of each design, also of designs that have no difference of their own as their runs are
+    equal.
+    """
+
+    against: Mapping[Any, Any]
     method: Method
     confidence: float
     differences: tuple[Difference, ...]
@@ -97,12 +102,33 @@ def compare(
     *,
     deterministic: bool | Collection[D] = False,
 ) -> Comparison:
-    """Every design minus the baseline, with intervals and p-values that hold for all of them at once.
+    """Every design minus the baseline: see `compare_pairs`.
+
+    Raises:
+        StudyError: unknown baseline or method, no other design, no replication in common.
+    """
+    if baseline not in table:
+        raise StudyError(f"baseline {baseline!r}: expected one of {', '.join(map(repr, table))}")
+    against = {design: baseline for design in table if design != baseline}
+    if not against:
+        raise StudyError(f"nothing to compare with the baseline {baseline!r}: the only design")
+    return compare_pairs(table, against, method, confidence, deterministic=deterministic)
+
+
+def compare_pairs(
+    table: Mapping[D, Sequence[float] | NDArray[np.float64]],
+    against: Mapping[D, D],
+    method: Method = "bonferroni",
+    confidence: float = 0.95,
+    *,
+    deterministic: bool | Collection[D] = False,
+) -> Comparison:
+    """Designs minus the baseline of each, with intervals and p-values that hold for all of them at once.
 
     Args:
         table: design -> values by replication number, in the indicator's unit, nan for a failed run. Designs
             may have different numbers of replications: a difference uses those that both have.
-        baseline: the design to compare with.
+        against: design -> the one to compare it with.
         method: "bonferroni", or "holm", whose p-values are never larger; the intervals are Bonferroni's in
             both, as Holm's step-down has no two-sided ones of its own.
         confidence: that all statements are right.
@@ -110,7 +136,7 @@ def compare(
             replication gives the exact difference.
 
     Raises:
-        StudyError: unknown baseline or method, no other design, no replication in common.
+        StudyError: unknown method, no replication in common.
 
     Source: Law (2015), section 10.3.1 (all against a standard, Bonferroni); Holm (1979), Scandinavian J. of
     Statistics 6(2), 65-70.
@@ -120,23 +146,18 @@ def compare(
     check_confidence(confidence)
     if method not in STATEMENTS:
         raise StudyError(f"method {method!r}: expected bonferroni or holm")
-    if baseline not in table:
-        raise StudyError(f"baseline {baseline!r}: expected one of {', '.join(map(repr, table))}")
-    others = [design for design in table if design != baseline]
-    if not others:
-        raise StudyError(f"nothing to compare with the baseline {baseline!r}: the only design")
-    m = len(others)
+    m = len(against)
     each = 1.0 - (1.0 - confidence) / m
-    pairs = {d: _common(d, table[d], table[baseline]) for d in others}
-    exact = set(table if deterministic is True else deterministic or ())
-    if baseline not in exact:
-        exact = set()
+    pairs = {d: _common(d, table[d], table[base]) for d, base in against.items()}
+    known = set(table if deterministic is True else deterministic or ())
+    exact = {d for d, base in against.items() if {d, base} <= known}
     estimates = {d: paired(ours, base, each, deterministic=d in exact) for d, (ours, base, _) in pairs.items()}
     p_values = {d: p_value(*gaps(*pairs[d][:2])) for d, e in estimates.items() if e.interval}
     adjusted = _adjusted(p_values, method, m)
     differences = tuple(
         Difference(
             design=d,
+            baseline=against[d],
             estimate=e,
             missing=pairs[d][2],
             p_value=p_values.get(d),
@@ -147,7 +168,7 @@ def compare(
     )
     statement = STATEMENTS[method] if m > 1 else "1 difference, its interval holds with {c:g} %"
     statement = statement.format(m=m, c=100 * confidence, a=100 * (1 - confidence), e=100 * each)
-    return Comparison(baseline, method, confidence, differences, statement)
+    return Comparison(dict(against), method, confidence, differences, statement)
 
 
 def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:

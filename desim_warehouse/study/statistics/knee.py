@@ -76,7 +76,7 @@ def smallest_within(
     Raises:
         StudyError: as `knee`, a share outside 0..1, or an output below zero.
 
-    Assumes: means are taken as exact; for a size that meets a number with confidence use `smallest_meeting_steps`.
+    Assumes: means are taken as exact; for a size that meets a number with confidence use `cheapest_meeting_steps`.
     """
     x, y = _curve(sizes, outputs, least=1)
     if not 0.0 <= share < 1.0:

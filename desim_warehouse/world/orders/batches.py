@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.model.sections.fleet import Fleet
 from desim_warehouse.policies import Batching, Task, TaskBatch, Travel, WaitingTasks
-from desim_warehouse.policies.asked import asked
+from desim_warehouse.policies.asked import asked_for_all, fault, short
 from desim_warehouse.world.orders.dispatch import Dispatcher
 from desim_warehouse.world.robots.reach import suits
 from desim_warehouse.world.traffic.events import BATCHES, end_of_instant
@@ -81,7 +81,7 @@ class Batcher:
             some = list(tasks.values())
             to_come = self.to_come(some[0], self._by_flow)
             view = WaitingTasks(now, some, self._loads(key, some[0]), to_come, self.travel)
-            batches = asked("batching", policy, now, partial(_answer, policy, view))
+            batches = asked_for_all("batching", policy, now, partial(policy.batches, view), "some TaskBatch")
             for batch in self._checked(batches, tasks, view.most):
                 if batch.at > now + EPS:
                     then = min(then, batch.at)
@@ -104,7 +104,7 @@ class Batcher:
         seen: set[int] = set()
         for batch in batches:
             if not isinstance(batch, TaskBatch) or not isinstance(batch.at, int | float) or math.isnan(batch.at):
-                raise self._fault(f"{shown(batch)} is no TaskBatch of task numbers and a time")
+                raise self._fault(f"{short(batch)} is no TaskBatch of task numbers and a time")
             if not 1 <= len(batch.tasks) <= most:
                 raise self._fault(f"{len(batch.tasks)} tasks in a batch, expected 1 to {most}, as a robot carries")
             for number in batch.tasks:
@@ -116,12 +116,8 @@ class Batcher:
             found.append(batch)
         return found
 
-    def _fault(self, fault: str) -> PolicyError:
-        return PolicyError(f"policies.batching ({type(self.policy).__name__}) at time {self.env.now:g}: {fault}")
-
-
-def _answer(policy: Batching, view: WaitingTasks) -> list[TaskBatch]:
-    return list(policy.batches(view))
+    def _fault(self, text: str) -> PolicyError:
+        return fault("batching", self.policy, self.env.now, text)
 
 
 def tour_of(tasks: list[Task]) -> Task:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 from simpy.core import StopSimulation
 from simpy.events import Event
 
-from desim_warehouse.errors import PolicyError, StallError, shown
+from desim_warehouse.errors import PolicyError, StallError
 from desim_warehouse.model.sections.policy import Policies
 from desim_warehouse.outcome.log import Log
 from desim_warehouse.policies import Allocation, RobotView, Situation, Task
-from desim_warehouse.policies.asked import asked
+from desim_warehouse.policies.asked import asked_for_all, fault, short
 from desim_warehouse.world.orders.demand import Orders
 from desim_warehouse.world.orders.pods import Pods
 from desim_warehouse.world.orders.situations import Situations
@@ -38,6 +38,7 @@ VAIN = 1000
 DECLINED = 20
 """After this many decisions for each robot in a row that give nothing out, while none has a task, none ever will:
 robots that draw energy at rest have been charged several times by then."""
+_PAIRS = "pairs (robot number, task number)"
 RETURNS = 100
 """A task that is given back so often will never be done."""
 
@@ -277,7 +278,8 @@ class Dispatcher:
             self.waiting = True
             raise StopSimulation(None)
         else:
-            self.decide(asked("allocation", policy, self.env.now, lambda: list(policy.assign(situation))))
+            now = self.env.now
+            self.decide(asked_for_all("allocation", policy, now, lambda: policy.assign(situation), _PAIRS))
 
     def _look_again(self) -> None:
         """Decide anew when the first task that was held back, as a station or the way is closed, can be given out."""
@@ -326,7 +328,7 @@ class Dispatcher:
             try:
                 number, task_number = (int(part) for part in pair)
             except (TypeError, ValueError, OverflowError):
-                raise self._fault(f"{shown(pair)} is no pair (robot number, task number)") from None
+                raise self._fault(f"{short(pair)} is no pair (robot number, task number){_objects(pair)}") from None
             if task_number in given:
                 raise self._fault(f"task {task_number} is given out twice")
             if not 0 <= number < len(self.robots):
@@ -382,9 +384,10 @@ class Dispatcher:
             self.free.pop(number)[1].succeed()
         self._passing.clear()
 
-    def _fault(self, fault: str) -> PolicyError:
-        name = "the answer" if self.allocation is None else type(self.allocation).__name__
-        return PolicyError(f"policies.allocation ({name}) at time {self.env.now:g}: {fault}")
+    def _fault(self, text: str) -> PolicyError:
+        if self.allocation is None:
+            return PolicyError(f"policies.allocation (the answer) at time {self.env.now:g}: {text}")
+        return fault("allocation", self.allocation, self.env.now, text)
 
     def _queue(self, number: int, task_number: int) -> None:
         robot = self.robots[number]
@@ -444,6 +447,12 @@ class Dispatcher:
         self.reach.taken(task)
         if self._pods is None:
             self.demand.taken(task)
+
+
+def _objects(pair: object) -> str:
+    """What to write where a pair has views instead of their numbers."""
+    views = isinstance(pair, tuple) and any(isinstance(one, RobotView | Task) for one in pair)
+    return ", expected robot.number, task.number" if views else ""
 
 
 def _unfit(robot: RobotView, task: Task) -> str:

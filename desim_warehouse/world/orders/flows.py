@@ -31,7 +31,7 @@ from desim_warehouse.model.sections.flows import (
     StorageEnd,
 )
 from desim_warehouse.model.sections.lines import draw_lines
-from desim_warehouse.model.sections.order_rows import OrderLine
+from desim_warehouse.model.sections.order_lines import OrderLine
 from desim_warehouse.model.sections.orders import read, resampled, summary
 from desim_warehouse.policies import StopPlace, Task
 from desim_warehouse.values.streams import Streams

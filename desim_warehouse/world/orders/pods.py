@@ -18,12 +18,11 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 from simpy.events import Timeout
 
-from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.layout.layout import StoragePlace
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.model.sections.pods import PodsSpec
 from desim_warehouse.outcome.log import Log
-from desim_warehouse.policies.asked import asked
+from desim_warehouse.policies.asked import asked, fault, short
 from desim_warehouse.policies.pods import (
     OrderAssignment,
     OrderCall,
@@ -215,9 +214,7 @@ class Pods:
         policy = getattr(self.policies, kind)
         answer = asked(kind, policy, self.env.now, lambda: policy.choose(call))
         if answer not in allowed:
-            name = type(policy).__name__
-            fault = f"{shown(answer)} is none of those given"
-            raise PolicyError(f"policies.{kind} ({name}) at time {self.env.now:g}: {fault}")
+            raise fault(kind, policy, self.env.now, f"{short(answer)} is none of those given")
         return answer
 
     def _draw(self, kind: str) -> float:

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.travel import FreeTravel
-from desim_warehouse.policies import RobotView, Situation, Task
+from desim_warehouse.policies import OpenTasks, RobotView, Situation, Task
 from desim_warehouse.values.streams import Streams
 
 if TYPE_CHECKING:
@@ -64,10 +64,10 @@ class Situations:
             tour_time=reach.tour_time,
         )
 
-    def _tasks(self, free: Sequence[RobotView]) -> Collection[Task]:
+    def _tasks(self, free: Sequence[RobotView]) -> Sequence[Task]:
         """The open tasks, without those that are held back as a station or the way is closed."""
         tasks, openings = self.open_tasks.values(), self.reach.openings
-        return openings.admit_tasks(free, tasks) if openings.holds else tasks
+        return openings.admit_tasks(free, tasks) if openings.holds else OpenTasks(tasks)
 
     def _random(self, kind: str) -> Generator:
         """A policy's own stream."""

@@ -15,9 +15,9 @@ meanwhile (loads stranded in the lanes).
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from itertools import count, zip_longest
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, overload
 
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Handling, RobotView, Task
@@ -33,7 +33,7 @@ KEPT = 100_000
 """Pairs of robot and task for which the answer is cached."""
 
 
-class Admitted(Collection["Task"]):
+class Admitted(Sequence["Task"]):
     """Tasks that are not held back. They are looked at as far as a policy reads them, which may be few of thousands."""
 
     def __init__(self, tasks: Iterator[Task]) -> None:
@@ -54,6 +54,15 @@ class Admitted(Collection["Task"]):
         """How many there are, for which all are looked at."""
         self._found.extend(self._rest)
         return len(self._found)
+
+    @overload
+    def __getitem__(self, place: int) -> Task: ...
+    @overload
+    def __getitem__(self, place: slice) -> Sequence[Task]: ...
+    def __getitem__(self, place: int | slice) -> Task | Sequence[Task]:
+        """The task at a place from 0, or those of a slice, for which all are looked at."""
+        self._found.extend(self._rest)
+        return self._found[place]
 
     def __bool__(self) -> bool:
         """Whether there is one."""

@@ -5,10 +5,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import BayView, RobotView
-from desim_warehouse.policies.asked import asked
+from desim_warehouse.policies.asked import asked, fault, short
 from desim_warehouse.world.traffic.rules import EPS
 
 if TYPE_CHECKING:
@@ -50,10 +49,7 @@ class BayChoice:
         for bay in bays:
             if bay.node == node:
                 return bay
-        raise PolicyError(
-            f"policies.parking ({type(policy).__name__}) at time {now:g}: "
-            f"{shown(node)} is no bay with a free slot for robot {robot.number}"
-        )
+        raise fault("parking", policy, now, f"{short(node)} is no bay with a free slot for robot {robot.number}")
 
     def _theirs(self, robot: RobotView, bays: Sequence[Bay]) -> Sequence[Bay]:
         """Those of some bays where a robot is in nobody's way: one with chargers for other kinds alone comes last.

@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import PolicyError, shown
 from desim_warehouse.policies import Levels, RobotView
-from desim_warehouse.policies.asked import asked
+from desim_warehouse.policies.asked import asked, fault, short
 
 if TYPE_CHECKING:
     from simpy import Environment
+
+
+_FIFTH = 0.2
+"""Part of a battery that no policy means by full."""
 
 
 class ChargingLevels:
@@ -31,10 +34,20 @@ class ChargingLevels:
             return self._fixed
         policy = self.policy
         levels: object = asked("charging", policy, self.env.now, lambda: policy.levels(robot))
-        fault = levels.fault() if isinstance(levels, Levels) else f"{shown(levels)} are no Levels"
-        if fault is None and isinstance(levels, Levels):
-            self._fixed = levels if getattr(policy, "fixed", False) else None
-            return levels
-        raise PolicyError(
-            f"policies.charging ({type(policy).__name__}) at time {self.env.now:g}, robot {robot.number}: {fault}"
+        if not isinstance(levels, Levels):
+            raise fault("charging", policy, self.env.now, f"robot {robot.number}: {short(levels)} are no Levels")
+        wrong = levels.fault() or _shares(levels, robot)
+        if wrong is not None:
+            raise fault("charging", policy, self.env.now, f"robot {robot.number}: {wrong}")
+        self._fixed = levels if getattr(policy, "fixed", False) else None
+        return levels
+
+
+def _shares(levels: Levels, robot: RobotView) -> str | None:
+    """What is wrong with levels that are shares of the capacity, as it seems: no battery is charged to a fifth only."""
+    if levels.full <= 1 and levels.full < _FIFTH * robot.capacity:
+        return (
+            f"full is {levels.full:g} of {robot.capacity:g}, so these are shares, as it seems; expected energy, as in "
+            "0.8 * robot.capacity"
         )
+    return None

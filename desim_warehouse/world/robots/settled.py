@@ -23,7 +23,7 @@ from simpy.events import Timeout
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import by_kind, chargers_at, cycle_levels
-from desim_warehouse.model.sections.flows import ProfileArrivals
+from desim_warehouse.model.facts.hours import repeats_after
 from desim_warehouse.values.streams import Streams
 from desim_warehouse.world.places.bays import Bay
 from desim_warehouse.world.traffic.events import Clock
@@ -36,8 +36,6 @@ SEED = 39_916_801
 """The seed of the run that nobody counts; no counted run has it."""
 LOOKS = 48
 """How often the fleet is looked at."""
-DAY = 24
-"""Hours."""
 MOST = 12
 """Hours: the most that a fleet is given to settle, and to be looked at."""
 A_CHECK = 1 / 60
@@ -68,7 +66,7 @@ class SettlingRun:
     """The run that nobody counts: when the fleet has settled in it, it is looked at, and a SettledError ends it."""
 
     def __init__(self, model: Model) -> None:
-        self._hour, self._every = model.units.hour, _repeats(model)
+        self._hour, self._every = model.units.hour, repeats_after(model)
         self._most = MOST * self._hour
         self._between = {
             kind: high - low for kind, alone in by_kind(model).items() for low, high in [cycle_levels(alone)]
@@ -186,12 +184,3 @@ def _standing(robot: Robot) -> Standing:
     charging, bay = robot.charging, robot.bay
     at = bay.node if bay is not None and bay.charges and (charging.is_charging or charging.must_charge) else None
     return Standing(robot.battery.level(robot.env.now), at)
-
-
-def _repeats(model: Model) -> float:
-    """The time after which a day begins anew, where hours differ; 0 where all are alike."""
-    profiles = [flow.when.profile for flow in model.tasks.flows.values() if isinstance(flow.when, ProfileArrivals)]
-    hour = model.units.hour
-    periods = [len(one.per_hour) * (hour if one.every is None else one.every) for one in profiles]
-    by_clock = model.layout.has_hours or model.fleet.has_hours or model.traffic.closures
-    return max([*periods, DAY * hour * bool(by_clock)])

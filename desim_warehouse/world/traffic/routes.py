@@ -8,15 +8,16 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import PolicyError, shown
+from desim_warehouse.errors import shown
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Roads
-from desim_warehouse.policies.asked import asked
+from desim_warehouse.policies.asked import asked_for_all, fault, is_ours
 from desim_warehouse.policies.routing import DETOURS, LESS, time_along
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.closures import Restrictions
 from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.strict_graph import strict_graph
 
 if TYPE_CHECKING:
     from simpy import Environment
@@ -80,7 +81,7 @@ class Routes:
             lanes, lambda lane: lane.waits / (lane.passages + 1) + lane.end.waits / (lane.end.passages + 1)
         )
         self.roads = Roads(
-            graph=layout.graph,
+            graph=layout.graph if is_ours(policy) else strict_graph(layout.graph),
             oracle=travel.oracle,
             waits=self.waits,
             queued=self._queued,
@@ -123,23 +124,19 @@ class Routes:
 
     def _ask(self, origin: str, goal: str, roads: Roads) -> list[Lane]:
         policy, now = self.policy, self.env.now
-        names = asked("routing", policy, now, lambda: list(policy.route(origin, goal, roads)))
+        names = asked_for_all("routing", policy, now, lambda: policy.route(origin, goal, roads), "the nodes of a route")
         try:
             lanes = [self.lanes[step] for step in itertools.pairwise(names) if step in self.lanes]
         except TypeError:  # names that cannot be looked up
             lanes = []
         if not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
             known = all(isinstance(name, str) for name in names)
-            raise PolicyError(
-                f"policies.routing ({type(policy).__name__}) at time {now:g}: "
-                f"{' > '.join(names if known else map(shown, names)) or 'nothing'} is no route from {origin} to {goal}"
-            )
+            said = " > ".join(names if known else map(shown, names)) or "nothing"
+            raise fault("routing", policy, now, f"{said} is no route from {origin} to {goal}")
         closed = self._in_lane.intersection(names[1:-1])
         if closed:
-            raise PolicyError(
-                f"policies.routing ({type(policy).__name__}) at time {now:g}: {' > '.join(names)} is no route from "
-                f"{origin} to {goal}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)"
-            )
+            said = f"{' > '.join(names)} is no route from {origin} to {goal}"
+            raise fault("routing", policy, now, f"{said}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)")
         return lanes
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:

@@ -4,9 +4,10 @@ import pytest
 
 from desim_warehouse.outcome.indicators import INDICATORS
 from desim_warehouse.outcome.targets import parse_target
-from desim_warehouse.study.statistics.cheapest import cheapest_meeting_steps, line
+from desim_warehouse.study.statistics.cheapest import cheapest_meeting_steps
 from desim_warehouse.study.statistics.judge import Judge
 from desim_warehouse.study.statistics.procedure import follow
+from tests.study.statistics.searches import line
 
 GRID = [(robots, chargers) for robots in range(1, 7) for chargers in range(1, 3)]
 SHORT = parse_target("distance <= 900")

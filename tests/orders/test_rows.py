@@ -3,7 +3,7 @@
 import pandas as pd
 import pytest
 
-from desim_warehouse.model.order_day import order_day
+from desim_warehouse.orders.day import order_day
 
 WAYS = ("csv", "parquet")
 
@@ -58,3 +58,16 @@ def test_rows_with_nothing_but_a_remark_are_no_orders(hall, tmp_path):
 
 def test_nothing_is_said_where_all_columns_are_read(hall, tmp_path):
     assert read(tmp_path, hall, ["release;order", "60;a"]).unread == ()
+
+
+@pytest.mark.parametrize("title", ["Storniert", "is_cancelled", "Storno-Kz", "DELETED", "returned flag"])
+@pytest.mark.parametrize(("yes", "no"), [("X", ""), ("true", "false"), ("1", "0"), ("ja", "nein"), ("2026-03-01", "-")])
+def test_a_column_may_say_by_its_heading_what_was_called_off(hall, tmp_path, title, yes, no):
+    day = read(tmp_path, hall, [f"release;order;{title}", f"60;a;{no}", f"70;b;{yes}", f"80;c;{no}"])
+    assert [line.order for line in day.lines] == ["a", "c"]
+    assert f"row 2, {title}: an order that was called off (got '{yes}')" in day.problems[0]
+
+
+def test_a_column_without_a_heading_is_named_by_its_number_if_something_stands_there(hall, tmp_path):
+    (tmp_path / "day.csv").write_text("release;;order;\n60;x;a;\n70;;b;\n")
+    assert order_day(tmp_path / "day.csv", hall).unread == ("column 2",)

@@ -13,7 +13,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.answer.root_words import root
 from desim_warehouse.cli import desim
-from desim_warehouse.model.order_day import order_day
+from desim_warehouse.orders.day import order_day
 from desim_warehouse.outcome.chains import LANE, Root
 from desim_warehouse.questions.check import check
 from desim_warehouse.questions.run import load_run
@@ -122,10 +122,6 @@ MESSY = {
 }
 
 
-def raw(model):
-    return [found for found in check(model).findings if found.code == "RAW_ORDERS"]
-
-
 @pytest.mark.parametrize("name", MESSY)
 def test_a_messy_file_gives_a_day_in_two_commands(name, hall, tmp_path):
     file, content, options = MESSY[name]
@@ -136,56 +132,98 @@ def test_a_messy_file_gives_a_day_in_two_commands(name, hall, tmp_path):
     assert done.exit_code == 0, done.output
     assert "8 orders, 16 lines, 48 pieces, 16 trips, 06:05 to 13:35, from 2026-03-02 on" in done.output
     assert "busiest hour: 06:00 to 07:00, 2 trips" in done.output
-    assert not raw(dw.load(hall))
     run = dw.simulate(dw.load(hall))
     assert run.kpis["tasks"] == 16
     releases = [task.released for task in run.history.tasks.values()]
     assert releases == [300 + 1800 * number for number in range(16)]
 
 
+def refused(model, **orders):
+    """Why a model that names a file of orders is refused, a line for each problem."""
+    with pytest.raises(dw.ModelError) as error:
+        dw.load(model, {"tasks.flows.day.arrivals.orders": orders})
+    return error.value.problems
+
+
+HEADINGS = {"order": "Auftragsnr", "release": "Anlagedatum", "from": "Lagerplatz", "to": "Ziel", "quantity": "Menge"}
+
+
 @pytest.mark.parametrize(
-    ("said", "tasks"),
-    [({}, 48), ({"quantity": "pieces"}, 16), ({"quantity": "pieces", "pieces_per_load": 2}, 32)],
+    ("keys", "tasks"),
+    [
+        ({}, 16),
+        ({"quantity": "pieces", "pieces_per_load": 2}, 32),
+        ({"columns": HEADINGS}, 48),
+        ({"columns": HEADINGS, "quantity": "pieces", "dates": "uk"}, 16),
+    ],
 )
-def test_a_model_that_names_a_raw_file_warns_with_the_command_that_makes_a_plain_one(said, tasks, hall, tmp_path):
+def test_a_model_that_names_an_export_is_refused_with_the_command_that_makes_a_plain_table(keys, tasks, hall, tmp_path):
     (tmp_path / "day.csv").write_bytes(MESSY["semicolons, German dates"][1])
-    model = dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv"), **said}})
-    assert dw.simulate(model).kpis["tasks"] == tasks
-    (found,) = raw(model)
-    assert "day.csv is no plain table (" in found.text
-    assert "'Anlagedatum' is release" in found.text
-    assert "cells end with ';'" in found.text
-    assert "times such as '02.03.2026 06:05:00'" in found.text
-    command, _, _ = found.cure.partition(", and that file instead")
-    _, *arguments = shlex.split(command.replace("MODEL", str(hall)))
-    assert CliRunner().invoke(desim, arguments).exit_code == 0
+    (problem,) = refused(hall, file=str(tmp_path / "day.csv"), **keys)
+    assert problem.startswith(
+        "override tasks.flows.day.arrivals.orders: tasks.flows.day.arrivals.orders.file: no plain"
+    )
+    assert f"column '{HEAD}'; no column 'release')" in problem
+    assert all(key in problem for key in keys)
+    program, *arguments = shlex.split(problem.partition("the one that this makes: ")[2])
+    assert program == "desim"
+    done = CliRunner().invoke(desim, arguments)
+    assert done.exit_code == 0, done.output
     plain = dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": arguments[-1]}})
-    assert not raw(plain)
     assert dw.simulate(plain).kpis["tasks"] == tasks
 
 
 @pytest.mark.parametrize(
-    ("content", "said"),
+    ("content", "seen"),
     [
-        ("release,from\n06:05,1\n2026-03-02T06:15,1\n2700,1\n", None),
-        ("release,from\n02.03.2026 06:05,1\n", "times such as '02.03.2026 06:05'"),
-        ("release,from\n2026-03-02T06:05Z,1\n", "times with a zone such as '2026-03-02T06:05Z'"),
-        ('release,from\n"1,200",1\n', "numbers such as '1,200'"),
-        ("release,from,quantity\n06:05,1,3 ST\n", "quantities such as '3 ST'"),
-        ("Created,bin\n06:05,1\n", "'Created' is release, 'bin' is from"),
+        ("Created,bin\n06:05,1\n", "columns 'Created', 'bin'; no column 'release'"),
+        ("relase,from\n06:05,1\n", "column 'relase'; did you mean 'release'?"),
+        ("release,from,Status\n06:05,1,open\n", "column 'Status'"),
+        ("release,release\n06:05,06:05\n", "column 'release' twice"),
+        ("from,to\n1,pack\n", "no column 'release'"),
+        ("", "no column 'release'"),
+        ("release,Stück\n06:05,1\n".encode("cp1252"), "not text in UTF-8"),
     ],
 )
-def test_what_makes_a_file_raw_is_named(content, said, hall, tmp_path):
-    (tmp_path / "day.csv").write_text(content)
-    found = raw(dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv")}}))
-    assert [f"({said});" in one.text for one in found] == [True] * (said is not None)
+def test_what_makes_a_file_an_export_is_named(content, seen, hall, tmp_path):
+    path = tmp_path / "day.csv"
+    path.write_bytes(content if isinstance(content, bytes) else content.encode())
+    (problem,) = refused(hall, file=str(path))
+    assert f"no plain table of orders (got {seen}), expected" in problem
+    assert problem.endswith(f"desim orders {path} --model {hall} --out {path.with_suffix('.parquet')}")
 
 
-def test_pieces_of_a_load_are_of_files_that_count_pieces(hall, tmp_path):
-    (tmp_path / "day.csv").write_text("release\n06:05\n")
-    orders = {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv"), "pieces_per_load": 2}}
-    with pytest.raises(dw.ModelError, match="without pieces, expected quantity: pieces beside it"):
-        dw.load(hall, orders)
+def test_a_workbook_is_no_plain_table(hall, tmp_path):
+    (tmp_path / "day.xlsx").write_bytes(book(("orders", [["release"], [60]])))
+    (problem,) = refused(hall, file=str(tmp_path / "day.xlsx"), sheet="orders")
+    assert "(got sheet: 'orders'; a workbook)" in problem
+    assert "day.xlsx --sheet orders --model" in problem
+
+
+@pytest.mark.parametrize("cell", ["02.03.2026 06:05", "2026-03-02T06:05Z", "2026-03-02", '"1,200"', "6:05 AM", "-"])
+def test_a_plain_table_has_cells_in_one_form(cell, hall, tmp_path):
+    (tmp_path / "day.csv").write_text(f"release,from\n{cell},1\n")
+    problem, command = refused(hall, file=str(tmp_path / "day.csv"))
+    bare = cell.strip('"')
+    assert f"row 1, release: not a time (got '{bare}'), expected a number of at least 0, or a time such as" in problem
+    assert f"is read by: desim orders {tmp_path / 'day.csv'} --model {hall}" in command
+
+
+def test_a_parquet_file_of_another_program_is_not_written_over(hall, tmp_path):
+    pd.DataFrame({"Created": [60], "bin": [1]}).to_parquet(tmp_path / "day.parquet")
+    (problem,) = refused(hall, file=str(tmp_path / "day.parquet"))
+    assert problem.endswith(f"--out {tmp_path / 'day-plain.parquet'}")
+
+
+def test_a_model_of_an_earlier_version_may_say_what_was_so_anyway(hall, tmp_path):
+    (tmp_path / "day.csv").write_text("release,from\n06:05,1\n2026-03-02T06:15,1\n2700,1\n")
+    nothing = {"columns": {}, "sheet": None, "dates": None, "quantity": "tasks", "pieces_per_load": None}
+    named, bare = (
+        dw.load(hall, {"tasks.flows.day.arrivals.orders": {"file": str(tmp_path / "day.csv"), **keys}})
+        for keys in (nothing, {})
+    )
+    assert named.digest() == bare.digest()
+    assert [task.released for task in dw.simulate(named).history.tasks.values()] == [300, 900, 2700]
 
 
 def bad_day():

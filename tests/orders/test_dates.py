@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.fleet_log import read_log
-from desim_warehouse.model.order_day import order_day
+from desim_warehouse.orders.day import order_day
 from desim_warehouse.values.dates import are_days_of_excel, of_excel, read_dates, settled
 
 
@@ -190,3 +190,73 @@ def test_trips_with_two_readings_are_asked_about(tmp_path):
         read_log(path)
     assert read_log(path, dates="us").begin == 1_772_488_800
     assert read_log(trips(tmp_path, "02/25/2026 10:00 PM", "02/25/2026 10:02 PM")).length == 120
+
+
+def due_of(folder, rows, start="06:00", **options):
+    """When lines are due, by the clock of the day of the run, and what was assumed."""
+    path = folder / "due.csv"
+    path.write_text("\n".join(["release;due", *rows]))
+    day = order_day(path, dw.load(HALL, {"run.start": start}), **options)
+    assert day.problems == ()
+    return [f"{dt.timedelta(seconds=day.time_of(line.due))}" for line in day.lines], day.assumed
+
+
+@pytest.mark.parametrize(
+    ("rows", "due"),
+    [
+        (["2026-03-02 08:00;2026-03-02"], ["1 day, 0:00:00"]),
+        (["02.03.2026 08:00;03.03.2026"], ["2 days, 0:00:00"]),
+        (["2026-03-02 08:00;2026-03-02", "2026-03-02 09:00;2026-03-02 18:00"], ["1 day, 0:00:00", "18:00:00"]),
+        (["2026-03-02 08:00;2026-03-02 00:00:00"], ["1 day, 0:00:00"]),  # as Excel has a day
+        (["46083,3402;46083", "46083,3611;46084"], ["1 day, 0:00:00", "2 days, 0:00:00"]),
+    ],
+)
+def test_a_due_date_without_a_time_is_the_end_of_that_day(tmp_path, rows, due):
+    times, assumed = due_of(tmp_path, rows)
+    assert times == due
+    assert "dates in 'due' have no time of day: due at the end of the day" in assumed
+
+
+def test_due_dates_of_which_some_are_at_midnight_are_read_as_they_are(tmp_path):
+    rows = ["2026-03-02 08:00;2026-03-03 00:00", "2026-03-02 08:00;2026-03-02 18:00"]
+    times, assumed = due_of(tmp_path, rows)
+    assert times == ["1 day, 0:00:00", "18:00:00"]
+    assert not any("end of the day" in text for text in assumed)
+
+
+@pytest.mark.parametrize(
+    ("releases", "start", "clock"),
+    [
+        (["22:10", "23:50", "00:10", "05:30"], "22:00", ["22:10:00", "23:50:00", "1 day, 0:10:00", "1 day, 5:30:00"]),
+        (["22:10", "23:50", "00:10", "05:30"], "00:00", ["22:10:00", "23:50:00", "1 day, 0:10:00", "1 day, 5:30:00"]),
+        (["00:10", "23:50", "05:30", "22:10"], "22:00", ["22:10:00", "23:50:00", "1 day, 0:10:00", "1 day, 5:30:00"]),
+    ],
+)
+def test_times_of_day_of_a_night_shift_cross_midnight(tmp_path, releases, start, clock):
+    day = orders(tmp_path, releases, start)
+    assert (day.problems, clock_of(day)) == ((), clock)
+    assert "'release' crosses midnight: 00:10 is on the next day" in day.assumed
+
+
+@pytest.mark.parametrize("releases", [["06:00", "20:00", "06:30"], ["08:00", "07:00", "09:00"], ["00:10", "22:10"]])
+def test_times_of_one_day_in_no_order_stay_on_it(tmp_path, releases):
+    day = orders(tmp_path, releases, "00:00")
+    assert [f"{clock:0>8}"[:5] for clock in clock_of(day)] == sorted(releases)
+    assert not any("midnight" in text for text in day.assumed)
+
+
+def test_an_order_just_before_the_start_is_no_night_shift(tmp_path):
+    (problem,) = orders(tmp_path, ["05:50", "07:00"], "06:00").problems
+    assert "before the start of the run (got '05:50')" in problem
+
+
+def test_an_order_of_the_night_is_due_after_midnight(tmp_path):
+    assert due_of(tmp_path, ["23:40;00:20", "00:10;00:40"], "22:00")[0] == ["1 day, 0:20:00", "1 day, 0:40:00"]
+
+
+@pytest.mark.parametrize("nothing", ["1900-01-01 00:00", "1970-01-01 00:00", "9999-12-31 00:00", "31.12.9999"])
+def test_dates_of_nothing_move_no_start_and_are_named(tmp_path, nothing):
+    day = orders(tmp_path, ["2026-03-02 06:00", nothing, "2026-03-02 07:00"])
+    assert clock_of(day) == ["6:00:00", "7:00:00"]
+    (problem,) = day.problems
+    assert f"row 2, release: {'later' if '9999' in nothing else 'before'}" in problem

@@ -1,0 +1,262 @@
+"""A day of orders from an ERP, made ready for a model: what is in it, what is wrong with it, what was assumed."""
+
+from __future__ import annotations
+
+import datetime as dt
+import math
+import re
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from operator import attrgetter
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from desim_warehouse.errors import ModelError, reason
+from desim_warehouse.model.parse import from_file
+from desim_warehouse.model.schema import OUTLINE, Model, model_of, reading
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS
+from desim_warehouse.model.sections.order_lines import OrderLine, Problems, Reading
+from desim_warehouse.orders.cells import ExportRows
+from desim_warehouse.orders.export import read_export
+from desim_warehouse.values.headings import heading
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+
+_TOTAL = r"(?i)^\W*(grand |sub)?(total|sum|summe|gesamt\w*|zwischensumme)\b|^\*{1,4}$"  # SAP has stars
+_CANCELLED = (
+    r"cancel|cancell?ed|storno|storniert|stornierung|annulliert|abgesagt|returned|retoure|retourniert|refunded|voided|"
+    r"deleted|gelöscht"
+)
+"""States in which an order is not driven."""
+_FLAG = rf"(?:is|ist)?(?:{_CANCELLED})(?:flag|kz|kennzeichen)?"
+"""Headings of columns that say of each order whether it is in such a state."""
+_NO = {"", "0", "n", "no", "nein", "f", "false", "falsch", "-"}
+_HOUR, _DAY = 3600.0, 86_400.0
+
+
+@dataclass(frozen=True)
+class OrderDay:
+    """The orders of a file.
+
+    Attributes:
+        lines: the rows that could be read, in order of release; quantities are tasks, each a trip.
+        pieces: quantities added up, as the file has them.
+        problems: what is wrong with other rows, a line for each kind.
+        skipped: these rows, as they stand in the file.
+        assumed: what the file does not say.
+        midnight: the day of the first order; None where the file has no dates.
+        how: what of the model it takes to understand the file.
+        unread: columns that are not read; one that has places of the model says so.
+    """
+
+    lines: tuple[OrderLine, ...]
+    pieces: int
+    problems: tuple[str, ...]
+    skipped: pd.DataFrame
+    assumed: tuple[str, ...]
+    midnight: dt.datetime | None
+    how: Reading
+    unread: tuple[str, ...]
+
+    @property
+    def orders(self) -> int:
+        """How many orders there are."""
+        return len({line.order for line in self.lines})
+
+    @property
+    def a_day(self) -> float:
+        """How many orders there are on average on a day on which some come."""
+        return self.orders / max(1, len({self.time_of(line.release) // _DAY for line in self.lines}))
+
+    @property
+    def trips(self) -> int:
+        """How many tasks there are."""
+        return sum(line.quantity for line in self.lines)
+
+    @property
+    def busiest(self) -> tuple[float, int]:
+        """The hour with most trips: when it begins, in seconds from midnight, and how many."""
+        hours: Counter[int] = Counter()
+        for line in self.lines:
+            hours[int(self.time_of(line.release) // _HOUR)] += line.quantity
+        hour, trips = max(hours.items(), key=lambda item: (item[1], -item[0]), default=(0, 0))
+        return hour * _HOUR, trips
+
+    def time_of(self, release: Any) -> Any:
+        """A time, or an array of them, from the start of the run in seconds from midnight."""
+        return self.how.clock + release * self.how.seconds
+
+    def table(self) -> pd.DataFrame:
+        """The orders as a file for models: times as dates where there are some, else from the start of the run."""
+        import pandas as pd
+
+        items = list(self.how.item_numbers)
+        columns: dict[str, list[Any]] = {
+            "order": [line.order for line in self.lines],
+            "release": [line.release for line in self.lines],
+            "from": [_name(line.source) for line in self.lines],
+            "via": [" > ".join(map(_name, line.via or ())) for line in self.lines],
+            "to": [_name(line.target) for line in self.lines],
+            "due": [line.due for line in self.lines],
+            "priority": [line.priority for line in self.lines],
+            "quantity": [line.quantity for line in self.lines],
+            "item": [None if line.item is None else items[line.item] for line in self.lines],
+        }
+        frame = pd.DataFrame(
+            {name: cells for name, cells in columns.items() if any(cell is not None for cell in cells)}
+        )
+        if self.midnight is not None:
+            for name in {"release", "due"} & set(frame):
+                frame[name] = pd.Timestamp(self.midnight) + pd.to_timedelta(
+                    self.time_of(frame[name].astype(float)), unit="s"
+                )
+        return frame.loc[:, [name for name in frame if not (frame[name] == "").all()]]
+
+
+def _name(place: str | int | None) -> str:
+    return "" if place is None else str(place)
+
+
+def order_day(
+    file: str | Path,
+    model: Model | str | Path,
+    *,
+    columns: Mapping[str, str] | None = None,
+    sheet: str | None = None,
+    dates: Literal["us", "uk"] | None = None,
+    quantity: Literal["tasks", "pieces"] | None = None,
+    pieces_per_load: int | None = None,
+) -> OrderDay:
+    """Read a file of orders for a model, and sum up what is wrong with it.
+
+    Args:
+        file: CSV with any separator, Parquet or Excel.
+        model: whose places the orders name; flows of its own that are files of orders are not looked at.
+        columns: what the file calls our columns, such as `{"release": "Anlagedatum"}`; default: by common headings.
+        sheet: of an Excel file; default: the first.
+        dates: how 03/02/2026 is meant.
+        quantity: what quantities count; default: pieces.
+        pieces_per_load: how many pieces fit on one load; default: all of a row.
+
+    Returns:
+        The orders by good row, and what is wrong with the others.
+
+    Raises:
+        ModelError: where the file or the model cannot be read. Rows with problems are in the result.
+    """
+    loaded = model if isinstance(model, Model) else _without_orders(Path(model))
+    how, path, problems = reading(loaded, loaded.floor), Path(file), Problems(str(file))
+    export = read_export(path, columns or {}, sheet)
+    titles, per_load = export.titles, pieces_per_load or math.inf
+    totals = _totals(export.cells)
+    if totals.any():
+        words = export.cells[totals][_ours(export.cells)].agg(" ".join, axis=1).str.strip()
+        problems.add("", "a total", "orders alone", words.index.tolist(), words.tolist())
+    rows = ExportRows(
+        replace(export, cells=export.cells[~totals]), how, problems, dates, None if quantity == "tasks" else per_load
+    )
+    with_places = _unread(rows, export.unread)
+    rows.check()
+    _doubles(rows)
+    lines = rows.lines()
+    assumed = [*export.assumed, *rows.assumed, *_priorities(rows, lines)]
+    if quantity is None and "quantity" in titles:
+        loads = f"{pieces_per_load} on a load" if pieces_per_load else "all of a row on one load"
+        assumed.insert(len(export.assumed), f"'{titles['quantity']}' counts pieces, {loads}")
+    skipped = export.cells.drop(rows.cells.index[~rows.bad])[_ours(export.cells)]
+    return OrderDay(
+        tuple(sorted(lines, key=attrgetter("release"))),
+        sum(pieces for pieces, bad in zip(rows.pieces, rows.bad, strict=True) if not bad),
+        tuple(problems.told()),
+        skipped.assign(row=skipped.index),
+        tuple(assumed),
+        rows.midnight,
+        how,
+        tuple(titles[rank] + " (it has places of the model)" * (rank in with_places) for rank in export.unread),
+    )
+
+
+def _ours(cells: pd.DataFrame) -> list[str]:
+    """Our columns of a table."""
+    return [name for name in cells if name in ORDER_COLUMNS]
+
+
+def _without_orders(path: Path) -> Model:
+    """The model of a file, without the orders that its flows name, which need not be there yet."""
+    expected = "a model with layout, fleet and tasks"
+    document = from_file(path, str(path), expected, OUTLINE)
+    data: Any = document.data
+    tasks = data.get("tasks") if isinstance(data, dict) else None
+    flows = tasks.get("flows") if isinstance(tasks, dict) else None
+    overrides = {
+        f"tasks.flows.{name}.arrivals": {"schedule": [{"at": 0}]}
+        for name, flow in (flows.items() if isinstance(flows, dict) else ())
+        if isinstance(flow, dict) and isinstance(flow.get("arrivals"), dict) and "orders" in flow["arrivals"]
+    }
+    return model_of(document, overrides)
+
+
+def _priorities(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
+    """How priorities are read, where they differ."""
+    priorities = {line.priority for line in lines if line.priority is not None}
+    if len(priorities) < 2:  # noqa: PLR2004 - nothing comes before another
+        return []
+    title, first, last = rows.titles["priority"], max(priorities), min(priorities)
+    return [f"'{title}' is higher where it is more urgent: {first} before {last}"]
+
+
+def _totals(cells: pd.DataFrame) -> Any:
+    """Which rows are totals: no place and no order, but a word for a sum."""
+    words = cells[_ours(cells)].apply(lambda column: column.str.match(_TOTAL)).any(axis=1).to_numpy()
+    return words & (cells[[name for name in ("from", "to") if name in cells]] == "").all(axis=1).to_numpy()
+
+
+def _unread(rows: ExportRows, unread: Sequence[int]) -> set[int]:
+    """Flag rows that say in a column that is not read that nobody drives them; returns columns with places."""
+    with_places = set()
+    for rank in unread:
+        texts = rows.cells[rank]
+        words = set(texts) - {""}
+        if words and sum(word in rows.how.names or word in rows.how.numbers for word in words) * 2 >= len(words):
+            with_places.add(rank)
+        flag = re.fullmatch(_FLAG, heading(rows.titles[rank])[0])
+        states = [
+            word for word in words if re.fullmatch(_CANCELLED, word.casefold()) or (flag and word.casefold() not in _NO)
+        ]
+        expected = "orders that are driven; --skip-bad leaves such rows out"
+        rows.flag(texts.isin(states).to_numpy() & ~rows.bad, rank, "an order that was called off", expected)
+    return with_places
+
+
+def _doubles(rows: ExportRows) -> None:
+    """Flag rows that are there twice, and places that are not said where others say theirs.
+
+    Rows are alike only if all their cells are, also those that are not read.
+    """
+    for column in [name for name in ("from", "to") if name in rows.cells]:
+        cure = "a place, or no such column (the flow then says where)"
+        rows.flag((rows.cells[column] == "").to_numpy() & ~rows.bad, column, "nothing there", cure)
+    if "order" in rows.cells:
+        twice = rows.cells.duplicated().to_numpy() & ~rows.bad
+        rows.flag(twice, "order", "the same row as one before", "every row once")
+
+
+def files(day: OrderDay, out: Path) -> tuple[Path, ...]:
+    """The files of a day: its orders, and the rows left out beside them, if there are some."""
+    return (out, out.with_name(f"{out.stem}.skipped.csv")) if len(day.skipped) else (out,)
+
+
+def write(day: OrderDay, out: Path) -> None:
+    """Write the orders of a day as Parquet, or CSV by the name, and rows left out beside; raises ModelError."""
+    try:
+        if out.suffix.lower() == ".csv":
+            day.table().to_csv(out, index=False)
+        else:
+            day.table().to_parquet(out, index=False)
+        for beside in files(day, out)[1:]:
+            day.skipped.to_csv(beside, index=False)
+    except OSError as error:
+        raise ModelError([f"{out}: cannot be written ({reason(error)})"]) from None

@@ -1,0 +1,237 @@
+"""The table of orders in an export: CSV with whatever stands between cells, Parquet, Excel, all as text.
+
+What the file does not say is found out and kept as words: encoding, separator, the row of the header, columns by
+common headings. A file is read in one way or refused, as a guess would be wrong in silence. Common headings are looked
+for only where there is no column `release`. The whole file is held, so that a column is read by all of its rows: at
+most a million rows and 200 MB of text.
+"""
+
+from __future__ import annotations
+
+import codecs
+import csv
+import io
+import zipfile
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import chain, islice
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import ModelError, first_of, got, nearest
+from desim_warehouse.model.sections.flows import ORDER_COLUMNS
+from desim_warehouse.model.sections.orders import EXCEL, PARQUET, check_there, framed, parquet_chunks, unreadable
+from desim_warehouse.orders.workbook import rows_of
+from desim_warehouse.values.fields import LIMITS
+from desim_warehouse.values.headings import heading
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+HEADINGS = {
+    "release": "release released created createdat creationdate orderdate ordertime timestamp datetime date time "
+    "anlagedatum auftragsdatum bestelldatum erstellt erstelltam eingang freigabe datum zeitpunkt zeit erdat",
+    "clock": "time ordertime creationtime uhrzeit zeit anlagezeit erzet",
+    "from": "from source sourcebin pickfrom picklocation location bin storagebin storagelocation lagerplatz platz "
+    "vonplatz von quelle quellplatz entnahmeplatz vlpla",
+    "to": "to target destination station workstation nachplatz nach ziel zielplatz packplatz nlpla",
+    "due": "due dueat duedate duetime deadline cutoff fällig fälligam faellig liefertermin termin versandzeit",
+    "priority": "priority prio priorität prioritaet dringlichkeit",
+    "quantity": "quantity qty pieces amount units menge anzahl stück stueck stk",
+    "order": "order orderid orderno ordernr ordernumber auftrag auftragsnr auftragsnummer bestellnr bestellnummer "
+    "bestellung belegnr belegnummer beleg vbeln",
+}
+"""Headings of our columns in files, in letters and digits alone; `clock`: the time of day in a column of its own.
+
+They are looked for where a file has no column `release`, so in none that is written in our words.
+"""
+_HEAD = 20  # rows in which the header is looked for
+_SAMPLE = 65_536  # bytes that show how a file is written
+_MIDNIGHT = r"[ T]00:00:00(\.0+)?$"
+
+
+@dataclass(frozen=True)
+class Export:
+    """A table as another program wrote it.
+
+    Attributes:
+        cells: text, by our columns, and by their ranks for `unread` ones; the index has the row numbers, from 1.
+        titles: what the file calls the columns.
+        assumed: what the file does not say.
+        decimal_comma: whether numbers may have one.
+    """
+
+    cells: pd.DataFrame
+    titles: dict[str | int, str]
+    unread: tuple[int, ...]
+    assumed: tuple[str, ...]
+    decimal_comma: bool
+
+
+def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Export:
+    """Read a table of orders.
+
+    Args:
+        path: of CSV, Parquet or Excel.
+        columns: what the file calls our columns, where that is not to be looked for.
+        sheet: of an Excel file; None for the first.
+
+    Raises:
+        ModelError: where it cannot be read, or has no column of releases.
+    """
+    check_there(path)
+    if sheet is not None and path.suffix.lower() not in EXCEL:
+        raise ModelError([f"{path}: sheet (got {got(sheet)}) of a file that is no Excel file, expected none"])
+    for ours in columns:
+        if ours not in ORDER_COLUMNS:
+            raise ModelError([f"--map {ours}: unknown column, expected one of {', '.join(ORDER_COLUMNS)}"])
+    try:
+        if path.suffix.lower() in PARQUET:
+            return _made(path, columns, _of_parquet(path, columns))
+        if path.suffix.lower() in EXCEL:
+            return _made(path, columns, rows_of(path, sheet))
+        encoding = _encoding(path)
+        delimiter = _delimiter(path, columns, encoding)
+        return _made(path, columns, _of_text(path, encoding, delimiter), encoding, delimiter)
+    except (OSError, ValueError, KeyError, csv.Error, zipfile.BadZipFile) as error:
+        raise ModelError([unreadable(path, error, "CSV, Parquet or Excel (.xlsx)")]) from None
+
+
+def _made(
+    path: Path, columns: Mapping[str, str], rows: Iterator[Sequence[str]], encoding: str = "", delimiter: str = ","
+) -> Export:
+    """The table below its header, and what was assumed of it."""
+    head, names, ranks = _header(top := [*islice(rows, _HEAD)], columns)
+    if len(names) > LIMITS["columns"][0]:
+        raise ValueError(f"{len(names):,} columns, expected at most {LIMITS['columns'][0]:,}")
+    for ours in ("release", *columns):
+        if ours not in ranks:
+            raise _missing(path, ours, columns, names)
+    if twice := [names[rank] for rank in ranks.values() if names.count(names[rank]) > 1]:
+        text = f"column {got(twice[0])} given twice, expected it once"
+        raise ModelError([f"{path}: {text}; desim orders --map says which other is meant"])
+    meant = [f"'{names[rank]}' is {ours}" for ours, rank in ranks.items() if heading(names[rank])[0] != ours]
+    assumed = [", ".join(meant)] if meant and not columns else []
+    assumed += [f"encoding {encoding}"] if encoding == "cp1252" else []
+    assumed += [f"cells end with {delimiter!r}"] if delimiter != "," else []
+    assumed += [f"the header is row {head + 1}"] if head else []
+    labels = {rank: ours for ours, rank in ranks.items()}
+    cells = framed(_limited(path, chain(top[head + 1 :], rows)), [labels.get(n, n) for n in range(len(names))], 1)
+    titles: dict[str | int, str] = {labels.get(n, n): name or f"column {n + 1}" for n, name in enumerate(names)}
+    others = [rank for rank in range(len(names)) if rank not in labels]
+    unread = tuple(rank for rank in others if names[rank] or (cells[rank] != "").any())
+    return Export(_whole(cells, [*ranks]), titles, unread, tuple(assumed), delimiter != ",")
+
+
+def _whole(cells: pd.DataFrame, ours: list[str]) -> pd.DataFrame:
+    """The rows that have anything to read; date and time of day in one column, if they stand in two."""
+    cells = cells[(cells[ours] != "").any(axis=1)]
+    if "clock" not in ours:
+        return cells
+    days = cells["release"].str.replace(_MIDNIGHT, "", regex=True)
+    return cells.assign(release=(days + " " + cells["clock"]).str.strip()).drop(columns="clock")
+
+
+def _limited(path: Path, rows: Iterable[Sequence[str]]) -> Iterator[Sequence[str]]:
+    """Rows as long as they are not too many, or too long, to be held at once."""
+    most, size = LIMITS["tasks"][0], 0
+    for number, row in enumerate(rows):
+        size += sum(map(len, row))
+        if number >= most:
+            raise ModelError([f"{path}: too many rows, expected at most {most:,}; split the file by days"])
+        if size > LIMITS["texts"][0]:
+            raise ValueError(f"more than {LIMITS['texts'][0] / 1e6:,.0f} MB of texts")
+        yield row
+
+
+def _of_text(path: Path, encoding: str, delimiter: str) -> Iterator[list[str]]:
+    with path.open(encoding=encoding, newline="") as lines:
+        yield from csv.reader(lines, delimiter=delimiter)
+
+
+def _of_parquet(path: Path, columns: Mapping[str, str]) -> Iterator[Sequence[str]]:
+    """The header and the rows, with columns that are not read as far as they are text, numbers or times."""
+    from pyarrow import parquet, types
+
+    schema = parquet.read_schema(path)
+    _, _, ranks = _header([schema.names], columns)
+    others = types.is_nested, types.is_binary, types.is_large_binary, types.is_fixed_size_binary, types.is_duration
+    names = [
+        field.name
+        for rank, field in enumerate(schema)
+        if rank in ranks.values() or not any(is_other(field.type) for is_other in others)
+    ]
+    yield names
+    for _, cells in parquet_chunks(path, names):
+        yield from zip(*cells, strict=True)
+
+
+def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
+    """The separator of cells: the one with which there is a column of releases, and the most columns."""
+    with path.open(encoding=encoding, newline="") as lines:
+        sample = lines.read(_SAMPLE)
+    if "\0" in sample:
+        raise ValueError("not text")
+
+    def columns_with(delimiter: str) -> tuple[bool, int]:
+        top = islice(csv.reader(io.StringIO(sample, newline=""), delimiter=delimiter), _HEAD)
+        _, names, ranks = _header([*top], columns)
+        return "release" in ranks, len(names)
+
+    return max(",;\t|", key=columns_with)
+
+
+def _encoding(path: Path) -> str:
+    """UTF-8 where the file is, UTF-16 where it says so, else what Windows writes in the west."""
+    with path.open("rb") as file:
+        start = file.read(2)
+        if start in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
+            return "utf-16"
+        decoder = codecs.getincrementaldecoder("utf-8-sig")()
+        try:
+            for block in iter(lambda: file.read(1 << 20), b""):
+                decoder.decode(start + block)
+                start = b""
+            decoder.decode(start, final=True)
+        except UnicodeDecodeError:
+            return "cp1252"
+    return "utf-8-sig"
+
+
+def _header(top: Sequence[Sequence[str]], columns: Mapping[str, str]) -> tuple[int, list[str], dict[str, int]]:
+    """The rank of the first row that has a column of releases, its headings, and the ranks of our columns.
+
+    Where none has one it is the first, and no column is ours.
+    """
+    rows = [[" ".join(title.split()) for title in row] for row in top]
+    for head, names in enumerate(rows):
+        ranks = _ours(names, columns)
+        if "release" in ranks:
+            return head, names, ranks
+    return 0, rows[0] if rows else [], {}
+
+
+def _missing(path: Path, ours: str, columns: Mapping[str, str], names: Sequence[str]) -> ModelError:
+    name = columns.get(ours, ours)
+    near = nearest(name, names)
+    cure = f"did you mean '{near}'?" if near else f"desim orders --map {ours}=HEADING says what the file calls it"
+    headings = first_of([got(title) for title in names if title], 8) or "none"
+    return ModelError([f"{path}: no column '{name}' (it has {headings}); {cure}"])
+
+
+def _ours(names: Sequence[str], columns: Mapping[str, str]) -> dict[str, int]:
+    """The ranks of our columns in a header.
+
+    Unlike columns of plants (`plants.records`) they are guessed only where no heading is our `release`. A second column
+    that could be meant is left, and what was guessed is said.
+    """
+    exact = {ours: columns.get(ours, ours) for ours in ORDER_COLUMNS}
+    ranks = {ours: names.index(theirs) for ours, theirs in exact.items() if theirs in names}
+    if "release" in ranks or "release" in columns:
+        return ranks
+    plain = [heading(name)[0] for name in names]
+    for ours, text in HEADINGS.items():
+        rank = next((plain.index(word) for word in text.split() if word in plain), None)
+        if ours not in ranks and rank is not None and rank not in ranks.values():
+            ranks[ours] = rank
+    return ranks
