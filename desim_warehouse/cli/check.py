@@ -45,7 +45,7 @@ def _show(report: Check) -> None:
     for line in report.facts:
         click.echo(line)
     if report.lines:
-        click.echo("quick estimate, without traffic:")
+        click.echo("quick estimate:")
     for line in report.lines:
         click.echo(f"  {line}")
 

@@ -119,6 +119,6 @@ def _page(check: Check) -> StillPage:
     if rows:
         first.append(html.table(["finding", "place", "what is wrong", "what to do", "code"], rows, words=5))
     if check.lines:
-        first += [html.paragraph("Quick estimate, without traffic:"), html.bullets(check.lines)]
+        first += [html.paragraph("Quick estimate:"), html.bullets(check.lines)]
     layout = {"The model": [html.bullets([size, *check.facts[1:]])]}
     return StillPage(name, ReportPage(title=name, first=first, folded=layout).html())
