@@ -118,7 +118,8 @@ def measured(model: Model) -> QuickEstimate:
     most = min([max(fastest) * found.on_duty * (1 + above), *limits])
     least = min(max(min(slowest) * found.on_duty * (1 - below), 0.0 if model.pods else most / WIDEST), most)
     likely = max(min((slowest[-1] + fastest[-1]) / 2 * found.on_duty, most), least)
-    return replace(found, measured=(least, likely, most), looked_at=TASKS)
+    capacity = max(found.fleet_capacity, most if model.pods else 0.0)  # pods that are near save drives
+    return replace(found, fleet_capacity=capacity, measured=(least, likely, most), looked_at=TASKS)
 
 
 def time_of_task(model: Model) -> float:
