@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 BY_TIME = {"in-order", "earliest-due"}
 """Allocations that go by no distance."""
 BELOW, ABOVE = 0.07, 0.04
-"""Parts by which a long run may do less and more than the probe of a fleet, by `python -m benchmarks.estimates`."""
+"""Parts by which a long run may do less and more than the probe of a fleet: fitted to `benchmarks.estimates`."""
 LEISURE = 4.0
 """Times as long as a task takes until the next one is known, where robots rest between them."""
 LEAST_LESS = 0.01
