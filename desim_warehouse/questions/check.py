@@ -70,7 +70,7 @@ class Check:
 
     def __str__(self) -> str:
         findings = [f"{'accepted ' if self._accepts(item) else ''}{item}" for item in self.findings]
-        estimate = ["quick estimate, without traffic:", *(f"  {line}" for line in self.lines)] if self.lines else []
+        estimate = ["quick estimate:", *(f"  {line}" for line in self.lines)] if self.lines else []
         return "\n".join([self.verdict, *findings, *self.facts, *estimate])
 
     def __repr__(self) -> str:
@@ -168,7 +168,7 @@ def _page(check: Check) -> StillPage:
         answer=(sentence(check.verdict),),
         tables=(
             Folded(title="What would be refused or holds robots up", head=head, rows=tuple(findings), printed=True),
-            Folded(title="Quick estimate, without traffic", rows=tuple((line,) for line in check.lines), printed=True),
+            Folded(title="Quick estimate", rows=tuple((line,) for line in check.lines), printed=True),
             Folded(title="The model", rows=tuple((fact,) for fact in (size, *check.facts[1:]))),
         ),
         runs=0,
