@@ -14,7 +14,7 @@ from desim_warehouse.answer.parts import Bar, BigNumber, Folded, Option, Point, 
 from desim_warehouse.answer.standing import BY_VERDICT, Standing
 from desim_warehouse.errors import StudyError, number_of, spoken
 from desim_warehouse.model import Source, as_model
-from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import judged, race
 from desim_warehouse.questions.race import Best, best_of_study

@@ -122,10 +122,19 @@ def check(model: Source) -> Check:
         item.level == "error" and item.code not in model.accept for item in findings
     ):
         facts += [*with_nearer(model), *with_choice(model, calculation)]
-    lines = [] if calculation is None else calculation.lines(model.units)
+    lines = [] if calculation is None else [*calculation.lines(model.units), *_busiest(model, calculation)]
     checked = Check(facts, findings, calculation, model.accept, lines)
     logging.getLogger("desim_warehouse").info("check of %s: %s", model.name, checked.verdict)
     return checked
+
+
+def _busiest(model: Model, calculation: QuickEstimate) -> list[str]:
+    """Say who is busiest by the quick estimate; empty where it foresees no rate."""
+    from desim_warehouse.answer.busiest import are
+    from desim_warehouse.feasibility.loads import loads
+
+    line = are(loads(model, calculation), "of the time" if calculation.on_duty == 1 else "of their hours")
+    return [line] if line else []
 
 
 def _times_that_vary(model: Model) -> list[str]:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.feasibility.asked import most_loads, peak_rate
+from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.parts import MeanTask, StationLoad, mixed
@@ -18,6 +18,7 @@ from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.disturbances import closures, disturbances
+from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
 from desim_warehouse.run.backlog import flows_of

@@ -9,9 +9,9 @@ from PIL import Image
 
 import desim_warehouse as dw
 from desim_warehouse.answer import numbers
-from desim_warehouse.outcome.account import pieces
 from desim_warehouse.outcome.chains import QUEUES, TRAFFIC
 from desim_warehouse.outcome.halts import halts
+from desim_warehouse.outcome.pieces import pieces
 from desim_warehouse.outcome.positions import Positions
 from desim_warehouse.outcome.resources import resources
 from tests.browser.pages import READY, Opened, Page
