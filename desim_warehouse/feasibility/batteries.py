@@ -315,8 +315,8 @@ def _battery(model: Model) -> BatterySpec:
 
 
 def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
-    """Chargers that give less than a fleet, or a kind of it, draws in the long run."""
-    if balance is None or not balance.short or not balance.chargers or balance.draws is None:
+    """Chargers that give so much less than a fleet, or a kind of it, draws that its batteries fall, or are flat."""
+    if balance is None or not balance.chargers or balance.draws is None:
         return
     units = model.units
     time = units.time
@@ -325,6 +325,8 @@ def chargers_short(model: Model, balance: Power | None) -> Iterator[Finding]:
         part[kind] * _battery(alone).capacity for kind, alone in charging.by_kind(model).items()
     )
     falls = (balance.draws - balance.gives) * units.hour / capacity
+    if not balance.short and falls * (model.run.length or 0.0) / units.hour <= sum(start_energy(model)) / 2:
+        return
     yield Finding(
         "CHARGERS_SHORT",
         "layout.bays",

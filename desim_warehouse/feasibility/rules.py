@@ -33,6 +33,7 @@ FEW = 30
 SHORTEST = 1500.0
 """Seconds: a run without end that is counted for less shows no pattern of a day, and hardly a queue."""
 HOUR = 3600.0
+NO_NUMBER = "no number of robots keeps up: see what limits them"
 _ROUNDING = 1e-9
 """Part by which a measured share may miss the exact one."""
 
@@ -75,7 +76,7 @@ def _one_at_work(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     if found.at_work != 1 or found.robots == 1:
         return
     hour = model.units.hour
-    does, could = (amount(one.capacity * hour) for one in (found, replace(found, at_work=found.robots)))
+    does, could = (amount(one.capacity * hour) for one in (found, replace(found, at_work=found.robots, measured=None)))
     yield Finding(
         "ONE_AT_WORK",
         "layout.stations",
@@ -193,17 +194,17 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     asked = found.rate * hour
     if isinstance(tasks.goods, PoissonGoods) and tasks.goods.hours is None:
         asked = tasks.goods.poisson * tasks.demand
-    if found.rate > found.fleet_capacity:
+    if found.is_overloaded:
         robots, places = number_of(found.robots, "robot"), number_of(found.at_work, "station place")
         who = robots if found.at_work == found.robots else places
         yield Finding(
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
-            f"{asked:g} tasks an hour are asked for, {who} can do {amount(found.fleet_capacity * hour)}",
-            f"at least {math.ceil(found.robots_busy)} robots are needed, each with a place at a station",
+            f"{asked:g} tasks an hour are asked for, {who} can do {found.can_do(hour)}",
+            _robots_needed(found),
         )
     elif found.peak is not None and found.peak > found.peak_capacity:
-        need = found.peak * found.round
+        need = found.robots_for(found.peak, at_peak=True)
         yield Finding(
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
@@ -212,9 +213,16 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
                 f"{number_of(found.robots, 'robot')} can do {amount(found.peak_capacity * hour)}, so work piles up "
                 "until it is over"
             ),
-            f"at least {math.ceil(need)} robots are needed to keep up with it",
+            f"at least {math.ceil(need)} robots are needed to keep up with it" if math.isfinite(need) else NO_NUMBER,
         )
     yield from _demand_of_stations(model, found)
+
+
+def _robots_needed(found: QuickEstimate) -> str:
+    need = max(found.robots_busy or 0.0, found.robots_needed or 0.0)
+    if math.isinf(need):
+        return NO_NUMBER
+    return f"at least {math.ceil(need)} robots are needed, each with a place at a station"
 
 
 def _demand_of_stations(model: Model, found: QuickEstimate) -> Iterator[Finding]:

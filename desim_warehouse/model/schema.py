@@ -346,7 +346,7 @@ class Prices(Part):
     ] = Field(
         0.0,
         title="price of a station hour",
-        description="an hour of a server of a station that is open, and of a worker there",
+        description="an hour of a worker of a station that is open, or without `work_time` of a server there",
     )
     late_order: Annotated[
         NotNegative,

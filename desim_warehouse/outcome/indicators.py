@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, Literal
 
 from desim_warehouse.errors import NoIndicatorError, StudyError, nearest, spoken, synonym
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
-from desim_warehouse.outcome import account, measures
+from desim_warehouse.outcome import measures, money
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.parts import PartHistory, by_day_part, of_flow
 from desim_warehouse.states import APART, AT_START, OPERATING, SERVER, STATES, TIMES, WAITING, State
@@ -669,10 +669,10 @@ INDICATORS = {
             "annual_cost",
             "Annual cost",
             "money per year",
-            "robots, chargers, energy, servers and late orders at the prices of the section `prices`, for a year of "
-            "its `hours` like the counted time; only with prices",
+            "robots, chargers, energy, people of stations and late orders at the prices of the section `prices`, for a "
+            "year of its `hours` like the counted time; only with prices",
             "less",
-            account.annual_cost,
+            money.annual_cost,
             measures.has_prices,
             with_robots="rises",
         ),
@@ -682,7 +682,7 @@ INDICATORS = {
             "money per task",
             "`annual_cost` by the tasks that such a year delivers; only with prices",
             "less",
-            account.cost_per_task,
+            money.cost_per_task,
             measures.has_prices,
             with_robots="rises",
         ),
