@@ -49,7 +49,7 @@ def hall(number: int) -> Model:
     if drawn.random() < 1 / 4:
         changes["layout.blocks.directions"] = "two-way"
     if drawn.random() < 1 / 4:
-        changes["fleet.robot.breakdowns"] = {"every": {"exponential": "4 h"}, "repair": "30 min"}
+        changes["fleet.robot.breakdowns"] = {"every": {"exponential": "12 h"}, "repair": "15 min"}
     flows, load, spare = drawn.random() < 1 / 3, drawn.uniform(0.6, 1.2), drawn.choice([0, 1, 1])
     chargers = -(-robots * changes["battery.consumption"] // 0.02) + spare
     words = Draft(
@@ -139,8 +139,8 @@ def drafts(first: int, last: int) -> None:
         (done, came), checked = kept(f"draft {number}", model), dw.check(model)
         estimate = checked.calculation
         assert estimate is not None
-        least, most = (min(does * 3600, came) for does in (estimate.capacity, estimate.most))
-        is_in = least * (1 - NOISE) <= done <= most * (1 + NOISE)
+        least, most = (does * 3600 for does in estimate.range)
+        is_in = min(least, came) * (1 - NOISE) <= done <= min(most, came) * (1 + NOISE)
         width = (most - least) / ((most + least) / 2) if most else 0.0
         codes = [item.code for item in checked.findings if item.code in OVERLOADS]
         behind = 1 - done / came
@@ -164,7 +164,7 @@ def pods(first: int, last: int) -> None:
             model = floor(number, policy)
             (done, _), estimate = kept(f"floor {number} {policy}", model), dw.check(model).calculation
             assert estimate is not None
-            least, most = estimate.capacity * 3600, estimate.most * 3600
+            least, most = (does * 3600 for does in estimate.range)
             is_near = least * (1 - NEAR) <= done <= most * (1 + NEAR)
             near, every = near + is_near, every + 1
             print(f"{number} {policy:10} can {estimate.can_do(3600):>16} did {done:6.1f} {'' if is_near else 'FAR'}")

@@ -2,10 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeVar
+from typing import TYPE_CHECKING
 
 from pydantic import ValidationError
 
@@ -16,8 +15,6 @@ from desim_warehouse.folders import ANSWER, write_whole
 
 if TYPE_CHECKING:
     import pandas as pd
-
-T = TypeVar("T")
 
 
 class Answer(AnswerData):
@@ -117,15 +114,3 @@ def load(folder: str | Path) -> Answer:
         ) from error
     except (OSError, ValueError) as error:
         raise ReportError(f"{path}: damaged ({reason(error)})") from error
-
-
-def merged(options: Sequence[T], runs: Callable[[T], Hashable]) -> list[tuple[T, list[T]]]:
-    """Options whose `runs` are equal together: the first of them, and the others."""
-    groups: dict[Hashable, tuple[T, list[T]]] = {}
-    for option in options:
-        key = runs(option)
-        if key in groups:
-            groups[key][1].append(option)
-        else:
-            groups[key] = option, []
-    return list(groups.values())

@@ -1,52 +1,95 @@
-"""Who was at work for the largest part of a run, in the one sentence that the terminal, reports and the replay have."""
+"""Who is busiest and what is scarce, in the one sentence that all answers have: of a run, and of what is to come."""
 
 from __future__ import annotations
 
-import math
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 from desim_warehouse.answer import numbers
 from desim_warehouse.answer.numbers import capital
-from desim_warehouse.outcome.resources import busy_share, off_duty, servers_in_use, standing
-from desim_warehouse.states import staff
+from desim_warehouse.errors import spoken
+from desim_warehouse.model.facts.workers import NEAR, busiest, ranked, scarce
+from desim_warehouse.outcome.loads import loads
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterable, Mapping
 
+    from desim_warehouse.model.facts.workers import Load
     from desim_warehouse.outcome.history import History
 
-CHARGERS = "chargers"
-_USED = {
-    "robots": "the robots were the busiest, at work",
-    CHARGERS: "the chargers were the busiest, in use",
-    "workers": "the workers were the busiest, at work",
-}
+_WORK = {"robots", "people", "pickers"}
+"""Kinds that work; others are in use."""
+_SHOWN = 0.005
+"""Loads below are not listed beside others."""
 
 
-class Busiest(NamedTuple):
-    """What was busiest, `robots`, `chargers`, `workers` or a group of stations, and the share of its time."""
-
-    name: str
-    share: float
-
-    @property
-    def sentence(self) -> str:
-        """It in words, with a capital letter and a full stop."""
-        who = _USED.get(self.name, f"the {staff(self.name)}s of {self.name} were the busiest, in use")
-        return f"{capital(who)} {numbers.PERCENT.value(self.share)} of the time."
+def of_run(history: History, kpis: Mapping[str, float]) -> str:
+    """Say who was busiest in a run, with a capital letter and a full stop; empty where no time was counted."""
+    return was(loads(history, kpis))
 
 
-def busiest(history: History, kpis: Mapping[str, float]) -> Busiest | None:
-    """Compare robots, chargers, workers and the servers of each group of stations; None where no time was counted."""
-    model = history.model
-    used = {
-        "robots": busy_share([kpis[name] for name in standing(model)], off_duty(kpis)),
-        CHARGERS: kpis.get("charger_utilisation", math.nan),
-        "workers": kpis.get("worker_utilisation", math.nan),
-        **servers_in_use(history),
-    }
-    known = {name: share for name, share in used.items() if math.isfinite(share)}
-    if not known:
-        return None
-    name = max(known, key=known.__getitem__)
-    return Busiest(name, known[name])
+def was(measured: Iterable[Load]) -> str:
+    """Say who was busiest: `The robots were the busiest, at work 77 % of the time.`; empty where nobody worked."""
+    measured = list(measured)
+    most = busiest(measured)
+    if not most:
+        return ""
+    first, *near = most
+    if first.group.kind == "lanes":
+        return f"The lanes held most up: robots waited in traffic {_percent(first.mean)} of the time."
+    line = f"the {first.group.name} were the busiest, {_spent(first)}"
+    line += "".join(f", and the {load.group.name}, {_spent(load)}" for load in near)
+    return capital(f"{line}." if scarce(measured) else f"nothing was scarce: {line}.")
+
+
+def are(foreseen: Iterable[Load], time: str = "of the time", where: str = "") -> str:
+    """Say who is busiest: `the robots are busiest: 77 % of the time; packers 48 %`; empty where nobody works.
+
+    Args:
+        foreseen: the loads of all groups.
+        time: what shares of the time are of.
+        where: what the sentence begins with, such as `with 6 robots`.
+    """
+    listed = ranked(foreseen)
+    most = busiest(listed)
+    if not most:
+        return ""
+    who = spoken([load.group.name for load in most])
+    shares = spoken([_share(most[0], time), *(_share(load, "") for load in most[1:])])
+    idle = "" if scarce(listed) else "nothing is scarce, and "
+    line = f"{where} {idle}the {who} are busiest: {shares}"
+    others = [load for load in listed if load not in most and load.need >= _SHOWN]
+    rest = spoken([f"{load.group.name} {whole_percent(load.mean)}" for load in others]) if others else ""
+    return (f"{line}; {rest}" if rest else line).strip()
+
+
+def whole_percent(share: float) -> str:
+    """Write a share, in whole per cent where that says something."""
+    return f"{100 * share:.0f} %" if 0.01 <= share <= 0.99 or share > 1 else _percent(share)  # noqa: PLR2004
+
+
+def _spent(load: Load) -> str:
+    """What a group did in a run, and what was asked of it beyond."""
+    verb = "at work" if load.group.kind in _WORK or load.group.packs else "in use"
+    asked = f"with {_percent(load.mean)} of what they can do asked for"
+    line = asked if load.mean > 1 else f"{verb} {_percent(load.mean)} of the time"
+    if _peaks(load):
+        line += f", with {_percent(load.peak or 0.0)} of what they can do asked for in the busiest hour"
+    return f"{line}, beside {_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
+
+
+def _share(load: Load, time: str) -> str:
+    if load.group.kind == "lanes":
+        return f"robots wait in traffic {whole_percent(load.mean)} {time}".strip()
+    share = whole_percent(load.mean)
+    line = f"{share} of what they can do is asked for" if load.mean > 1 else f"{share} {time}".strip()
+    if _peaks(load):
+        line += f", in the busiest hour {whole_percent(load.peak or 0.0)}"
+    return f"{line}, beside {whole_percent(load.back)} driving back to parking" if load.back >= _SHOWN else line
+
+
+def _peaks(load: Load) -> bool:
+    return load.peak is not None and load.peak > load.mean + NEAR
+
+
+def _percent(share: float) -> str:
+    return numbers.PERCENT.value(share)

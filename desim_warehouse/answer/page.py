@@ -15,7 +15,7 @@ from markupsafe import Markup
 
 from desim_warehouse._version import __version__
 from desim_warehouse.answer.numbers import capital
-from desim_warehouse.answer.parts import AnswerData, Folded, PairGrid, Rows
+from desim_warehouse.answer.parts import AnswerData, Folded, PairGrid, Points, Rows
 from desim_warehouse.answer.standing import WORDS
 from desim_warehouse.answer.text import how_sure, table
 from desim_warehouse.look import html
@@ -23,10 +23,12 @@ from desim_warehouse.look import html
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-    Drawing = Rows | PairGrid | Markup | Axes
+    Drawing = Rows | PairGrid | Points | Markup | Axes
 
 _SIGNS = {"met": "●", "not met": "×", "open": "?", "edge": "~", "overloaded": "×", "drained": "×"}
 """Cells of a grid; of what was not tried they are empty."""
+_WIDE, _HIGH, _EDGE = 1000, 380, 0.06
+"""Size of a figure of points, and the part of it on each side that is left free."""
 _LEAD = 160
 """Letters of a description that stands before the answer; a longer one, as of imported plants, stands after it."""
 
@@ -73,7 +75,22 @@ def _drawn(drawing: Drawing) -> Markup:
         seen = {cell for panel in drawing.panels.values() for row in panel for cell in row}
         key = [(_SIGNS[kind], words) for kind, words in WORDS.items() if kind in seen and kind in _SIGNS]
         return html.figure("grid", drawing, _SIGNS, key)
+    if isinstance(drawing, Points):
+        return _points(drawing)
     return drawing if isinstance(drawing, Markup) else html.picture(drawing)
+
+
+def _points(figure: Points) -> Markup:
+    """Draw options by two indicators; those that stand out last, over the others."""
+    xs, ys = [*(point.x for point in figure.points), figure.at], [point.y for point in figure.points]
+
+    def place(value: float, values: Sequence[float], size: int) -> float:
+        low, span = min(values), max(values) - min(values)
+        return round(size * (_EDGE + (1 - 2 * _EDGE) * ((value - low) / span if span else 0.5)), 1)
+
+    marks = [(place(one.x, xs, _WIDE), _HIGH - place(one.y, ys, _HIGH), one) for one in figure.points]
+    marks.sort(key=lambda mark: bool(mark[2].name))
+    return html.figure("points", figure, marks, place(figure.at, xs, _WIDE), (_WIDE, _HIGH))
 
 
 def _rows(figure: Rows) -> Markup:

@@ -106,6 +106,30 @@ class PairGrid(_Plain):
     panels: dict[str, tuple[tuple[Standing, ...], ...]]
 
 
+class Point(_Plain):
+    """An option by two of its means; `name` and `standing` only of one that stands out."""
+
+    x: float
+    y: float
+    name: str = ""
+    standing: str = ""
+
+
+class Points(_Plain):
+    """Options by two indicators, `across` and `up`, with a line at `at` across: the target.
+
+    `ends`: the least and the largest value across, then up, as they stand at the axes.
+    """
+
+    title: str
+    across: str
+    up: str
+    at: float
+    at_words: str
+    ends: tuple[str, str, str, str]
+    points: tuple[Point, ...]
+
+
 class Folded(_Plain):
     """A table that is folded away on the page; without a head each row is a name and a fact, or a sentence.
 
@@ -142,7 +166,7 @@ class AnswerData(_Plain):
     tiles: tuple[BigNumber, ...] = ()
     measures: dict[str, str] = {}
     options: tuple[Option, ...] = ()
-    figure: Rows | PairGrid | None = None
+    figure: Rows | PairGrid | Points | None = None
     about: Subject | None = None
     tables: tuple[Folded, ...] = ()
     promise: str = ""

@@ -27,9 +27,11 @@ def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
 
     Errors would be refused by `desim run`: exit status 2.
     """
+    from desim_warehouse.cli.waiting import Waiting
     from desim_warehouse.questions.check import check
 
-    report = check(load_model(model, assignments))
+    with Waiting("checking"):
+        report = check(load_model(model, assignments))
     if as_json:
         click.echo(json.dumps(_content(report)))
     else:

@@ -177,8 +177,13 @@ def run_of(
 
 
 def simulated(model: Model, seed: int, *, until: float | None = None) -> Run:
-    """A run of a model, up to a moment, with its settled fleet from the user's cache, which keeps it for the next."""
+    """A run of a model, up to a moment, with its settled fleet from the user's cache, which keeps it for the next.
+
+    A terminal shows how far it is.
+    """
+    from desim_warehouse.cli.waiting import Waiting
     from desim_warehouse.questions.run import Run
     from desim_warehouse.study.execution.kept_fleets import FleetsOfACommand
 
-    return Run.simulated(model, seed, until=until, fleets=FleetsOfACommand(cache=True))
+    with Waiting("simulating", model, until) as waiting:
+        return Run.simulated(model, seed, waiting, until=until, fleets=FleetsOfACommand(cache=True))

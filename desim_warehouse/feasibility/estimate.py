@@ -1,14 +1,14 @@
 """The quick estimate of a model: what a fleet can do, and what that takes, in numbers and in words.
 
-What a task costs is measured, one robot of each kind by itself (`run/quick.py`). What robots, chargers and stations can
-do each are upper bounds from that, by Little's law and the asymptotic bounds of closed queueing networks (Denning and
-Buzen, Computing Surveys 10 (1978) 225-261). What they can do together is less, as robots queue: see `capacity`.
+What a task costs is measured, one robot of each kind by itself, and what a fleet does together where work always waits
+(`run/quick.py`). What robots, chargers and stations can do each are upper bounds, by Little's law and the asymptotic
+bounds of closed queueing networks (Denning and Buzen, Computing Surveys 10 (1978) 225-261).
 
-How much less, `Network` says, by mean value analysis of a closed network (Reiser and Lavenberg, Journal of the ACM 27
-(1980) 313-322). A robot goes round and round. For a part of each task it is served where others may be before it, for
-the rest of it nobody is in its way. Several servers count as one that is so much faster, and a time without queues
-(Seidmann, Schweitzer and Shalev-Oren, LSOR 1987). Times of service are taken to vary as exponential ones do: where
-they vary less, queues are shorter.
+What queues for chargers take, and what other numbers of robots do, `Network` says, by mean value analysis of a closed
+network (Reiser and Lavenberg, Journal of the ACM 27 (1980) 313-322). A robot goes round and round. For a part of each
+task it is served where others may be before it, for the rest of it nobody is in its way. Several servers count as one
+that is so much faster, and a time without queues (Seidmann, Schweitzer and Shalev-Oren, LSOR 1987). Times of service
+are taken to vary as exponential ones do: where they vary less, queues are shorter.
 """
 
 from __future__ import annotations
@@ -28,11 +28,14 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model.schema import Units
 
+CHARGERS, THE_ROBOTS = "the chargers", "the robots"
 BUSIEST = 0.99
 """Of the time that a place may be busy: beyond, queues grow so long that no number of robots is said to do."""
 
 MORE = 1.1
 """What twice the robots do more than those at the knee."""
+LONGEST, STEPS = 2.0, 25
+"""Times the time of a task that it may take, and halvings of what it is sought between."""
 APART = 0.95
 """Of the bounds that a fleet reaches with its queues: with less both are said."""
 
@@ -59,7 +62,10 @@ class QuickEstimate:
         peak: tasks per time unit in the busiest hour, where arrivals change with the time of day.
         on_duty: the part of the run in which robots are in their hours and a station is open; capacities are means over
             the run.
-        pile_on: with pods, where `cycle` is a line's part of a visit, and capacities are those of most lines a visit.
+        pile_on: with pods, where `cycle` is a line's part of a visit.
+        unbroken: the part of its time in which a robot is not broken, which is in `on_duty`, too.
+        measured: tasks per time unit of the fleet at the least, probably where work piles up, and at the most, from
+            what it did together in a probe; None where it was not looked at.
     """
 
     width: float
@@ -81,19 +87,28 @@ class QuickEstimate:
     peak: float | None = None
     on_duty: float = 1.0
     pile_on: PileOn | None = None
+    unbroken: float = 1.0
+    measured: tuple[float, float, float] | None = None
+    looked_at: int = 0
+    """Tasks of all robots together that were looked at."""
 
     @property
     def peak_capacity(self) -> float:
-        """Tasks per time unit with all robots at work, as they are taken to be in the busiest hour."""
-        return self.fleet_capacity / (self.on_duty or 1.0)
+        """Tasks per time unit with all robots on duty that are not broken, as in the busiest hour."""
+        return (self.capacity if self.measured else self.fleet_capacity) / self._hours
+
+    @property
+    def _hours(self) -> float:
+        """The part of the run in which robots are in their hours."""
+        return self.on_duty / self.unbroken or 1.0
 
     @property
     def round(self) -> float:
         """The time that a task takes a robot, with what it charges for it."""
         return self.cycle.time + (self.charging or 0.0)
 
-    @cached_property
-    def network(self) -> Network:
+    @property
+    def places(self) -> list[Place]:
         """Where robots queue while they are on duty: the servers of stations, and chargers."""
         places = [
             Place(item.doing, item.share * item.servers * item.open / item.serve_capacity, item.servers)
@@ -101,33 +116,45 @@ class QuickEstimate:
             if item.serve_capacity
         ]
         if self.charging and self.power is not None and self.power.chargers:
-            places.append(Place("the chargers", self.charging, self.power.chargers))
-        return Network(self.round, places)
+            places.append(Place(CHARGERS, self.charging, self.power.chargers))
+        return places
+
+    @cached_property
+    def queues(self) -> Network:
+        """The queues of robots that are in each other's way nowhere else."""
+        return Network(self.round, self.places)
+
+    @cached_property
+    def network(self) -> Network:
+        """The queues of robots that are in each other's way on lanes as well, and choose their tasks, as measured."""
+        if self.measured is None or not self.on_duty:
+            return self.queues
+        return self.queues.doing(self.capacity / self.on_duty, min(self.robots, self.at_work))
 
     @property
     def places_limit(self) -> dict[str, float]:
         """What limits any number of robots, in words, and the tasks per time unit that it lets through."""
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
         if math.isfinite(charged := self._charged(1)):
-            limits["the chargers"] = charged
+            limits[CHARGERS] = charged
         if self.most_out is not None and self.cycle.time:
             limits["traffic.most_out"] = self.most_out * self.on_duty / self.cycle.time
         return limits
 
     @property
     def limits(self) -> dict[str, float]:
-        """The same with the robots that there are: no more can be done than the least of them."""
+        """What limits the robots that there are: no more can be done than the least of these."""
         limits = self.places_limit
-        if "the chargers" in limits:
-            limits["the chargers"] = self._charged(self.robots)
-        return {"the robots": self.fleet_capacity, **limits}
+        if CHARGERS in limits:
+            limits[CHARGERS] = self._charged(self.robots)
+        return {THE_ROBOTS: self.fleet_capacity, **limits}
 
     def _charged(self, robots: int) -> float:
         """Tasks per time unit for which chargers give enough: the more robots, the more is drawn as they wait."""
         power = self.power
         if power is None or not power.chargers or not self.charging:
             return math.inf
-        spare = power.gives - power.standing * max(robots - power.chargers, 0)
+        spare = power.gives + power.slack * robots / self.robots - power.standing * max(robots - power.chargers, 0)
         more = power.task - power.standing * self.cycle.time
         return min(power.chargers / self.charging, max(spare, 0.0) / more if more > 0 else math.inf)
 
@@ -144,7 +171,7 @@ class QuickEstimate:
     @cached_property
     def capacity(self) -> float:
         """Tasks per time unit that the fleet can do, with the queues at stations and chargers."""
-        return self.throughput(self.robots)
+        return self.throughput(self.robots) if self.measured is None else self.measured[1]
 
     def throughput(self, robots: int) -> float:
         """Tasks per time unit that a number of robots can do, with the queues at stations and chargers."""
@@ -162,12 +189,14 @@ class QuickEstimate:
         """The robots with which the rate can be done; inf where no number can, None without a rate."""
         return None if self.rate is None else self.robots_for(self.rate)
 
-    def robots_for(self, rate: float, *, at_peak: bool = False) -> float:
-        """The robots that do so many tasks per time unit, in fractions; inf where no number does.
+    @property
+    def is_overloaded(self) -> bool:
+        """Whether more is asked for than the robots can do, whatever limits them."""
+        return self.rate is not None and self.rate > (self.capacity if self.measured else self.fleet_capacity)
 
-        `at_peak`: all of them are on duty.
-        """
-        duty = 1.0 if at_peak else self.on_duty
+    def robots_for(self, rate: float, *, at_peak: bool = False) -> float:
+        """The robots that do so many tasks per time unit, in fractions; inf where no number does."""
+        duty = self.unbroken if at_peak else self.on_duty
         if not duty or rate > min(self.places_limit.values(), default=math.inf):
             return math.inf
         robots = self.network.robots_for(rate / duty)
@@ -214,7 +243,7 @@ class QuickEstimate:
         lines = [
             floor,
             f"one task, measured: {amount(cycle.time)} {time} = {said}",
-            f"measured on {self.sample:,} tasks of one robot of each kind, without other robots",
+            f"measured on {self.sample:,} tasks of one robot of each kind, without other robots{self._together}",
             *([] if self.pile_on is None else [self.pile_on.lines(units)]),
             self._robots(time, hour),
             self._stations(hour),
@@ -234,8 +263,8 @@ class QuickEstimate:
         if self.on_duty < 1:
             robots += f", able to work {amount(100 * self.on_duty)} % of the time,"
         text = f"robots: {robots} can do {self.can_do(hour)} tasks an hour"
-        if self.capacity < APART * self.most:
-            text += f", as they queue for {self.network.longest}"
+        if self.queues.places and self.throughput_of_queues < APART * self.most:
+            text += f", as they queue for {self.queues.longest}"
         if self.charging:
             text += f", charging {amount(self.charging)} {time} for each"
         if self.rate is not None and self.robots_needed is not None:
@@ -245,10 +274,24 @@ class QuickEstimate:
                 text += f"; {self._need(self.peak * hour, need, 'of the busiest hour')}"
         return text
 
+    @property
+    def throughput_of_queues(self) -> float:
+        """Tasks per time unit of the fleet by its queues alone."""
+        return min(self.queues.throughput(min(self.robots, self.at_work)) * self.on_duty, self.most)
+
+    @property
+    def range(self) -> tuple[float, float]:
+        """The least and the most tasks per time unit of the fleet: as measured, else with queues and without."""
+        return (self.capacity, self.most) if self.measured is None else self.measured[::2]
+
     def can_do(self, hour: float) -> str:
-        """Tasks an hour with queues, up to those without where these are much more."""
-        least = amount(self.capacity * hour)
-        return least if self.capacity >= APART * self.most else f"{least} to {amount(self.most * hour)}"
+        """Tasks an hour, the least to the most where these are much more."""
+        least, most = self.range
+        return amount(least * hour) if least >= APART * most else f"{amount(least * hour)} to {amount(most * hour)}"
+
+    @property
+    def _together(self) -> str:
+        return "" if self.measured is None else f", and on {self.looked_at:,} of all robots together"
 
     def _need(self, asked: float, robots: float, what: str = "asked for") -> str:
         if math.isfinite(robots):
@@ -288,18 +331,35 @@ class Place:
 
 
 class Network:
-    """Robots that always have work; `alone` is the time of a task with nobody in the way, service included."""
+    """Robots that always have work; `alone` is the time of a task with nobody in the way, service included.
 
-    def __init__(self, alone: float, places: Sequence[Place]) -> None:
+    `even`: the part, up to 1, to which robots come so evenly that none queues before its place is always busy.
+    """
+
+    def __init__(self, alone: float, places: Sequence[Place], even: float = 0.0) -> None:
         import numpy as np
 
         self.alone = alone
+        self._all, self._even = places, even
         self.places = [place for place in places if place.time]
         self.most = min((place.most for place in self.places), default=math.inf)
         self._each = np.array([place.time / place.servers for place in self.places])
         self._away = alone - float(self._each.sum())
         self._queues = np.zeros(len(self.places))
         self._done = [0.0]
+
+    def doing(self, rate: float, robots: int) -> Network:
+        """The network in which so many robots do a rate: queues are shorter, or all else takes more or less time."""
+        slow, fast = self.throughput(robots), min(robots / self.alone, self.most)
+        if rate >= fast:
+            return Network(robots / rate, self._all, float(fast > slow))
+        if rate >= slow:
+            return Network(self.alone, self._all, (rate - slow) / (fast - slow))
+        least, most = self.alone, LONGEST * robots / rate
+        for _ in range(STEPS):
+            middle = (least + most) / 2
+            least, most = (middle, most) if Network(middle, self._all).throughput(robots) > rate else (least, middle)
+        return Network(most, self._all)
 
     def throughput(self, robots: int) -> float:
         """Tasks per time unit of so many robots."""
@@ -312,7 +372,8 @@ class Network:
             rate = len(self._done) / (self._away + float(waits.sum()))
             self._queues = rate * waits
             self._done.append(rate)
-        return self._done[robots]
+        queued = self._done[robots]
+        return queued + self._even * (min(robots / self.alone, self.most) - queued)
 
     @property
     def longest(self) -> str:

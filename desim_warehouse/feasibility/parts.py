@@ -99,27 +99,29 @@ class StationLoad:
 
 @dataclass(frozen=True)
 class PileOn:
-    """Lines picked at a visit, on average: of pods chosen at `random`, and the `most` that a choice can come to.
+    """Lines picked at a visit of a pod, measured: with `few` lines waiting, and with `many` to choose a pod by.
 
-    `pick` is the mean time of a line, `change` that from one pod to the next, `servers` are those of all stations.
+    `policy` chooses the pods. `pick` is the mean time of a line, `change` that from one pod to the next, `servers` are
+    those of all stations.
     """
 
-    random: float
-    most: float
+    few: float
+    many: float
+    policy: str
     pick: float
     change: float
     servers: int
 
     def lines(self, units: Units) -> str:
-        """What pickers can do, in words, and that the rest of the estimate is an upper bound."""
-        said = f"pods: {amount(self.random)} lines a visit from pods chosen at random, up to {amount(self.most)}"
-        bound = "what follows is for the most, which light demand and many robots do not reach"
+        """What pickers can do, in words."""
+        least, most = sorted((amount(self.few), amount(self.many)), key=float)
+        said = f"pods: {least if least == most else f'{least} to {most}'} lines a visit by {self.policy}, measured"
         if not self.pick:
-            return f"{said}; {bound}"
+            return said
         per = self.servers * units.hour
-        least, most = (per / (self.pick + self.change / pile) for pile in (self.random, self.most))
         said += f"; pickers: {amount(per / self.pick)} lines an hour at most"
         if self.change:
-            change = f"{amount(self.change)} {units.time}"
-            said += f", {amount(least)} to {amount(most)} where pods queue and are changed in {change}"
-        return f"{said}; {bound}"
+            slow, fast = (amount(per / (self.pick + self.change / pile)) for pile in (self.few, self.many))
+            said += f", {slow if slow == fast else f'{slow} to {fast}'} where pods queue and are changed in "
+            said += f"{amount(self.change)} {units.time}"
+        return said

@@ -1,9 +1,4 @@
-"""Goods to person by hand: lines picked at a visit of a pod, and the model as its robots drive it, visit by visit.
-
-Bounds of pile-on, where each pod has an item with the same probability p and k lines are open at a station: of a pod
-chosen at random k p / (1 - (1 - p)^k), of the one with most lines the expected largest of N binomials (k, p); and
-1 / (1 - p) times as many with the lines that join while the pod is there.
-"""
+"""Goods to person: the model as its robots drive it, visit by visit, and its estimate by line."""
 
 from __future__ import annotations
 
@@ -37,40 +32,19 @@ if TYPE_CHECKING:
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.flows import FlowSpec
 
-MOST_OPEN = 200
-"""Lines that are taken to be open at a station that works on any number of orders."""
-
 TO_SPARE = 2
 """Pods bound for a picker beyond those that keep it busy, which even out that they come at random."""
 
 
-def pile_on(model: Model) -> PileOn:
-    """The bounds for a model; they hold with one robot, as others take the best pods away."""
+def pile_on(model: Model, few: float, many: float) -> PileOn:
+    """Return what pickers do with so many lines at a visit of a pod."""
     pods = model.pods
     assert pods is not None
-    p = pods.held
-    k = _open_lines(model)
-    joined = 1 / (1 - p) if p < 1 else k
-    some = k * p / (1 - (1 - p) ** k)
-    below, most = 0.0, 0.0
-    for lines in range(k):
-        below += math.comb(k, lines) * p**lines * (1 - p) ** (k - lines)
-        most += 1 - min(below, 1.0) ** pods.count
     rates = flow_rates(model)
     pick = math.fsum(rates[name] * mean_of(flow.stop_time) for name, flow in model.tasks.flows.items())
     pick /= math.fsum(rates.values())
     servers = sum(item.servers for item in model.floor.stations.values())
-    return PileOn(max(some, 1.0) * joined, max(most, some, 1.0) * joined, pick, pods.change_time, servers)
-
-
-def _open_lines(model: Model) -> int:
-    """The lines that may be open at a station."""
-    pods, flows = model.pods, model.tasks.flows.values()
-    assert pods is not None
-    if pods.orders:
-        return min(math.ceil(pods.orders * max(flow.mean_lines for flow in flows)), MOST_OPEN)
-    always = sum(flow.when.saturated for flow in flows if isinstance(flow.when, SaturatedArrivals))
-    return min(always, MOST_OPEN) or MOST_OPEN
+    return PileOn(few, many, model.policies.of_pods("pod").name, pick, pods.change_time, servers)
 
 
 def driven(model: Model, lines: float = 1.0) -> Model:
@@ -119,7 +93,7 @@ def _arrivals(model: Model, flow: FlowSpec, share: float) -> dict[str, Any]:
 
 def by_line(found: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimate:
     """An estimate of visits as one of lines, so many at each; what limits stations are their pickers."""
-    most = pile.most
+    most = pile.many
     cycle = replace(found.cycle, **{part: value / most for part, value in vars(found.cycle).items()})
     return replace(
         found,
@@ -214,8 +188,8 @@ def _robots(model: Model, found: QuickEstimate, pile: PileOn) -> Iterator[Findin
     if not pile.change and each > 1 and any(stations[node].places > 1 for node in nodes):
         text = "pods queue at stations, and the next is in front of the picker in no time"
         yield Finding("UNUSUAL", "pods.change_time", text, "about 5 s, or what you measure")
-    driving = (found.cycle.time - pile.pick) * pile.most - pile.change
-    kept = 1 + driving / (pile.pick * pile.random + pile.change) if pile.pick else math.inf
+    driving = (found.cycle.time - pile.pick) * pile.many - pile.change
+    kept = 1 + driving / (pile.pick * pile.few + pile.change) if pile.pick else math.inf
     busy = found.rate is None or found.rate * pile.pick > pile.servers / 2
     for node in sorted(nodes) if busy else ():
         item = stations[node]

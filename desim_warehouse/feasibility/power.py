@@ -9,7 +9,15 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.findings import amount
-from desim_warehouse.model.facts.charging import by_kind, charge_alike, chargers_at, charging_rate, said, shares
+from desim_warehouse.model.facts.charging import (
+    by_kind,
+    charge_alike,
+    chargers_at,
+    charging_rate,
+    refills_overnight,
+    said,
+    shares,
+)
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
@@ -21,6 +29,8 @@ if TYPE_CHECKING:
 _STEPS = 1 << 20
 """Parts of a charger to which what a kind needs is known."""
 _EPS = 1e-5
+FALLING = 0.01
+"""Part of its capacity an hour by which a battery falls that is called falling, as of runs (outcome/verdicts.py)."""
 
 
 @dataclass(frozen=True)
@@ -37,6 +47,8 @@ class Power:
         draws: what the fleet draws in the long run, with as many robots charging as must, or as can; None where the
             work comes to an end.
         standing: what a robot draws that stands and waits.
+        slack: what the fleet may draw beyond what chargers give before its batteries are called falling; inf where
+            nights fill them.
         most: what it would draw with all robots in the state that draws most.
         needed: chargers with which the long run is in balance; None where the work ends.
         kinds: the same for each kind ("": ordinary robots), its robots, and the chargers that they can stand at, where
@@ -54,12 +66,13 @@ class Power:
     most: float
     needed: int | None
     standing: float = 0.0
+    slack: float = 0.0
     kinds: Mapping[str, Power] = field(default_factory=dict)
 
     @property
     def short(self) -> bool:
-        """Whether more is drawn in the long run than the chargers give."""
-        return self.needed is not None and self.needed > self.chargers
+        """Whether so much more is drawn in the long run than the chargers give that batteries are called falling."""
+        return self.draws is not None and self.draws - self.gives > self.slack
 
     def lines(self, time: str) -> list[str]:
         """The energy balance in words, by kind where kinds differ."""
@@ -72,9 +85,9 @@ class Power:
         lines = [f"energy: a task draws {amount(100 * self.share)} % of a battery; a full one {lasts}"]
         balance = f"chargers: {self.chargers:,}, which give {amount(self.gives)} per {time}"
         if self.draws is not None and self.needed is not None:
-            balance += (
-                f"; the fleet draws {amount(self.draws)}, at most {amount(self.most)}: need at least {self.needed}"
-            )
+            balance += f"; the fleet draws {amount(self.draws)}, at most {amount(self.most)}: "
+            just = self.needed > self.chargers and not self.short
+            balance += "they just give what is drawn" if just else f"need at least {self.needed}"
         return [*lines, balance]
 
 
@@ -105,6 +118,7 @@ def power(
         most=math.fsum(one.most for one in found.values()),
         needed=math.ceil(needed - _EPS) if model.tasks.never_end else None,
         standing=math.fsum(part[kind] * one.standing for kind, one in found.items()),
+        slack=math.fsum(one.slack for one in found.values()),
         kinds=found,
     )
 
@@ -151,6 +165,7 @@ def _alike(
         most=part * robots * busiest,
         needed=needed if needed is None or part == 1 else math.ceil(part * used - _EPS),
         standing=draws.standing,
+        slack=math.inf if refills_overnight(model) else part * robots * FALLING * battery.capacity / model.units.hour,
     ), part * max(used, 0.0)
 
 

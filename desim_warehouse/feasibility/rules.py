@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import at_once, hours, of_kinds, starts
-from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
+from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
 from desim_warehouse.feasibility.slow_ways import slow_ways
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
@@ -33,6 +33,7 @@ FEW = 30
 SHORTEST = 1500.0
 """Seconds: a run without end that is counted for less shows no pattern of a day, and hardly a queue."""
 HOUR = 3600.0
+NO_NUMBER = "no number of robots keeps up: see what limits them"
 _ROUNDING = 1e-9
 """Part by which a measured share may miss the exact one."""
 
@@ -75,7 +76,7 @@ def _one_at_work(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     if found.at_work != 1 or found.robots == 1:
         return
     hour = model.units.hour
-    does, could = (amount(one.capacity * hour) for one in (found, replace(found, at_work=found.robots)))
+    does, could = (amount(one.capacity * hour) for one in (found, replace(found, at_work=found.robots, measured=None)))
     yield Finding(
         "ONE_AT_WORK",
         "layout.stations",
@@ -193,17 +194,17 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
     asked = found.rate * hour
     if isinstance(tasks.goods, PoissonGoods) and tasks.goods.hours is None:
         asked = tasks.goods.poisson * tasks.demand
-    if found.rate > found.fleet_capacity:
+    if found.is_overloaded:
         robots, places = number_of(found.robots, "robot"), number_of(found.at_work, "station place")
         who = robots if found.at_work == found.robots else places
         yield Finding(
             "DEMAND_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
-            f"{asked:g} tasks an hour are asked for, {who} can do {amount(found.fleet_capacity * hour)}",
-            f"at least {math.ceil(found.robots_busy)} robots are needed, each with a place at a station",
+            f"{asked:g} tasks an hour are asked for, {who} can do {found.can_do(hour)}",
+            _robots_needed(found),
         )
     elif found.peak is not None and found.peak > found.peak_capacity:
-        need = found.peak * found.round
+        need = found.robots_for(found.peak, at_peak=True)
         yield Finding(
             "PEAK_ABOVE_FLEET",
             "tasks.flows" if tasks.flows else "tasks.goods.poisson",
@@ -212,9 +213,16 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
                 f"{number_of(found.robots, 'robot')} can do {amount(found.peak_capacity * hour)}, so work piles up "
                 "until it is over"
             ),
-            f"at least {math.ceil(need)} robots are needed to keep up with it",
+            f"at least {math.ceil(need)} robots are needed to keep up with it" if math.isfinite(need) else NO_NUMBER,
         )
     yield from _demand_of_stations(model, found)
+
+
+def _robots_needed(found: QuickEstimate) -> str:
+    need = max(found.robots_busy or 0.0, found.robots_needed or 0.0)
+    if math.isinf(need):
+        return NO_NUMBER
+    return f"at least {math.ceil(need)} robots are needed, each with a place at a station"
 
 
 def _demand_of_stations(model: Model, found: QuickEstimate) -> Iterator[Finding]:
@@ -260,39 +268,19 @@ def _one_load(model: Model) -> Iterator[Finding]:
 
 
 def _due(model: Model, layout: Layout) -> Iterator[Finding]:
-    tasks, within = model.tasks, getattr(model.tasks.goods, "due_within", None)
-    if within is None and all(flow.due_within is None for flow in tasks.flows.values()):
+    """Tasks that are due sooner than the quickest of their flow can be delivered from its good."""
+    tasks = model.tasks
+    within = {name: flow.due_within for name, flow in tasks.flows.items()} or {
+        "": getattr(tasks.goods, "due_within", None)
+    }
+    if all(time is None for time in within.values()):
         return
-    flow = free_flow(model, layout, model.fleet.fastest, at_once=True)
-    if isinstance(flow, FlowMix):
-        yield from _due_of_flows(model, flow)
-        return
-    assert within is not None
-    places = [layout.storage[good] for good in flow.goods]
-    sides = [side for place in places for side in layout.approaches(place.edge, place.offset)]
-    onward = flow.travel.from_edges([edge for edge, _ in sides], flow.stations).min(axis=1)
-    loaded = min(flow.travel.along(*side)[1] + float(time) for side, time in zip(sides, onward, strict=True))
-    least = tasks.mean_load + loaded + tasks.mean_unload
-    if within < least:
-        yield Finding(
-            "DUE_TOO_SOON",
-            "tasks.goods.due_within",
-            f"tasks are due after {within:g} {model.units.time}; a robot that is there needs {amount(least)}",
-            f"due_within is in {model.units.time}",
-        )
-
-
-def _due_of_flows(model: Model, flow: FlowMix) -> Iterator[Finding]:
-    for name, spec in model.tasks.flows.items():
-        legs = [float(side.times.min()) for leg in flow.legs if leg.flow == name for side in flow.sides(leg)]
-        least = sum(flow.handling(name)) + min(legs)
-        if spec.due_within is not None and spec.due_within < least:
+    least = least_needs(model, layout, WITH_LOAD, anywhere=True).least
+    for name, time in within.items():
+        if time is not None and time < least[name]:
             yield Finding(
                 "DUE_TOO_SOON",
-                f"tasks.flows.{name}.due_within",
-                (
-                    f"tasks are due after {spec.due_within:g} {model.units.time}; a robot that is there needs "
-                    f"{amount(least)}"
-                ),
+                f"tasks.flows.{name}.due_within" if name else "tasks.goods.due_within",
+                f"tasks are due after {time:g} {model.units.time}; a robot that is there needs {amount(least[name])}",
                 f"due_within is in {model.units.time}",
             )

@@ -17,6 +17,7 @@ from desim_warehouse.answer.standing import instead, lasts_not, standing
 from desim_warehouse.errors import CheckError, number_of
 from desim_warehouse.feasibility import errors
 from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.live.busy import Busy, busy
 from desim_warehouse.live.messages import Measured, Verdict, label
 from desim_warehouse.live.offers import ROBOTS
 from desim_warehouse.model import Model
@@ -29,7 +30,6 @@ from desim_warehouse.questions.study import Results
 from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.execution.work import Outcome
 from desim_warehouse.study.factors import Factor, Level
-from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan, run_seed
 from desim_warehouse.study.rare import days_needed, shows
 from desim_warehouse.study.statistics.intervals import Estimate
@@ -289,10 +289,9 @@ class RunsSoFar:
             )
         return found
 
-    def holds_up(self) -> list[tuple[str, float, str]]:
-        """Robots, chargers and servers with the part of their time that they are busy, what holds most up first."""
-        found = busy_shares(self.rows, self.model, CONFIDENCE)
-        return [(part, one.mean, numbers.PERCENT.estimate(one)) for part, one in found.items()]
+    def busy(self) -> Busy:
+        """Say who is busiest, with the load of each group, the largest first."""
+        return busy(self.rows, self.model, CONFIDENCE)
 
 
 def results_of(base: Model, designs: Sequence[tuple[Named, Sequence[Outcome]]], seed: int, target: str = "") -> Results:

@@ -24,6 +24,7 @@ from desim_warehouse.answer.numbers import capital
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError
 from desim_warehouse.folders import STUDY
 from desim_warehouse.live.answers import FEWEST, ByHand, Named, RunsSoFar, by_hand, results_of
+from desim_warehouse.live.busy import Busy
 from desim_warehouse.live.frozen import FrozenPage
 from desim_warehouse.live.messages import About, Calculated, Tried, Watched
 from desim_warehouse.live.offers import Offer, levels_of, spoken_design
@@ -400,6 +401,7 @@ class Desk:
             more.append(f"Nothing more can be simulated: {self.error}")
         elif left <= 0:
             done = "exact" if known.exact else "fails" if known.failed else "verdict" if clear else "all"
+        busy = known.busy() if known.n and not known.failed else Busy("", [])
         return Watched(
             id=design.id,
             n=known.n,
@@ -412,7 +414,8 @@ class Desk:
             more=more,
             values=known.values(scale.by),
             measured=known.measured(listener.target) if known.n else [],
-            holds_up=known.holds_up() if known.n and not known.failed else [],
+            busiest=busy.busiest,
+            busy=busy.loads,
             pinned=None if pinned is None else pinned.id,
             pinned_at=pinned_at,
             floor=floor,

@@ -13,12 +13,12 @@ from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.numbers import capital
 from desim_warehouse.answer.parts import Option, SaidNumber
 from desim_warehouse.errors import ModelError, ReportError
+from desim_warehouse.live.busy import Busy, busy
 from desim_warehouse.live.messages import About, Aim, Calculated, Knob, Measured, Tried, Watched, label
 from desim_warehouse.look.web import WebPage, joined, safe_json
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions.compare_words import difference
 from desim_warehouse.questions.study import Results
-from desim_warehouse.study.fleet.utilisation import busy_shares
 from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.table import is_numeric
 from desim_warehouse.values.labels import plain, readable
@@ -198,6 +198,7 @@ class _Frozen:
         year = "" if option.cost is None else f", {words.scale('annual_cost', study.base).value(option.cost)} a year"
         values = [value if math.isfinite(value) else None for value in study.values(design, self.main).tolist()]
         failed = all(row.outcome.error is not None for row in runs)
+        at_work = Busy("", []) if failed else busy(runs, study.models[design], study.plan.confidence)
         asked = Calculated(id=str(rank), words=name, levels=levels, runs=len(runs), sentence="", more="", needed={})
         same = f"The runs are equal to those of {option.name}." if design in study.same else ""
         return asked, Watched(
@@ -212,12 +213,8 @@ class _Frozen:
             more=[same] if same else [],
             values=[None if one is None else float(f"{self.scale.by * one:.{_DIGITS}g}") for one in values],
             measured=[self._measured(one) for one in option.numbers],
-            holds_up=[]
-            if failed
-            else [
-                (part, one.mean, numbers.PERCENT.estimate(one))
-                for part, one in busy_shares(runs, study.models[design], study.plan.confidence).items()
-            ],
+            busiest=at_work.busiest,
+            busy=at_work.loads,
             pinned=None,
             pinned_at=None,
             floor=False,

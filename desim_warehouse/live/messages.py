@@ -126,7 +126,7 @@ class Watched(Message):
 
     `n`: the runs that count, 1 to n without a gap. `values`: of the indicator in each. `pinned_at`: mean and ends of
     the interval of the pinned design. `done`: nothing more is simulated, and why.
-    `holds_up`: the part of their time that robots, chargers and servers are busy, or robots wait in traffic.
+    `busiest`: who is busiest, in a sentence; `busy`: each group by its name, with its load, the largest first.
     """
 
     id: str
@@ -140,7 +140,8 @@ class Watched(Message):
     more: list[str]
     values: list[float | None]
     measured: list[Measured]
-    holds_up: list[tuple[str, float, str]]
+    busiest: str
+    busy: list[tuple[str, float]]
     pinned: str | None
     pinned_at: tuple[float, float | None, float | None] | None
     floor: bool

@@ -2,9 +2,10 @@
 
 What a robot does is its state or, while it waits in traffic, what it waits for. Both are cut at the same instants, so
 nothing is counted twice or left out. A new state, or wait that is no collision, is a part of its own without a line
-here (see `states`). A new reason for collisions is a line in `_TRAFFIC` and in `_reason`. Waits need `log: all`.
+here (see `states`). A new reason for collisions is a line in `_TRAFFIC` and in `pieces`. Waits need `log: all`.
 
-The account in money is the year's cost, from the prices of the model and what was counted in the run.
+A robot that waits behind others before a closed lane, or for a person, waits for that: the root of its chain of waits
+(`chains`) decides. Others that wait in traffic are counted where they stand.
 """
 
 from __future__ import annotations
@@ -12,16 +13,17 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import Counter, defaultdict
-from collections.abc import Callable, Hashable, Iterable, Iterator, Sequence
-from itertools import islice, pairwise
+from collections.abc import Callable, Hashable, Iterable, Iterator
+from itertools import islice
+from operator import attrgetter
 from typing import TYPE_CHECKING, Literal, NamedTuple, get_args
 from weakref import WeakKeyDictionary
 
 from desim_warehouse.errors import ReportError
-from desim_warehouse.model.facts.charging import spare_batteries
-from desim_warehouse.model.schema import Prices
+from desim_warehouse.outcome.chains import TRAFFIC, Chains
 from desim_warehouse.outcome.history import History
-from desim_warehouse.outcome.records import StateSpan, TaskHistory, Wait, Whereabouts
+from desim_warehouse.outcome.pieces import Piece
+from desim_warehouse.outcome.records import TaskHistory
 from desim_warehouse.states import APART, SHOWN, WAITING, Phase, absent, names
 
 if TYPE_CHECKING:
@@ -84,22 +86,6 @@ BATCHED, UNTAKEN = _TO_BATCH.name, (_TO_BATCH.name, _UNASSIGNED.name, _TO_POD.na
 _PICKED = names(lambda state: state.phase is Phase.UNLOADING)
 
 
-class Piece(NamedTuple):
-    """An interval of a robot's time that belongs to one `part`, on an `edge` (`A>B`) or at a `node`."""
-
-    robot: int
-    start: float
-    end: float
-    part: str
-    edge: str | None
-    node: str | None
-
-    @property
-    def length(self) -> float:
-        """How long it is."""
-        return self.end - self.start
-
-
 def account(history: History, by: By = "robot") -> pd.DataFrame:
     """The parts of the time of every task, flow, station, robot, edge, node or hour (see `Run.account`)."""
     import pandas as pd
@@ -149,57 +135,27 @@ def share_of_tasks(history: History, *parts: str) -> float:
 # Robots
 
 
-def pieces(history: History) -> list[list[Piece]]:
-    """For each robot its time in pieces, in order, which fill the run from 0 to its end. Cut once for all accounts."""
+def booked(history: History) -> list[list[Piece]]:
+    """Divide the time of each robot in pieces, as `pieces`, by what is to blame: a closure or person at the root."""
     if history not in _known:
-        _known[history] = list(_cut(history))
+        chains = Chains(history)
+        _known[history] = [[part for piece in robot for part in _blamed(piece, chains)] for robot in chains.fleet]
     return _known[history]
 
 
-def _cut(history: History) -> Iterator[list[Piece]]:
-    waits: defaultdict[int, list[Wait]] = defaultdict(list)
-    for wait in history.waits:
-        waits[wait.robot].append(wait)
-    for robot, (spans, stays) in enumerate(zip(history.states, history.stays, strict=True)):
-        yield list(_pieces(history, spans, stays, sorted(waits[robot], key=lambda wait: wait.start)))
-
-
-def _pieces(history: History, spans: list[StateSpan], stays: list[Whereabouts], waits: list[Wait]) -> Iterator[Piece]:
-    """A robot's time, cut wherever its state or its edge changes, or a wait begins or ends."""
-    cuts = {history.begin, *(stay.start for stay in stays)}
-    cuts.update(time for span in spans for time in (span.start, span.end))
-    cuts.update(time for wait in waits for time in (wait.start, wait.end))
-    times = sorted(time for time in cuts if 0 <= time <= history.end)
-    in_span = in_stay = in_wait = 0
-    for start, end in pairwise(times):
-        while spans[in_span].end <= start:
-            in_span += 1
-        while in_stay + 1 < len(stays) and stays[in_stay + 1].start <= start:
-            in_stay += 1
-        while in_wait < len(waits) and waits[in_wait].end <= start:
-            in_wait += 1
-        now, where = spans[in_span], stays[in_stay]
-        part, edge, node = now.seen.name, where.edge, where.node
-        if in_wait < len(waits) and waits[in_wait].start <= start:
-            part, edge, node = _reason(waits[in_wait])
-        if edge is None:
-            yield Piece(now.robot, start, end, part, None, node)
-        else:
-            yield Piece(now.robot, start, end, part, ">".join(edge), None)
-
-
-def _reason(wait: Wait) -> tuple[str, tuple[str, str] | None, str]:
-    """What a robot waits for in traffic, and the edge or node that it waits for there."""
-    if wait.cause in APART:
-        return wait.cause, None, wait.node or ""
-    if wait.edge is not None:
-        return "behind_robot", wait.edge, ""
-    return "before_intersection", None, wait.node or ""
+def _blamed(piece: Piece, chains: Chains) -> Iterator[Piece]:
+    """A piece, cut where the root changes of a wait in traffic."""
+    if piece.part not in TRAFFIC:
+        yield piece
+        return
+    for lost in sorted(chains.follow(piece), key=attrgetter("start")):
+        part = lost.root.cause if lost.root.cause in APART else piece.part
+        yield piece._replace(start=lost.start, end=lost.end, part=part)
 
 
 def _counted(history: History) -> Iterator[Piece]:
     """The pieces of all robots from the end of the warm-up on."""
-    return (piece for robot in pieces(history) for piece in robot if history.counts(piece.start))
+    return (piece for robot in booked(history) for piece in robot if history.counts(piece.start))
 
 
 def _by(rows: list[int] | list[str], row: Callable[[Piece], Hashable], history: History) -> Found:
@@ -269,7 +225,7 @@ def _means(history: History, rows: list[str], row: Callable[[TaskHistory], str])
 
 def _parts_of_tasks(history: History, tasks: dict[int, TaskHistory]) -> Iterator[tuple[int, str, float]]:
     """For each task the time in which no robot has it, and what its robot does while one has it."""
-    fleet = pieces(history)
+    fleet = booked(history)
     starts = [[piece.start for piece in robot] for robot in fleet]
     free = {number: task.released for number, task in tasks.items()}
     turns = {} if history.model.pods is None else _turns(history)
@@ -311,51 +267,3 @@ def _turns(history: History) -> dict[int, float]:
         if one.ended == "open":  # the first of a robot's is picked when the run ends, the others wait
             found[one.task], last[one.robot] = last[one.robot], math.inf
     return found
-
-
-def equipment(prices: Prices, kinds: Sequence[str], chargers: int, batteries: int) -> float:
-    """What robots of these kinds, these chargers and these spare batteries cost a year."""
-    robots = math.fsum(prices.kinds.get(kind, prices.robot) for kind in kinds)
-    return robots + prices.charger * chargers + prices.battery * batteries
-
-
-def is_fixed(prices: Prices | None) -> bool:
-    """Whether nothing in the cost of a year depends on a run."""
-    return prices is not None and not (prices.energy or prices.late_order)
-
-
-def annual_cost(history: History) -> float:
-    """The cost of a year of `prices.hours` hours like those counted, nan without prices or counted time."""
-    prices, hours = history.model.prices, history.counted / history.model.units.hour
-    if prices is None or not hours:
-        return math.nan
-    servers = math.fsum(
-        (station.servers + (spec.workers if spec.work_time is not None else 0))
-        * history.model.hours(spec.hours).share(history.begin, history.end)
-        for node, station in history.layout.stations.items()
-        for spec in (history.model.layout.stations[station.zone],)
-    )
-    by_the_hour = (
-        prices.energy * history.totals["energy"] / hours
-        + prices.station_hour * servers
-        + prices.late_order * late(history) / hours
-    )
-    kinds = history.model.fleet.kinds_of_robots()
-    spare = sum(spare_batteries(history.model).values())
-    return equipment(prices, kinds, history.chargers, spare) + by_the_hour * prices.hours
-
-
-def cost_per_task(history: History) -> float:
-    """The year's cost by the tasks that it delivers at the rate counted, nan where there were none."""
-    prices, hours = history.model.prices, history.counted / history.model.units.hour
-    tasks = history.totals["delivered"] / hours if hours else 0.0
-    return annual_cost(history) / (tasks * prices.hours) if prices is not None and tasks else math.nan
-
-
-def late(history: History) -> int:
-    """Orders that came due in the counted time, its end included, and were not done by then.
-
-    A task of no order is one by itself.
-    """
-    alone = history.falling_due(task.deadline for task in history.tasks.values() if not task.order)
-    return sum(one.missed for one in (*history.order_deadlines, *alone))

@@ -16,8 +16,8 @@ from operator import attrgetter
 from typing import NamedTuple
 from weakref import WeakKeyDictionary
 
-from desim_warehouse.outcome.account import Piece, pieces
 from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.pieces import Piece, pieces
 from desim_warehouse.outcome.records import Wait
 from desim_warehouse.states import APART, SHOWN, TOO_LOW, Phase
 
@@ -53,7 +53,7 @@ class Lost(NamedTuple):
 def lost(history: History) -> list[Lost]:
     """All waiting of the run, robot by robot, cut into parts that have one root each. Followed once for all reports."""
     if history not in _known:
-        chains = _Chains(history)
+        chains = Chains(history)
         pieces_of_waiting = (piece for robot in chains.fleet for piece in robot if _waits(piece))
         _known[history] = [one for piece in pieces_of_waiting for one in chains.follow(piece)]
     return _known[history]
@@ -61,7 +61,7 @@ def lost(history: History) -> list[Lost]:
 
 def roots(history: History) -> list[Root]:
     """For each wait in traffic, in the order of `History.waits`, the root that it had for longest."""
-    chains = _Chains(history)
+    chains = Chains(history)
     spent: defaultdict[tuple[int, float], defaultdict[Root, float]] = defaultdict(lambda: defaultdict(float))
     for robot in chains.fleet:
         for piece in robot:
@@ -100,7 +100,7 @@ def _place(wait: Wait) -> Root:
     return Root(LANE, ">".join(wait.edge)) if wait.edge is not None else Root(CROSSING, wait.node or "")
 
 
-class _Chains:
+class Chains:
     """Who does what when, and who waits for whom."""
 
     def __init__(self, history: History) -> None:

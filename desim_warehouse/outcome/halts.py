@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
 from desim_warehouse.model.facts.places import destinations, specs
-from desim_warehouse.outcome.account import pieces
+from desim_warehouse.outcome.account import booked
 from desim_warehouse.outcome.measures import quantile
 from desim_warehouse.states import APART, AT_START, CHARGER, OPENING, SHOWN, Phase
 
@@ -91,8 +91,8 @@ def parts_of_time(history: History) -> list[tuple[float, float, str]]:
 def parts_of_robots(history: History) -> list[list[tuple[float, float, str]]]:
     """For each robot from when until when it is in which state, as `parts_of_time`."""
     if history.log.level == "all":
-        return [[(one.start, one.end, one.part) for one in robot] for robot in pieces(history)]
-    return [[(one.start, one.end, one.seen.name) for one in robot] for robot in history.states]
+        return [[(piece.start, piece.end, piece.part) for piece in robot] for robot in booked(history)]
+    return [[(change.start, change.end, change.seen.name) for change in robot] for robot in history.states]
 
 
 def _what(part: str) -> Cause | None:

@@ -90,14 +90,14 @@ def worker_utilisation(tasks: History | PartHistory) -> float:
     """Work on some tasks only: that of a flow, or of all."""
     whole = tasks.history
     staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
-    return _in_hours(staff, [(task.station, task.begun, task.worked) for task in tasks.put_down], tasks.stretches)
+    return in_hours(staff, [(task.station, task.begun, task.worked) for task in tasks.put_down], tasks.stretches)
 
 
 def worker_utilisation_then(part: PartHistory) -> float:
     """Work in a part of the day, whenever its tasks came."""
     whole = part.history
     staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
-    return _in_hours(staff, [(task.station, task.begun, task.worked) for task in whole.put_down], part.stretches)
+    return in_hours(staff, [(task.station, task.begun, task.worked) for task in whole.put_down], part.stretches)
 
 
 def server_utilisation(part: History | PartHistory) -> float:
@@ -107,10 +107,10 @@ def server_utilisation(part: History | PartHistory) -> float:
         node: (item.servers, whole.model.hours(whole.model.layout.stations[item.zone].hours))
         for node, item in whole.layout.stations.items()
     }
-    return _in_hours(staff, whole.served, part.stretches)
+    return in_hours(staff, whole.served, part.stretches)
 
 
-def _in_hours(
+def in_hours(
     staff: Mapping[str, tuple[int, Hours]],
     busy: Iterable[tuple[str, float, float]],
     stretches: Sequence[Stretch],

@@ -9,39 +9,17 @@ from __future__ import annotations
 import math
 from bisect import bisect_right
 from collections import defaultdict
-from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.outcome.account import pieces
 from desim_warehouse.outcome.history import History
-from desim_warehouse.states import OFF_DUTY, SHOWN, TIMES, Place
+from desim_warehouse.outcome.pieces import pieces
+from desim_warehouse.states import SHOWN, Place
 from desim_warehouse.values.calendars import ALWAYS, Hours
 
 if TYPE_CHECKING:
     Steps = tuple[list[float], list[int]]
-
-
-def standing(model: Model) -> tuple[str, ...]:
-    """The indicators of a model's robots that say for which share of the time they stand, and so are not busy."""
-    return tuple(f"share_{name}" for name, state in TIMES.items() if state.draws == "standing" and state.applies(model))
-
-
-def busy_share(stands: Iterable[float], away: float) -> float:
-    """The share of their time on duty for which robots are busy, by the shares of `standing`; nan without such time."""
-    return on_duty(1 - math.fsum(stands), away)
-
-
-def off_duty(kpis: Mapping[str, float]) -> float:
-    """The share of their time for which robots rest outside their hours, by the indicators of a run."""
-    return math.fsum(kpis.get(f"share_{name}", 0.0) for name in OFF_DUTY)
-
-
-def on_duty(share: float, away: float) -> float:
-    """A share of all time as one of the time on duty; nan without such time."""
-    return share / (1 - away) if away < 1 else math.nan
 
 
 @dataclass(frozen=True)
@@ -76,14 +54,6 @@ def in_use(busy: float, number: int, hours: Hours, begin: float, end: float) -> 
     """The share of the time of a number of servers, as far as they are open, that is `busy`; nan without such time."""
     time = number * (end - begin) * hours.share(begin, end)
     return busy / time if time > 0 else math.nan
-
-
-def servers_in_use(history: History) -> dict[str, float]:
-    """For each group of stations the share of their servers' time that is in use, at every level of the log."""
-    found, stations = defaultdict(list), history.layout.stations
-    for node, share in use_of_stations(history).items():
-        found[stations[node].zone].append(share)
-    return {zone: math.fsum(parts) / len(parts) for zone, parts in found.items()}
 
 
 def use_of_stations(history: History) -> dict[str, float]:

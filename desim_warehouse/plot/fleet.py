@@ -9,6 +9,7 @@ from desim_warehouse.answer import words
 from desim_warehouse.errors import ReportError
 from desim_warehouse.look import palette
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts import charging
 from desim_warehouse.plot import style as look
 from desim_warehouse.run import RunData
 from desim_warehouse.study.table import averaged_over, cells
@@ -208,7 +209,7 @@ def battery(
     style: look.Style = "light",
     ax: Axes | None = None,
 ) -> Axes:
-    """The energy in each robot's battery over time, with the threshold at which it is sent to charge.
+    """The energy in each robot's battery over time, with the level at which it is sent to charge.
 
     Args:
         run: the run; corners are exact at every change of state.
@@ -233,9 +234,11 @@ def battery(
                 axes.plot(times, levels, label=f"robot {number}", linewidth=1.4, **shape)
             else:
                 axes.plot(times, levels, color=palette.COLOURS[0], alpha=0.25, linewidth=0.8)
-        for number, threshold in enumerate(dict.fromkeys(spec.threshold for spec in specs)):
-            label = "" if number else "threshold"
-            axes.axhline(threshold, color=palette.INK, linestyle="--", linewidth=1, label=label)
+        kinds = (charging.levels(alone) for alone in charging.by_kind(run.model).values())
+        sent = dict.fromkeys(known.critical or known.good for known in kinds if known is not None)
+        for number, level in enumerate(filter(None, sent)):
+            label = "" if number else "sent to charge"
+            axes.axhline(level, color=palette.INK, linestyle="--", linewidth=1, label=label)
         lowest = min(min(curves[number][1]) for number in shown) if shown else 0.0
         axes.set_ylim(min(0.0, lowest) * 1.05, max(spec.capacity for spec in specs) * 1.03)
         axes.set_xlim(begin, until)

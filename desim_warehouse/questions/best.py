@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Any, overload
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import capital, number, sentence
-from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber
+from desim_warehouse.answer.parts import Bar, BigNumber, Folded, Option, Point, Points, Rows, SaidNumber
 from desim_warehouse.answer.standing import BY_VERDICT, Standing
 from desim_warehouse.errors import StudyError, number_of, spoken
 from desim_warehouse.model import Source, as_model
-from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.model.facts.costs import is_fixed
+from desim_warehouse.outcome.targets import Target
 from desim_warehouse.questions import judged, race
 from desim_warehouse.questions.race import Best, best_of_study
 from desim_warehouse.questions.study import Study
@@ -27,6 +28,9 @@ if TYPE_CHECKING:
     import pandas as pd
 
 _LUCK = "Means of the search, few runs each, which flatter the best options slightly."
+_NOT_SHOWN = ", not shown to be enough"
+_OTHERS = 12
+"""Designs tried that have a row besides those judged on fresh days."""
 _SHORT = 24
 """Letters of a design that is a large number."""
 _COUNTED = 1e15
@@ -168,7 +172,7 @@ def best(  # half of it says what its arguments mean
 
 
 def answer(found: SearchedDesigns) -> Answer:
-    """Put a search for the best design into words; without a subject where none was shown to meet the target."""
+    """Put a search for the best design into words; its subject is the best, shown to meet the target or not."""
     best, unproven = found.best, found.shown is False
     head, rows = table(found, in_order(found))
     known = [] if unproven else _numbers(found, best)
@@ -182,7 +186,7 @@ def answer(found: SearchedDesigns) -> Answer:
         tiles=tuple(_tiles(found, known)),
         options=tuple(_option(found, one) for one in (best, *found.cheaper, *filter(None, [found.runner_up]))),
         figure=_figure(found),
-        about=None if unproven else judged.about(design(best), found.model, found.seed),
+        about=judged.about(f"{design(best)}{_NOT_SHOWN if unproven else ''}", found.model, found.seed),
         tables=(Folded(title="The search", note=_LUCK, head=tuple(head), rows=tuple(map(tuple, rows))),),
         promise=f"Values are of days that the search has not seen, with {100 * found.confidence:g} % confidence.",
         runs=found.runs,
@@ -227,8 +231,46 @@ def _option(found: SearchedDesigns, one: JudgedDesign) -> Option:
     )
 
 
-def _figure(found: SearchedDesigns) -> Rows | None:
-    """The designs judged, by what the target asks for, or without one by the indicator."""
+def _figure(found: SearchedDesigns) -> Rows | Points | None:
+    """All designs tried: by the indicator and what the target asks for, or without such a target in rows."""
+    if found.target is not None and found.target.indicator != found.indicator:
+        return _points(found, found.target)
+    return _rows(found)
+
+
+def _points(found: SearchedDesigns, goal: Target) -> Points | None:
+    """Draw the designs tried by both indicators: those judged by their fresh days, with their names."""
+    judged_ones = (found.best, *found.cheaper, *filter(None, [found.runner_up]))
+    fresh = {design(one): one for one in judged_ones if one.value is not None and one.reached is not None}
+    points = [
+        Point(x=one.reached, y=one.mean)
+        for one in found.tried
+        if one.reached is not None and math.isfinite(one.reached + one.mean) and design(one) not in fresh
+    ]
+    for name, one in fresh.items():
+        assert one.value is not None
+        assert one.reached is not None
+        kind = "met" if one.verdict == "meets" else "not met" if one.verdict == "fails" else "open"
+        points.append(Point(x=one.reached.mean, y=one.value.mean, name=name, standing=kind))
+    if not points:
+        return None
+    ends = []
+    for of, values in ((goal.indicator, [one.x for one in points]), (found.indicator, [one.y for one in points])):
+        scale = words.scale(of, found.model, values)
+        ends += [scale.value(min(values)), scale.value(max(values))]
+    return Points(
+        title=f"{capital(words.in_sentence(found.indicator))} and {words.in_sentence(goal.indicator)} of all tried",
+        across=capital(words.in_sentence(goal.indicator)),
+        up=capital(words.in_sentence(found.indicator)),
+        at=goal.value,
+        at_words=judged.aim(goal),
+        ends=(ends[0], ends[1], ends[2], ends[3]),
+        points=tuple(points),
+    )
+
+
+def _rows(found: SearchedDesigns) -> Rows | None:
+    """Draw the designs judged on fresh days, then others by their means in the search, the best of them first."""
     goal, rows = found.target, []
     for one in (found.best, *found.cheaper, *filter(None, [found.runner_up])):
         numbers = _numbers(found, one)
@@ -237,6 +279,10 @@ def _figure(found: SearchedDesigns) -> Rows | None:
             rows.append(judged.bar(design(one), numbers[-1], kind))
     if not rows:
         return None
+    scale = words.scale(found.indicator, found.model, [one.mean for one in found.tried if math.isfinite(one.mean)])
+    names = {row.label for row in rows}
+    others = [one for one in in_order(found) if math.isfinite(one.mean) and design(one) not in names][:_OTHERS]
+    rows += [Bar(label=design(one), mean=one.mean, text=f"{scale.value(one.mean)} in the search") for one in others]
     title = f"{capital(words.in_sentence(goal.indicator if goal else found.indicator))} on fresh days"
     at = found.best.value.mean if goal is None and found.best.value else goal and goal.value
     said = judged.aim(goal) if goal else "the best"

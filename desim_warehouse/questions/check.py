@@ -70,7 +70,7 @@ class Check:
 
     def __str__(self) -> str:
         findings = [f"{'accepted ' if self._accepts(item) else ''}{item}" for item in self.findings]
-        estimate = ["quick estimate, without traffic:", *(f"  {line}" for line in self.lines)] if self.lines else []
+        estimate = ["quick estimate:", *(f"  {line}" for line in self.lines)] if self.lines else []
         return "\n".join([self.verdict, *findings, *self.facts, *estimate])
 
     def __repr__(self) -> str:
@@ -122,10 +122,19 @@ def check(model: Source) -> Check:
         item.level == "error" and item.code not in model.accept for item in findings
     ):
         facts += [*with_nearer(model), *with_choice(model, calculation)]
-    lines = [] if calculation is None else calculation.lines(model.units)
+    lines = [] if calculation is None else [*calculation.lines(model.units), *_busiest(model, calculation)]
     checked = Check(facts, findings, calculation, model.accept, lines)
     logging.getLogger("desim_warehouse").info("check of %s: %s", model.name, checked.verdict)
     return checked
+
+
+def _busiest(model: Model, calculation: QuickEstimate) -> list[str]:
+    """Say who is busiest by the quick estimate; empty where it foresees no rate."""
+    from desim_warehouse.answer.busiest import are
+    from desim_warehouse.feasibility.loads import loads
+
+    line = are(loads(model, calculation), "of the time" if calculation.on_duty == 1 else "of their hours")
+    return [line] if line else []
 
 
 def _times_that_vary(model: Model) -> list[str]:
@@ -159,7 +168,7 @@ def _page(check: Check) -> StillPage:
         answer=(sentence(check.verdict),),
         tables=(
             Folded(title="What would be refused or holds robots up", head=head, rows=tuple(findings), printed=True),
-            Folded(title="Quick estimate, without traffic", rows=tuple((line,) for line in check.lines), printed=True),
+            Folded(title="Quick estimate", rows=tuple((line,) for line in check.lines), printed=True),
             Folded(title="The model", rows=tuple((fact,) for fact in (size, *check.facts[1:]))),
         ),
         runs=0,

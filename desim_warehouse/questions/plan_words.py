@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
-from desim_warehouse.answer import numbers, words
+from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.answer import Answer
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, PairGrid, Rows, SaidNumber, Subject
@@ -21,15 +21,13 @@ from desim_warehouse.questions.sentences import capped
 from desim_warehouse.study import rare
 from desim_warehouse.study.fleet import FleetSizes, OneKey, Shown, Sized, Strategy
 from desim_warehouse.study.fleet.hours import ON_TIME, Hour
+from desim_warehouse.study.fleet.loads import TRIP
 from desim_warehouse.study.fleet.most import RUNS
-from desim_warehouse.study.fleet.utilisation import TRIP
 from desim_warehouse.study.statistics.cheapest import Counts
 from desim_warehouse.study.statistics.intervals import Estimate
 
 _LISTED = 4
 """Fleets that are named one by one."""
-_BUSY = {"robots": "robots", "traffic": "lanes", "chargers": "chargers", "stations": "packers"}
-"""What may be the bottleneck."""
 
 
 def answer(plan: FleetSizes) -> Answer:
@@ -178,8 +176,7 @@ class _Planned:
         line += "" if sized.capped is None else f" {capped(sized.capped, self.model)}."
         if sized.trip is not None:
             return f"{line} {self._trip(sized.trip)}"
-        (part, most), *_ = sized.utilisation.items()
-        return f"{line} Busiest there are the {_BUSY[part]}: {_share(most)} {_time(sized)}."
+        return f"{line} {sentence(capital(busiest.are(sized.loads, _time(sized))))}" if sized.loads else line
 
     def _each(self, sized: Sized) -> list[str]:
         """Of several targets a line for each, of the fleet that is named."""
@@ -284,12 +281,10 @@ class _Planned:
     def _busiest(self) -> list[str]:
         """What is busiest with the fleet of the answer."""
         sized = self.answered
-        if sized is None or sized.best is None or not sized.utilisation:
+        if sized is None or sized.best is None:
             return []
-        (first, most), *others = sized.utilisation.items()
-        rest = spoken([f"{_BUSY[part]} {_share(one)}" for part, one in others]) if others else ""
-        busy = f"With {self._fleet(sized.best.counts)} the {_BUSY[first]} are busiest: {_share(most)} {_time(sized)}"
-        return [f"{busy}; {rest}." if rest else f"{busy}."]
+        busy = busiest.are(sized.loads, _time(sized), f"with {self._fleet(sized.best.counts)}")
+        return [sentence(busy)] if busy else []
 
     def _promise(self) -> str:
         plan = self.plan
@@ -466,7 +461,7 @@ class _Planned:
             "best": best and {**self._counted(best.counts), "cost": best.cost},
             "capped": None if sized.capped is None else asdict(sized.capped),
             "open": [self._counted(counts) for counts in sized.open],
-            "busy": {part: one.mean for part, one in sized.utilisation.items()},
+            "busy": {load.group.name: load.mean for load in sized.loads},
             **({"most": asdict(sized.most)} if sized.most else {}),
         }
 
@@ -565,8 +560,3 @@ def _choice(strategy: Strategy) -> str:
 def _time(sized: Sized) -> str:
     """What shares of the time are of."""
     return "of their hours" if sized.in_hours else "of the time"
-
-
-def _share(one: Estimate) -> str:
-    """A mean share, in whole per cent where that says something."""
-    return f"{100 * one.mean:.0f} %" if 0.01 <= one.mean <= 0.99 else numbers.PERCENT.value(one.mean)  # noqa: PLR2004

@@ -11,12 +11,15 @@ from desim_warehouse.answer.answer import Answer, Answering
 from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.text import printed_table
 from desim_warehouse.errors import number_of
+from desim_warehouse.questions.run import Run, as_run
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.statistics import comparison, screening
 from desim_warehouse.study.study import StudyEngine
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from desim_warehouse.run import RunData
 
 
 @dataclass(frozen=True, repr=False)
@@ -194,6 +197,10 @@ class Study(StudyEngine):
     """
 
     _results_type = Results
+
+    @staticmethod
+    def _as_given(run: RunData) -> Run:
+        return as_run(run)
 
     @property
     def results(self) -> Results:

@@ -13,7 +13,7 @@ from desim_warehouse.answer.numbers import Scale, capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber, Subject
 from desim_warehouse.answer.standing import WORDS, Standing, instead, lasts_not, standing
 from desim_warehouse.errors import number_of, spoken
-from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.outcome.indicators import look_up
 from desim_warehouse.outcome.verdicts import is_no_answer
 from desim_warehouse.questions import judged

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.answer import Answer, Answered
+from desim_warehouse.answer.busiest import was
 from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber, Folded, Option, Rows, SaidNumber
@@ -143,7 +144,8 @@ class _Held:
 
     def answer(self) -> Answer:
         found, model = self.found, self.model
-        said = [self._said(), *(sentence(one.text) for one in found.verdicts), self._lost(), self._batched()]
+        said = [self._said(), *(sentence(one.text) for one in found.verdicts), was(found.loads)]
+        said += [self._lost(), self._batched()]
         broken = 0 in found.failures
         return Answer(
             kind="why",
@@ -168,6 +170,7 @@ class _Held:
             held_up=found.is_held_up,
             lost_time=[{"root": one.cause, "at": one.at, "share": share} for one, share in found.lost.items()],
             waiting_for_batch=found.batched,
+            busy={load.group.name: load.mean for load in found.loads},
             failed=found.gains.failed,
             left_out=list(found.left_out),
             verdicts=[verdict.content() for verdict in found.verdicts],

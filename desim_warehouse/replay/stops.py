@@ -8,14 +8,16 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.answer import numbers
-from desim_warehouse.answer.busiest import CHARGERS, busiest
+from desim_warehouse.answer.busiest import was
 from desim_warehouse.answer.course import stood_still
 from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.errors import number_of
+from desim_warehouse.model.facts.workers import busiest
 from desim_warehouse.outcome import chains
 from desim_warehouse.outcome.halts import halts
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.indicators import kpis
+from desim_warehouse.outcome.loads import loads
 from desim_warehouse.outcome.resources import steps
 from desim_warehouse.outcome.verdicts import is_no_answer, judge
 
@@ -80,17 +82,17 @@ def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
 
 
 def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> dict[str, Any] | None:
-    """What is busiest, as the run says; of stations and chargers that most in use, where the queue there is longest."""
-    most = busiest(history, kpis(history))
-    if most is None or not most.share:
+    """Tell who is busiest, as the run says; of stations and chargers where the queue of that most in use is longest."""
+    measured = loads(history, kpis(history))
+    sentence = was(measured)
+    if not sentence:
         return None
-    begin = max(history.begin, scale.start)
-    said = most.sentence if scale.end >= history.end else f"Of the whole run: {most.sentence}"
-    kind = "chargers" if most.name == CHARGERS else "station"
+    begin, group = max(history.begin, scale.start), busiest(measured)[0].group
+    said = sentence if scale.end >= history.end else f"Of the whole run: {sentence}"
     among = {
-        number: one.utilisation(history.begin, history.end)
-        for number, one in enumerate(places)
-        if one.kind == kind and most.name in {CHARGERS, one.zone}
+        number: place.utilisation(history.begin, history.end)
+        for number, place in enumerate(places)
+        if (group.kind == "chargers" == place.kind) or (place.kind == "station" and place.zone == group.zone)
     }
     if not among:
         return {"said": said, "time": begin}

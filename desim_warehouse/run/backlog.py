@@ -34,7 +34,7 @@ BLOCK = 50
 
 
 class Backlog:
-    """At most about `count` tasks for a robot of a `kind`, `waiting` of which are known at any time.
+    """At most about `count` tasks of the goods or `flows`, `waiting` of which are known at any time.
 
     `enough`: asked before each task, with how many were given out; none follow where it says so.
 
@@ -49,7 +49,7 @@ class Backlog:
         layout: Layout,
         streams: Streams,
         *,
-        kind: str,
+        flows: Sequence[str],
         count: int,
         waiting: int,
         in_turn: bool,
@@ -60,7 +60,7 @@ class Backlog:
         self._env, self._model, self._layout = env, model, layout
         self._random, self._rates = streams.stream("probe"), rates
         self._in_turn = in_turn and model.tasks.station_choice in BY_OTHERS
-        made = list(self._of_flows(streams, kind, count) if model.tasks.flows else self._of_goods(count))
+        made = list(self._of_flows(streams, flows, count) if model.tasks.flows else self._of_goods(count))
         self.total: int | None = len(made)
         self._waiting, self._open, self._pause = waiting, 0, pause
         self._coming, self._given, self._most, self._enough = iter(made), 0, len(made), enough
@@ -109,11 +109,10 @@ class Backlog:
                 to = (nodes[turns[number]],)
             yield Task(number, place.number, place.edge, place.offset, to=to)
 
-    def _of_flows(self, streams: Streams, kind: str, count: int) -> Iterator[Task]:
-        """Tasks of the flows that robots of a kind do, by their rates; orders of several lines come whole."""
+    def _of_flows(self, streams: Streams, names: Sequence[str], count: int) -> Iterator[Task]:
+        """Tasks of some flows, by their rates; orders of several lines come whole."""
         model, rates = self._model, self._rates
         made = Flows(self._env, model, self._layout, streams).flows
-        names = list(flows_of(model, kind))
         drawn = self._sample([rates[name] / model.tasks.flows[name].mean_lines for name in names], count)
         which = [names[number] for number in drawn]
         rows = {name: self._rows(made[name], which.count(name)) for name in names}

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.feasibility import examine
 from desim_warehouse.layout import checks
 from desim_warehouse.run import night
-from desim_warehouse.run.quick import estimate
+from desim_warehouse.run.quick import measured
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
@@ -28,7 +28,7 @@ def examined(model: Model) -> tuple[list[Finding], QuickEstimate | None]:
 
 @lru_cache(maxsize=16)
 def _examined(model: Model) -> tuple[tuple[Finding, ...], QuickEstimate | None]:
-    findings, calculation = examine(model, model.floor, estimate)
+    findings, calculation = examine(model, model.floor, measured)
     if any(item.level == "error" and item.code not in model.accept for item in findings):
         return tuple(findings), calculation
     return tuple(checks.worst_first([*findings, *night.findings(model, model.floor)])), calculation

@@ -23,13 +23,13 @@ from desim_warehouse.model.facts.demand import flow_rates
 from desim_warehouse.model.sections.goods import PoissonGoods, SaturatedGoods
 from desim_warehouse.model.sections.policy import PolicySpec
 from desim_warehouse.policies import catalogue
-from desim_warehouse.run.backlog import Backlog
+from desim_warehouse.run.backlog import Backlog, flows_of
 from desim_warehouse.states import STATES, Phase
 from desim_warehouse.values.fields import FrozenMap
 from desim_warehouse.world import World
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator, Mapping
+    from collections.abc import Callable, Iterator, Mapping
 
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.fleet import Consumption
@@ -75,8 +75,8 @@ class Probe:
     tasks: int
 
 
-def _rates(model: Model) -> FrozenMap[str, float]:
-    """Those of the flows, the same for every demand."""
+def shares_of_flows(model: Model) -> FrozenMap[str, float]:
+    """Return the rates of the flows, alike for every demand."""
     return FrozenMap({name: rate / model.tasks.demand for name, rate in flow_rates(model).items()})
 
 
@@ -94,7 +94,7 @@ def probe(model: Model, kind: str = "", waiting: int = 1) -> Probe:
         SimulationError: the robot does no task by itself.
     """
     in_turn, battery = model.fleet.size > 1, by_kind(model)[kind].battery
-    rates = _rates(model)
+    rates = shares_of_flows(model)
     if battery is not None and not chargers_at(model, model.floor):
         return _probe(_alone(model, kind, endless=True), kind, waiting, in_turn, rates, battery.draws)
     try:
@@ -166,7 +166,13 @@ def calm(model: Model, kind: str, waiting: int, pause: float) -> tuple[float, fl
     battery = by_kind(model)[kind].battery
     assert battery is not None
     return _calm(
-        _alone(model, kind, endless=True), kind, waiting, model.fleet.size > 1, _rates(model), battery.draws, pause
+        _alone(model, kind, endless=True),
+        kind,
+        waiting,
+        model.fleet.size > 1,
+        shares_of_flows(model),
+        battery.draws,
+        pause,
     )
 
 
@@ -196,28 +202,45 @@ def _swept() -> Iterator[None]:
         gc.unfreeze()
 
 
-@_swept()
 def _run(one: Model, kind: str, waiting: int, in_turn: bool, rates: FrozenMap[str, float], pause: float = 0.0) -> Log:
     """The log of a robot that does some tasks, as far as it comes."""
 
-    def enough(given: int) -> bool:
+    def enough(given: int, log: Log, now: float) -> bool:
         known = given in LOOKS and given >= 4 * waiting and not one.tasks.flows
-        return known and _well_known(world.log, waiting, world.env.now)
+        return known and _well_known(log, waiting, now)
 
     demand = partial(
         Backlog,
-        kind=kind,
+        flows=tuple(flows_of(one, kind)),
         count=CALM if pause else MOST,
         waiting=waiting,
         in_turn=in_turn,
         rates=rates,
         pause=pause,
-        enough=enough,
     )
-    world = World(one, SEED, demand=demand)
-    patience, done = PATIENCE * one.units.hour + pause, 0
-    if one.battery is not None and one.battery.charge_rate:
-        patience += one.battery.capacity / one.battery.charge_rate
+    return log_of(one, demand, enough, pause)
+
+
+@_swept()
+def log_of(
+    model: Model,
+    demand: Callable[..., Backlog],
+    enough: Callable[[int, Log, float], bool] | None = None,
+    pause: float = 0.0,
+) -> Log:
+    """The log of a world with the work of a probe, as far as it comes.
+
+    `enough`: asked before each task, with how many were given out, the log and the time; no more follow where it says
+    so. `pause`: between two tasks, in which nothing is delivered.
+    """
+
+    def is_over(given: int) -> bool:
+        return enough is not None and enough(given, world.log, world.env.now)
+
+    world = World(model, SEED, demand=partial(demand, enough=is_over))
+    patience, done = PATIENCE * model.units.hour + pause, 0
+    if model.battery is not None and model.battery.charge_rate:
+        patience += model.battery.capacity / model.battery.charge_rate
 
     def look(_: object) -> None:
         nonlocal done
@@ -232,6 +255,24 @@ def _run(one: Model, kind: str, waiting: int, in_turn: bool, rates: FrozenMap[st
     except (_StuckError, SimulationError, PolicyError):
         world.close()
     return world.log
+
+
+def always_there(model: Model) -> Model:
+    """The model with all robots and stations always on duty, never broken, without batteries; its work comes apart."""
+    fleet, unbroken = model.fleet, {"breakdowns": None}
+    stations = {name: item.model_copy(update={"hours": None}) for name, item in model.layout.stations.items()}
+    kinds = {n: k.model_copy(update={**unbroken, "hours": None, "battery": None}) for n, k in fleet.kinds.items()}
+    robot = fleet.robot.model_copy(update=unbroken)
+    changed: dict[str, Any] = {
+        "fleet": fleet.model_copy(
+            update={"robot": robot, "kinds": FrozenMap(kinds), "start_energy": 1.0, "hours": None, "start_on_lanes": ()}
+        ),
+        "layout": model.layout.model_copy(update={"stations": FrozenMap(stations)}),
+        "battery": None,
+        "traffic": model.traffic.model_copy(update={"closures": FrozenMap({})}),
+        **_of_a_probe(model),
+    }
+    return model.model_copy(update=changed)
 
 
 def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
@@ -257,19 +298,26 @@ def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
         ),
         "layout": layout.model_copy(update={"stations": FrozenMap(stations)}),
         "traffic": own.traffic.model_copy(update={"closures": FrozenMap({}), "most_out": None}),
-        "policies": own.policies.model_copy(update=_built_in(own)),
-        "run": own.run.model_copy(update={"length": FOREVER, "warm_up": 0.0}),
-        "log": "tasks",
-        "prices": None,
-        "accept": (),
+        **_of_a_probe(own),
     }
     if endless:
         changed["battery"] = None
-    tasks: dict[str, Any] = {"demand": 1.0}  # the same for every rate
-    if isinstance(own.tasks.goods, PoissonGoods | SaturatedGoods):
-        tasks["goods"] = SaturatedGoods(saturated=1)
-    changed["tasks"] = own.tasks.model_copy(update=tasks)
     return own.model_copy(update=changed)
+
+
+def _of_a_probe(model: Model) -> dict[str, Any]:
+    """What is alike in all probes, and for every rate."""
+    tasks: dict[str, Any] = {"demand": 1.0}
+    if isinstance(model.tasks.goods, PoissonGoods | SaturatedGoods):
+        tasks["goods"] = SaturatedGoods(saturated=1)
+    return {
+        "policies": model.policies.model_copy(update=_built_in(model)),
+        "run": model.run.model_copy(update={"length": FOREVER, "warm_up": 0.0}),
+        "log": "tasks",
+        "prices": None,
+        "accept": (),
+        "tasks": model.tasks.model_copy(update=tasks),
+    }
 
 
 def _built_in(model: Model) -> dict[str, PolicySpec]:

@@ -7,8 +7,8 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
-from desim_warehouse.feasibility.asked import most_loads, peak_rate
-from desim_warehouse.feasibility.estimate import QuickEstimate
+from desim_warehouse.feasibility.asked import most_loads
+from desim_warehouse.feasibility.estimate import THE_ROBOTS, QuickEstimate
 from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.parts import MeanTask, StationLoad, mixed
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
@@ -18,10 +18,12 @@ from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.disturbances import closures, disturbances
+from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
 from desim_warehouse.run.backlog import flows_of
 from desim_warehouse.run.probe import Probe, calm, probe
+from desim_warehouse.run.together import MOST_ROBOTS, TASKS, together
 from desim_warehouse.states import Phase
 from desim_warehouse.values.distributions import mean_of
 
@@ -34,12 +36,14 @@ if TYPE_CHECKING:
 
 BY_TIME = {"in-order", "earliest-due"}
 """Allocations that go by no distance."""
-CHOICE = 20
-"""Tasks among which others may choose."""
+BELOW, ABOVE = 0.07, 0.04
+"""Parts by which a long run may do less and more than the probe of a fleet: fitted to `benchmarks.estimates`."""
 LEISURE = 4.0
 """Times as long as a task takes until the next one is known, where robots rest between them."""
 LEAST_LESS = 0.01
 """Part of a task's time, or of its empty drive, that is worth a line."""
+WIDEST = 1.28
+"""Times the least that the most is: charging takes no random times, as it is taken to, so that queues are shorter."""
 PARTS = {
     Phase.TO_GOOD: "empty",
     Phase.LOADING: "load",
@@ -58,8 +62,9 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         SimulationError: a robot by itself does none of the work.
     """
     if model.pods is not None:
-        pile = pile_on(model)
-        return by_line(estimate(driven(model, pile.most), waiting), pile, model)
+        paces = together(model, _known(model))
+        pile = pile_on(model, *((1.0, 1.0) if paces is None else (paces.few.lines, paces.many.lines)))
+        return by_line(estimate(driven(model, pile.many), waiting), pile, model)
     layout, count, found = model.floor, _robots_by_kind(model), _probes(model, waiting)
     of_kinds = {kind: _task(model, kind, one) for kind, one in found.items()}
     cycle = mixed(of_kinds, count)
@@ -68,7 +73,8 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
     charging = None
     if balance is not None and balance.charging_rate is not None and model.tasks.never_end:
         charging = balance.task / balance.charging_rate
-    duty = on_duty(model) * _unbroken(model)
+    unbroken = _unbroken(model)
+    duty = on_duty(model) * unbroken
     total = cycle.time + (charging or 0.0)
     return QuickEstimate(
         *_extent(layout),
@@ -87,7 +93,34 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         model.traffic.most_out,
         None if peak is None else peak / model.units.hour,
         duty,
+        unbroken=unbroken,
     )
+
+
+def measured(model: Model) -> QuickEstimate:
+    """The quick estimate of a model with what its robots do together where work always waits, measured.
+
+    Charging is worked out: at the least robots queue for chargers as if they came at random, at the most not at all.
+
+    Raises:
+        SimulationError: a robot by itself does none of the work.
+    """
+    found = estimate(model)
+    paces = together(model, _known(model))
+    if paces is None or model.fleet.size > MOST_ROBOTS or not 0 < found.most < math.inf:
+        return found
+    bound, charging = found.fleet_capacity * found.round / found.cycle.time, found.charging or 0.0
+    free = replace(found, charging=None, power=None, fleet_capacity=bound)
+    slow = found.throughput_of_queues / free.throughput_of_queues
+    slowest = [pace.rate * (1 - (1 - slow) * (1 - pace.free)) for pace in (paces.few, paces.many)]
+    fastest = [min(pace.rate, model.fleet.size / (pace.work + charging)) for pace in (paces.few, paces.many)]
+    below, above = (BELOW, ABOVE) if model.fleet.size > 1 else (0.0, 0.0)  # nobody is in the way of one
+    limits = [limit for name, limit in found.limits.items() if name != THE_ROBOTS]
+    most = min([max(fastest) * found.on_duty * (1 + above), *limits])
+    least = min(max(min(slowest) * found.on_duty * (1 - below), 0.0 if model.pods else most / WIDEST), most)
+    likely = max(min((slowest[-1] + fastest[-1]) / 2 * found.on_duty, most), least)
+    capacity = max(found.fleet_capacity, most if model.pods else 0.0)  # pods that are near save drives
+    return replace(found, fleet_capacity=capacity, measured=(least, likely, most), looked_at=TASKS)
 
 
 def time_of_task(model: Model) -> float:
@@ -115,19 +148,19 @@ def _at_work(model: Model, layout: Layout) -> int:
 
 
 def with_choice(model: Model, now: QuickEstimate) -> list[str]:
-    """What the fleet does where an allocation that goes by distance has some tasks to choose from, in a line.
+    """What a fleet saves whose allocation goes by distance, and has some tasks to choose from, in a line.
 
-    `now`: the estimate of the model.
+    `now`: the estimate of the model, as measured.
     """
     allocation = model.policies.allocation
     if allocation.name in BY_TIME or allocation.own or model.pods is not None:  # a pod is called when a robot is free
         return []
-    then = estimate(model, max(CHOICE, _known(model)))
-    if then.cycle.empty >= now.cycle.empty * (1 - LEAST_LESS):
+    paces = together(model, _known(model))
+    if paces is None or paces.many.empty >= now.cycle.empty * (1 - LEAST_LESS):
         return []
-    drives = f"{amount(then.cycle.empty)} {model.units.time} empty for each instead of {amount(now.cycle.empty)}"
-    done = then.can_do(model.units.hour)
-    return [f"with {CHOICE} tasks to choose from, {allocation.name} drives {drives}: {done} tasks an hour"]
+    drives = f"{amount(paces.many.empty)} {model.units.time} empty for each instead of {amount(now.cycle.empty)}"
+    done = now.can_do(model.units.hour)
+    return [f"with {paces.waiting} tasks to choose from, {allocation.name} drives {drives}: {done} tasks an hour"]
 
 
 def _known(model: Model) -> int:

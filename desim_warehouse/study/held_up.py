@@ -15,9 +15,11 @@ from typing import Any
 
 from desim_warehouse.errors import SimulationError, StudyError
 from desim_warehouse.model import Model, Source, as_model
+from desim_warehouse.model.facts.workers import Load
 from desim_warehouse.outcome.account import BATCHED, UNTAKEN, share_of_tasks
 from desim_warehouse.outcome.chains import Root, lost_to
 from desim_warehouse.outcome.indicators import find
+from desim_warehouse.outcome.loads import loads
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.run import RunData
 from desim_warehouse.states import APART, AT_START, TIMES, WAITING
@@ -76,7 +78,7 @@ class HeldUp:
     `state`: how that does, where tasks arrive and it keeps up with them. `failures`: by change, 0 the warehouse as it
     is; if that fails, nothing else is said. `verdicts`: on the run that was looked at. `lost`: for each root of waiting
     in it the share of the fleet's time that was lost to it, most first. `batched`: the share of the tasks' time that
-    they waited in it for a batch.
+    they waited in it for a batch. `loads`: how busy everybody was in it.
     """
 
     model: Model
@@ -91,6 +93,7 @@ class HeldUp:
     verdicts: Sequence[Verdict] = ()
     lost: Mapping[Root, float] = field(default_factory=dict)
     batched: float = 0.0
+    loads: tuple[Load, ...] = ()
 
     @property
     def is_clear(self) -> bool:
@@ -181,6 +184,7 @@ def _relieved(run: RunData, name: str, search: Search) -> HeldUp:
         run.verdicts,
         {root: time / (run.history.counted * run.model.fleet.size) for root, (time, _) in lost_to(run.history).items()},
         share_of_tasks(run.history, BATCHED),
+        loads(run.history, run.kpis),
     )
 
 

@@ -5,12 +5,14 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cache
+from hashlib import sha256
 from typing import Literal
 
 from desim_warehouse.errors import ModelError
 from desim_warehouse.model import Model
 from desim_warehouse.model.messages import FilePositions
 from desim_warehouse.study.design import Point, Rule, points
+from desim_warehouse.study.execution.own_indicators import OwnIndicator
 from desim_warehouse.study.factors import Factor, Label, hint
 from desim_warehouse.study.file import Until
 
@@ -32,6 +34,7 @@ class StudyPlan:
     description: str = ""
     warm_up: Literal["auto"] | tuple[float, ...] | None = None  # auto: found by pilot runs; then point by point
     target: str = ""  # that designs should meet; empty: none
+    own: tuple[OwnIndicator, ...] = ()  # indicators of the user's own
     scouts: bool = False  # its runs only point the way: batteries need not settle before them
 
     def points(self) -> list[Point]:
@@ -49,9 +52,13 @@ class StudyPlan:
         ]
 
     def run_name(self, model: Model) -> str:
-        """What the runs of a design are kept under: the digest of its model, and apart from others where they scout."""
+        """What the runs of a design are kept under: the digest of its model, and of indicators of the user's own.
+
+        Where they scout they are kept apart from others.
+        """
         apart = self.scouts and model.battery is not None and model.fleet.start_energy == "settled"
-        return f"{model.digest()}-scout" if apart else model.digest()
+        own = "".join(f"-{indicator.name}-{indicator.digest}" for indicator in self.own)
+        return f"{model.digest()}{f'-own-{sha256(own.encode()).hexdigest()[:12]}' * bool(own)}{'-scout' * apart}"
 
     def unreplicated(self) -> StudyPlan:
         """The same plan with no runs of its own, for procedures that ask for the runs they need."""

@@ -9,7 +9,7 @@ import math
 
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.outcome.indicators import is_measured
 from desim_warehouse.study.statistics.limits import COMMON_DAYS, RARE_DAYS, DaysNeeded, days_for
 from desim_warehouse.values.distributions import mean_of

@@ -13,6 +13,7 @@ from desim_warehouse.folders import RUN, STUDY, too_old, write_whole
 from desim_warehouse.model import load
 from desim_warehouse.study.design import Point, Rule
 from desim_warehouse.study.execution.cache import versions
+from desim_warehouse.study.execution.own_indicators import OwnIndicator
 from desim_warehouse.study.factors import Factor, Label, Level
 from desim_warehouse.study.file import Until
 from desim_warehouse.study.plan import StudyPlan, models, run_seed
@@ -52,6 +53,7 @@ def write_record(plan: StudyPlan, points: Sequence[Point], keys: Mapping[int, st
         "timeout": plan.timeout,
         "warm_up": plan.warm_up,
         "base": plan.base.content(),
+        **({"own_indicators": {one.name: one.digest for one in plan.own}} if plan.own else {}),
         "points": [
             {"labels": point.labels, "changes": point.overrides, "model": keys[point.number]} for point in points
         ],
@@ -103,7 +105,7 @@ def recorded_warm_up(plan: StudyPlan, folder: Path) -> tuple[float, ...] | None:
         if not isinstance(times, tuple) or record.plan.seed != plan.seed or record.versions != versions():
             return None
         settled = replace(plan, warm_up=times)
-        keys = {number: model.digest() for number, model in models(settled, settled.points()).items()}
+        keys = {number: settled.run_name(model) for number, model in models(settled, settled.points()).items()}
     except (StudyError, ModelError, ValueError):  # none there, damaged, or of other designs
         return None
     return times if keys == record.keys else None
@@ -124,6 +126,7 @@ def _plan(content: Mapping[str, Any]) -> StudyPlan:
         description=content["description"],
         warm_up=tuple(content["warm_up"]) if content["warm_up"] else None,
         target=content["target"],
+        own=tuple(OwnIndicator(name, digest) for name, digest in content.get("own_indicators", {}).items()),
     )
 
 

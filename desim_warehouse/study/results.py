@@ -14,8 +14,8 @@ import numpy as np
 from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.folders import JOURNAL, RESULTS
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.outcome import targets
-from desim_warehouse.outcome.account import is_fixed
 from desim_warehouse.outcome.indicators import chosen, judged_by, within
 from desim_warehouse.outcome.verdicts import Verdict, judge_design
 from desim_warehouse.study import rare

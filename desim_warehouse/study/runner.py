@@ -191,13 +191,17 @@ class StudyRunner:
             if missing:
                 raise _MissingError
             return
+        if missing:
+            self._has_functions()
         self.progress.want(len(missing), len({(self.keys[n], r) for n, r in there}))
         LOG.debug("%s: %d runs to do, %d there already", self.plan.name, len(missing), len(there))
         yield from (self.row(*one) for one in there)
         names: dict[Handle, tuple[str, int]] = {}
         try:
             for name, of in missing.items():
-                wanted = Wanted(of[0][0], self.points[of[0][0]].overrides, name[1], scout=self.plan.scouts)
+                wanted = Wanted(
+                    of[0][0], self.points[of[0][0]].overrides, name[1], scout=self.plan.scouts, own=self.plan.own
+                )
                 names[self.executor.submit(self.plan.base, wanted)] = name
             with closing(self.executor.ended(list(names))) as ended:
                 for handle in ended:
@@ -207,6 +211,15 @@ class StudyRunner:
         finally:
             for handle in names:
                 handle.cancel()
+
+    def _has_functions(self) -> None:
+        """Refuse to simulate where indicators of the user's own are known by their values alone; raises StudyError."""
+        lost = [indicator.name for indicator in self.plan.own if indicator.function is None]
+        if lost:
+            cure = f"make the study in Python again, with indicators={{{lost[0]!r}: ...}} and this folder"
+            raise StudyError(
+                f"indicator {lost[0]}: its function is not in the folder, so no more runs can be done; {cure}"
+            )
 
     def _take(self, done: Handle, outcome: Outcome, names: Mapping[Handle, tuple[str, int]]) -> None:
         """Keep a run that has ended; of a design that is refused no other run is done."""

@@ -15,6 +15,7 @@ from desim_warehouse.folders import ANSWER, JOURNAL, RESULTS
 from desim_warehouse.model import Model
 from desim_warehouse.study.design import Rule
 from desim_warehouse.study.execution import Executor
+from desim_warehouse.study.execution.own_indicators import own_indicators
 from desim_warehouse.study.execution.progress import Progress
 from desim_warehouse.study.execution.store import Store
 from desim_warehouse.study.factors import Level
@@ -28,6 +29,8 @@ from desim_warehouse.study.warm_up import PILOT, settle_designs
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from desim_warehouse.run import RunData
 
 
 T = TypeVar("T")
@@ -51,7 +54,7 @@ class StudyEngine:
         *,
         replications: int | Mapping[str, Any] = 1,
         seed: int = 0,
-        indicators: Sequence[str] | None = None,
+        indicators: Sequence[str] | Mapping[str, Callable[[Any], float]] | None = None,
         baseline: Mapping[str, Any] | None = None,
         design: Rule = "grid",
         changes: Mapping[str, Any] | None = None,
@@ -69,7 +72,7 @@ class StudyEngine:
             factors: key of the model -> its values, in any form of a study file (`study.design`).
             replications: of each design, or `{"indicator": "T", "half_width": 0.02}`: until the mean is known.
             seed: of the study. Replication r has the same run seed, and random streams, in every design.
-            indicators: columns of the table (default: all).
+            indicators: columns of the table (default: all); or further ones of your own, each a function of a run.
             baseline: values of factors that pick the design to compare with (default: the first).
             design: grid, or paired: the first values of all factors, then the second ones, ...
             changes: changes to the model for all runs (`set` of a study file).
@@ -95,7 +98,7 @@ class StudyEngine:
                 "design": design,
                 "replications": replications,
                 "seed": seed,
-                "indicators": None if indicators is None else list(indicators),
+                "indicators": None if indicators is None or isinstance(indicators, Mapping) else list(indicators),
                 "baseline": baseline,
                 "confidence": confidence,
                 "target": target,
@@ -103,6 +106,8 @@ class StudyEngine:
                 "warm_up": warm_up,
             },
         )
+        if isinstance(indicators, Mapping):
+            self.plan = replace(self.plan, own=own_indicators(indicators, self._as_given))
         self._start()
 
     @classmethod
@@ -132,6 +137,11 @@ class StudyEngine:
         study.notes += results.notes
         study._results = results  # noqa: SLF001 - our own
         return study
+
+    @staticmethod
+    def _as_given(run: RunData) -> Any:
+        """What indicators of the user's own are given: a run."""
+        return run
 
     def _start(self) -> None:
         self.points = self.plan.points()

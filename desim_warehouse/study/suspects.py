@@ -22,13 +22,27 @@ from desim_warehouse.feasibility.pods import stations_of
 from desim_warehouse.model import Model
 from desim_warehouse.model.facts.disturbances import breakdowns
 from desim_warehouse.model.facts.places import destinations
+from desim_warehouse.model.facts.workers import Kind, groups
 from desim_warehouse.model.sections.goods import PoissonGoods
 from desim_warehouse.model.steady import evenly, from_files, opened, without_breaks
 from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
 from desim_warehouse.policies import catalogue
 from desim_warehouse.run import RunData
 from desim_warehouse.run.quick import nearer
-from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Phase, Queue, names, staff
+from desim_warehouse.states import (
+    BROKEN,
+    CHARGER,
+    CLOSED_LANE,
+    OPENING,
+    PACKING,
+    PERSON_AHEAD,
+    SERVER,
+    SHOWN,
+    Phase,
+    Queue,
+    names,
+    staff,
+)
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
 from desim_warehouse.values.distributions import mean_of, scaled
@@ -158,6 +172,12 @@ def _stations(run: RunData) -> dict[str, list[str]]:
     return {zone: at for zone, at in found.items() if "." not in zone}
 
 
+def _of_station(model: Model, zone: str, kind: Kind) -> str:
+    """Name who serves robots in a station, or its people, as all answers do."""
+    people = kind == "people"
+    return next(group.name for group in groups(model) if group.zone == zone and (group.kind == "people") == people)
+
+
 def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
     """One server more at every node of a station, and one slot more where slots keep robots from working."""
     for zone, share in queued.items():
@@ -168,7 +188,7 @@ def _servers(model: Model, queued: Mapping[str, float]) -> Iterator[Suspect]:
             more[f"{key}.places"] = station.servers + 1
         another = "a second" if station.servers == 1 else "another"
         said = f"{another} {staff(zone)} at each {'station' if zone == PACKING else f'node of {zone}'}"
-        yield Suspect(f"station {zone}", said, more, share, 1 / station.servers)
+        yield Suspect(_of_station(model, zone, "servers"), said, more, share, 1 / station.servers)
     layout = model.floor
     used = [node for node in destinations(model, layout) if node in layout.stations]
     slots = sum(layout.stations[node].places for node in used)
@@ -194,7 +214,7 @@ def _workers(model: Model, zones: Iterable[str]) -> Iterator[Suspect]:
             if station.buffer is not None:
                 more[f"{key}.buffer"] = max(station.buffer, station.workers + 1)
             relief = f"one worker more at each node of {zone}"
-            yield Suspect(f"workers of {zone}", relief, more, dose=1 / station.workers)
+            yield Suspect(_of_station(model, zone, "people"), relief, more, dose=1 / station.workers)
 
 
 def _hours(model: Model, closed: Mapping[str, float]) -> Iterator[Suspect]:
@@ -224,12 +244,17 @@ def _under_way(run: RunData) -> Iterator[Suspect]:
             yield Suspect("robots under way", f"at most {most} robots under way", {KEY: most})
 
 
+def _waited(run: RunData, part: str) -> float:
+    """Measure the part of the fleet's time that robots waited for one thing, also behind others."""
+    whole = run.history.counted * run.model.fleet.size
+    return float(run.account(by="robot")[part].sum()) / whole if whole else 0.0
+
+
 def _on_the_way(run: RunData) -> Iterator[Suspect]:
     """What is closed or slow, and people in the aisles."""
     traffic = run.model.traffic
     if traffic.closures:
-        closed = run.kpis["share_waiting_closed"]
-        yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, closed)
+        yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, _waited(run, CLOSED_LANE))
     if traffic.slow:
         yield Suspect("zones that are slow", "nothing slow", {"traffic.slow": {}})
     if traffic.zones:
@@ -239,7 +264,7 @@ def _on_the_way(run: RunData) -> Iterator[Suspect]:
     if limits:
         yield Suspect("limits of speed", "no speed limits on lanes", limits)
     if run.model.people:
-        yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, run.kpis["share_waiting_person"])
+        yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, _waited(run, PERSON_AHEAD))
 
 
 def _lanes(run: RunData) -> Iterator[Suspect]:

@@ -95,7 +95,7 @@ def test_check_says_what_a_planner_should_know():
         "the lanes hold 117 robots at once, the fleet has 6",
     ]
     assert any(line.startswith("ring of ") for line in lines)
-    assert "quick estimate, without traffic:" in lines
+    assert "quick estimate:" in lines
 
 
 def test_check_finds_errors_and_says_that_the_model_would_be_refused():

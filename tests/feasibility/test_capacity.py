@@ -8,6 +8,7 @@ import desim_warehouse as dw
 from desim_warehouse.draft import Draft, draft
 from desim_warehouse.feasibility.estimate import Network, Place
 from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.questions.check import check
 from desim_warehouse.run.quick import estimate
 
 
@@ -55,3 +56,60 @@ def test_a_saturated_fleet_does_what_is_said(robots, chargers):
     found = estimate(model)
     done = dw.simulate(model, 3).kpis["throughput_per_hour"]
     assert found.capacity * 3600 == pytest.approx(done, rel=0.15)
+
+
+HALL = Draft(size=(30, 24), orders=200, robots=8, chargers=3, stations=1, packers=2)
+LONG = {"run": {"length": "6 h", "warm_up": "1 h"}, "log": "tasks"}
+
+
+def hall(changes):
+    return dw.Model.model_validate(read_yaml(draft(HALL), "draft").data).replace({**LONG, **changes})
+
+
+@pytest.mark.parametrize(("lanes", "asked"), [("ring", 280), ("two-way", 200)])
+def test_check_says_between_what_an_overloaded_fleet_does_with_its_traffic(lanes, asked):
+    model = hall({"layout.blocks.directions": lanes, "tasks.goods": {"poisson": asked}})
+    least, most = check(model).calculation.range
+    assert most < 1.25 * least
+    assert 0.98 * least <= dw.simulate(model, 2).kpis["throughput_per_hour"] / 3600 <= 1.02 * most
+
+
+def test_slots_of_stations_count_with_flows():
+    """One slot for eight robots: they come to it one by one, which sums of their times do not see."""
+    flows = {"orders": {"from": "storage", "to": "packing", "arrivals": {"poisson": 38}}}
+    tasks = {"load_time": 10, "unload_time": 20, "station_choice": "least-loaded", "flows": flows}
+    model = hall({"tasks": tasks, "layout.stations.packing.places": 1, "layout.stations.packing.servers": 1})
+    found = check(model).calculation
+    least, most = found.range
+    assert found.most > 2 * most
+    assert least <= dw.simulate(model, 2).kpis["throughput_per_hour"] / 3600 <= 1.02 * most
+
+
+def test_chargers_that_just_give_what_is_drawn_are_no_shortage():
+    """Five robots that always draw 0.005 where one stands at its charger take the 0.02 that this one gives."""
+    model = hall({"fleet.size": 5, "battery.consumption": 0.005, "layout.bays.charging.total_chargers": 1})
+    found = check(model.replace({"tasks.goods": {"poisson": 90}}))
+    assert "CHARGERS_SHORT" not in {item.code for item in found.findings}
+    assert found.calculation.capacity * 3600 > 60
+
+
+def test_a_need_beyond_the_fleet_is_a_warning():
+    model = hall({"fleet.size": 3})
+    estimate = check(model).calculation
+    asked = (estimate.range[1] + estimate.capacity) / 2 * 3600
+    over = check(model.replace({"tasks.goods": {"poisson": asked}}))
+    assert over.calculation.robots_needed > 3
+    [warning] = [item for item in over.findings if item.code == "DEMAND_ABOVE_FLEET"]
+    assert f"3 robots can do {over.calculation.can_do(3600)}" in warning.text
+
+
+def test_breakdowns_count_in_the_robots_needed_in_the_busiest_hour():
+    rates = {"profile": {"every": "12 h", "per_hour": [20, 60]}}
+    tasks = {"load_time": 10, "unload_time": 20}
+    tasks["flows"] = {"orders": {"from": "storage", "to": "packing", "arrivals": rates}}
+    sound = hall({"tasks": tasks, "run": {"length": "24 h"}})
+    broken = sound.replace({"fleet.robot.breakdowns": {"every": "9 h", "repair": "1 h"}})
+    usual, more = (check(model).calculation for model in (sound, broken))
+    assert more.peak == usual.peak
+    need = [one.robots_for(one.peak, at_peak=True) for one in (usual, more)]
+    assert need[1] == pytest.approx(need[0] / 0.9, rel=0.03)

@@ -88,3 +88,15 @@ def test_energy_is_said_by_line():
     """As many lines as a visit has share what it draws."""
     few, many = (estimate(dw.load(HALL, {"pods.orders": orders})) for orders in (1, 12))
     assert many.power.task < few.power.task / 2
+
+
+def test_the_policy_that_the_model_names_is_estimated():
+    """Many lines wait: the pod with most of them saves visits, so that fewer robots are needed."""
+    many = {"tasks.flows.picks.arrivals": {"saturated": 100}, "tasks.flows.picks.lines": 1, "run.length": "3 h"}
+    models = [dw.load(HALL, {**many, "policies.pod": name}) for name in ("random", "most-lines")]
+    random, most = (check(model).calculation for model in models)
+    assert most.pile_on.many > 1.2 * random.pile_on.many
+    for model, found in zip(models, (random, most), strict=True):
+        done = dw.simulate(model, 2).kpis
+        assert done["throughput_per_hour"] == pytest.approx(found.capacity * 3600, rel=0.1)
+        assert done["pile_on"] == pytest.approx(found.pile_on.many, rel=0.1)

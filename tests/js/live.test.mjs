@@ -5,8 +5,8 @@ import { test } from "node:test";
 import { load } from "./load.mjs";
 
 const world = { AbortController, TextDecoderStream, clearTimeout, setTimeout };
-const files = ["00-parts", "01-feed", "01-frozen", "02-knobs", "04-held-up"];
-const { Feed, Frozen, RefusedError, heldUp, placeOf, rounds } = load("live", files, ["Feed", "Frozen", "RefusedError", "heldUp", "placeOf", "rounds"], {
+const files = ["00-parts", "01-feed", "01-frozen", "02-knobs"];
+const { Feed, Frozen, RefusedError, placeOf, rounds } = load("live", files, ["Feed", "Frozen", "RefusedError", "placeOf", "rounds"], {
   ...world,
   URL,
   fetch: (path, options) => world.fetch(path, options),
@@ -38,13 +38,6 @@ test("a call that is refused says why", async () => {
   const error = await new Feed("").ask("/api/design", {}).catch((found) => found);
   assert.ok(error instanceof RefusedError);
   assert.deepEqual([error.status, error.message], [422, "one\ntwo"]);
-});
-
-test("the page names what is busiest, nothing where that has time left, and traffic where robots wait in it most", () => {
-  assert.equal(heldUp(["chargers", 0.863, "86.3 % (85.2 to 87.1)"]), "The chargers: 86.3 % busy.");
-  assert.equal(heldUp(["stations", 0.5, "50 % (49 to 51)"]), "Nothing: even the packers are free 50 % of the time.");
-  const said = heldUp(["traffic", 0.509, "50.9 % (50.4 to 51.2)"]);
-  assert.equal(said, "Traffic: robots wait in it 50.9 % of the time, longer than they are busy.");
 });
 
 test("axes have round numbers that span the values", () => {

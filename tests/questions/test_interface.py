@@ -154,3 +154,19 @@ def test_a_type_checker_does_not_see_names_that_are_not_there():
     hidden = [node for node in tree.body if isinstance(node, ast.If) and ast.unparse(node.test) == "not TYPE_CHECKING"]
     assert [one.name for node in hidden for one in node.body] == ["__getattr__"]
     assert "__getattr__" not in {node.name for node in tree.body if isinstance(node, ast.FunctionDef)}
+
+
+@pytest.mark.long
+def test_a_script_of_a_user_passes_a_strict_type_checker_and_a_misspelt_name_does_not(tmp_path):
+    script = (ROOT / "tests" / "typed" / "mine.py").read_text("utf-8")
+    assert len([line for line in script.splitlines() if line.strip()]) <= 60
+
+    def checked(text):
+        (tmp_path / "mine.py").write_text(text, "utf-8")
+        words = ["--strict", "--config-file", str(ROOT / "pyproject.toml"), "--cache-dir", str(tmp_path / "cache")]
+        command = [sys.executable, "-m", "mypy", *words, str(tmp_path / "mine.py")]
+        return subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False).stdout
+
+    assert checked(script) == "Success: no issues found in 1 source file\n"
+    for right, wrong in (("dw.simulate", "dw.simulat"), ("seed=", "sed="), ("plan.robots", "plan.robot")):
+        assert "error: " in checked(script.replace(right, wrong)), wrong

@@ -99,7 +99,7 @@ def test_a_new_user_s_model_is_replayed_and_reported_whatever_its_log_says(tmp_p
     assert made.output.strip() == str(tmp_path / "report.html")
     first = (tmp_path / "report.html").read_text(encoding="utf-8").partition("<details")[0]
     assert "tasks an hour" in first
-    assert "Where robots wait, part of the time" in first
+    assert "How it went by the clock" in first
     refused = CliRunner().invoke(desim, ["report", str(tmp_path), "--set", "fleet.size=2"])
     assert refused.exit_code == 2
     assert "--set is for models" in refused.output

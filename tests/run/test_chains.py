@@ -6,8 +6,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.outcome import chains
-from desim_warehouse.outcome.account import Piece
 from desim_warehouse.outcome.chains import Root
+from desim_warehouse.outcome.pieces import Piece
 from desim_warehouse.outcome.records import Wait
 from tests.world.test_hours import SQUARE
 

@@ -43,13 +43,13 @@ def test_a_queue_that_grows_without_bound_by_the_check_does_not_keep_up(rate, se
     """The growth of 8 hours, 1 to 3 tasks an hour, stays below three standard errors of 250 arrivals."""
     line = said(hall(tasks__goods={"poisson": rate}), seed)
     assert line.startswith("8 h do not show whether it keeps up: ")
-    assert f"({100 * rate / 30:.1f} % of what packing at C can give)" in line
+    assert f"({100 * rate / 30:.1f} % of what the packers can give)" in line
 
 
 def test_nothing_is_shown_by_a_packer_who_is_always_busy():
     """29.5 of 30: the queue of such a packer is long before it is stationary, which takes days."""
     line = said(hall(tasks__goods={"poisson": 29.5}))
-    assert line.endswith(", and 98.7 % of what packing at C can give is asked for.")
+    assert line.endswith(", and 98.7 % of what the packers can give is asked for.")
 
 
 @pytest.mark.parametrize("rate", [15, 21, 24])
@@ -60,7 +60,7 @@ def test_what_has_time_to_spare_keeps_up(rate):
 def test_workers_behind_a_station_count():
     """Put down in 10 s, worked on for 2 minutes: 30 an hour, too."""
     line = said(hall(tasks__unload_time=10, layout__stations__packing__work_time=120, tasks__goods={"poisson": 29.5}))
-    assert line.endswith(", and 98.6 % of what the workers can give is asked for.")
+    assert line.endswith(", and 98.6 % of what the packers can give is asked for.")
 
 
 def test_robots_count():

@@ -6,7 +6,8 @@ import math
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.outcome.resources import area, resources, servers_in_use, steps
+from desim_warehouse.outcome.loads import loads
+from desim_warehouse.outcome.resources import area, resources, steps, use_of_stations
 from desim_warehouse.questions.run import words as run_words
 from tests.report.replay.floors import busy_run, tired_run
 from tests.world.test_flows import RING
@@ -85,7 +86,8 @@ def test_servers_are_in_use_for_as_long_at_every_level_of_the_log(over):
     assert by_account["pack"] > by_account["dock"] > 0
     for level in ("all", "moves", "tasks"):
         run = dw.simulate(model.replace({"log": level}))
-        assert servers_in_use(run.history) == pytest.approx(by_account)
+        servers = [load for load in loads(run.history, run.kpis) if load.group.kind == "servers"]
+        assert {load.group.zone: load.mean for load in servers} == pytest.approx(by_account)
         assert run_words.sentences(run) == run_words.sentences(in_full)
 
 
@@ -98,5 +100,5 @@ def test_servers_in_use_are_kept_with_a_run(level, tmp_path):
     content = json.loads((folder / "run.json").read_text())
     del content["log"]["stations"]
     (folder / "run.json").write_text(json.dumps(content))
-    found = servers_in_use(dw.load_run(folder).history)
-    assert found == (pytest.approx(servers_in_use(run.history)) if level == "all" else {})
+    found = use_of_stations(dw.load_run(folder).history)
+    assert found == (pytest.approx(use_of_stations(run.history)) if level == "all" else {})

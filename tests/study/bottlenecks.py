@@ -80,7 +80,7 @@ def _node(_, run, draw):
 
 def _station(_, run, __):
     """A station with one server."""
-    return _packer(run, HALF), "station packing"
+    return _packer(run, HALF), "packers"
 
 
 def _packer(run, share):

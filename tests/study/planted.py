@@ -91,10 +91,10 @@ BRIDGE = {
 }
 
 CASES = [
-    Planted("a packer who takes 75 s", "station packing", {"tasks.unload_time": 75}),
+    Planted("a packer who takes 75 s", "packers", {"tasks.unload_time": 75}),
     Planted(
         "two workers who take 110 s",
-        "workers of packing",
+        "packers",
         {"layout.stations.packing.work_time": 110, "layout.stations.packing.workers": 2},
     ),
     Planted(

@@ -12,7 +12,7 @@ import desim_warehouse as dw
 from desim_warehouse.answer import answer
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import StudyError
-from desim_warehouse.questions.best import BestOfMany, best, in_order, table
+from desim_warehouse.questions.best import BestOfMany, best, design, in_order, table
 from desim_warehouse.report.write import report
 from desim_warehouse.study.designs.best_of_many import TriedDesign
 from desim_warehouse.study.designs.design_space import AisleWays, ChargerNodes, DesignSpace, FactorLevels
@@ -242,8 +242,22 @@ def test_the_folder_of_a_search_opens_as_a_page_of_its_answer(model, tmp_path):
     assert is_everywhere(found.answer)
     assert found.answer.about.model == found.model.content()
     source = report(tmp_path).read_text(encoding="utf-8")
-    assert source.count("<figure") <= 3
-    assert "Done on time on fresh days" in source
+    assert source.partition("<details")[0].count("<figure") <= 3
+    assert "Annual cost and done on time of all tried" in source
+
+
+def test_all_designs_tried_are_in_its_figure_and_those_judged_have_their_fresh_days(model):
+    found = best(model, "annual_cost", **asked())
+    figure = found.answer.figure
+    assert len(figure.points) == len(found.tried)
+    named = {point.name: point for point in figure.points if point.name}
+    first = named[design(found.best)]
+    assert (first.x, first.y) == (found.best.reached.mean, found.best.value.mean)
+    assert figure.at == found.target.value
+    free = best(model, "cycle_time_mean", **(asked() | {"target": None}))
+    labels = [row.label for row in free.answer.figure.rows]
+    assert len(labels) == len(set(labels))
+    assert len(labels) >= min(len(free.tried), 12)
 
 
 def test_designs_that_meet_the_target_come_first_the_cheapest_of_them_at_the_top(model):

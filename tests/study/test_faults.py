@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import signal
 import subprocess
 import sys
@@ -285,7 +286,8 @@ def test_workers_that_never_begin_end_the_study_with_one_message(tmp_path, monke
 @pytest.mark.parametrize("workers", [1, 2])
 def test_a_policy_that_exits_is_a_failed_run_and_not_the_end_of_the_study(parking, workers):
     cases = {"exits": parking("exit"), "good": "home"}
-    made = study(2, {"policies.parking": {"named": cases}}).run(workers=workers)
+    with pytest.warns(RuntimeWarning, match="failed"):
+        made = study(2, {"policies.parking": {"named": cases}}).run(workers=workers)
     errors = made.table.set_index("policies.parking")["error"]
     assert errors["good"].isna().all()
     assert all("policies.parking" in error and "raised SystemExit(3) in " in error for error in errors["exits"])
@@ -313,10 +315,12 @@ def test_a_debugger_follows_what_comes_after_a_time_limit():
 def test_a_run_that_never_ends_is_a_row_with_a_time_out(tmp_path, parking, workers):
     timeout = ample(study(1).run(workers=workers).table)
     factors = {"policies.parking": {"named": {"good": "home", "endless": parking("loop")}}}
-    made = study(1, factors, timeout=timeout).run(workers=workers, out=tmp_path)
+    with pytest.warns(RuntimeWarning, match="failed"):
+        made = study(1, factors, timeout=timeout).run(workers=workers, out=tmp_path)
     errors = made.table.set_index(["policies.parking", "replication"])["error"]
     assert errors["good"].isna().all()
-    assert errors["endless"].tolist() == [f"time-out: not finished after {timeout:g} s"]
+    [said] = errors["endless"]
+    assert re.fullmatch(rf"time-out: not finished after {timeout:g} s in .*\.py, line \d+", said)
     assert lines(tmp_path) == 2
 
 
@@ -324,7 +328,8 @@ def test_a_run_that_cannot_be_interrupted_has_its_process_killed(parking, monkey
     monkeypatch.setattr("desim_warehouse.study.execution.pool._GRACE", 0.5)
     timeout = ample(study(1).run(workers=2).table)
     factors = {"policies.parking": {"named": {"good": "home", "stuck": parking("block")}}}
-    made = study(1, factors, timeout=timeout).run(workers=2)
+    with pytest.warns(RuntimeWarning, match="failed"):
+        made = study(1, factors, timeout=timeout).run(workers=2)
     errors = made.table.set_index("policies.parking")["error"]
     assert pd.isna(errors["good"])
     assert errors["stuck"] == f"time-out: not finished after {timeout:g} s, and its process had to be killed"

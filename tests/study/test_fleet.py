@@ -12,7 +12,7 @@ from desim_warehouse.errors import StudyError
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.questions import plan_words
 from desim_warehouse.questions.plan import plan_fleet
-from desim_warehouse.study.fleet import Designs, utilisation
+from desim_warehouse.study.fleet import Designs, loads_at
 from desim_warehouse.study.fleet.given import growth_of
 from tests.docs import pages
 from tests.study import plans
@@ -113,6 +113,11 @@ def test_the_command_says_it_in_words_and_in_json(here):
     assert answer["command"].startswith("desim plan w.yaml --target 'on_time >= 80 %'")
 
 
+def busy(study, point):
+    """The load of each group at a design by its name, the largest first."""
+    return {load.group.name: load.mean for load in loads_at(study, point)}
+
+
 def test_robots_and_stations_are_busy_for_a_part_of_their_hours():
     """A lone robot with work all day, a task in 75 s, for 30 of which it is served; then it breaks down as well."""
     half = {"calendars": {"half": {"every": 30_000, "lasts": 15_000}}, "tasks.goods": {"saturated": 2}}
@@ -121,10 +126,11 @@ def test_robots_and_stations_are_busy_for_a_part_of_their_hours():
     broken = {"fleet.robot.breakdowns": {"every": 75, "repair": 25}}
     study = dw.Study(model, {"case": {"cases": {"always": {}, "shift": hours, "both": {**hours, **broken}}}})
     study.run()
-    always, shift, both = (utilisation(study, point) for point in study.points)
-    assert (always["robots"].mean, always["stations"].mean) == pytest.approx((1, 0.2), rel=0.01)
-    assert (shift["robots"].mean, shift["stations"].mean) == pytest.approx((1, 0.2), rel=0.01)
-    assert (both["robots"].mean, both["stations"].mean) == pytest.approx((0.75, 0.15), rel=0.01)
+    always, shift, both = (busy(study, point) for point in study.points)
+    assert (always["robots"], always["places of desk"]) == pytest.approx((1, 0.2), rel=0.01)
+    assert (shift["robots"], shift["places of desk"]) == pytest.approx((1, 0.2), rel=0.01)
+    # of what robots can give while they are not broken
+    assert (both["robots"], both["places of desk"]) == pytest.approx((1, 0.15), rel=0.01)
 
 
 def test_traffic_is_named_where_robots_wait_in_it_longer_than_they_are_busy():
@@ -133,27 +139,27 @@ def test_traffic_is_named_where_robots_wait_in_it_longer_than_they_are_busy():
     model = dw.load(SQUARE, {**work, "layout.stations.desk": {"at": ["E"], "places": 6, "servers": 6}})
     study = dw.Study(model, {"fleet.size": [1, 6]})
     study.run(workers=1)
-    alone, six = (utilisation(study, point) for point in study.points)
-    assert "traffic" not in alone
-    assert next(iter(six)) == "traffic"
+    alone, six = (busy(study, point) for point in study.points)
+    assert "lanes" not in alone
+    assert next(iter(six)) == "lanes"
     [row] = study.results.by_point[1]
-    assert six["traffic"].mean == row.value("share_waiting") > six["robots"].mean
+    assert six["lanes"] == row.value("share_waiting") > six["robots"]
     plan = plan_fleet(model, "throughput_per_hour >= 20", robots=[6], search=dw.Search(first=2, runs=10))
     assert any("the lanes are busiest: " in line for line in plan.answer.answer)
 
 
-def test_servers_are_judged_where_robots_unload_at_them_and_nowhere_else():
-    """A share of the time for unloading does not say where: of goods put into storage, or loaded at the desk."""
+def test_servers_are_busy_while_robots_load_or_unload_at_them():
+    """A lone robot that takes 75 s for a task: 30 s of unloading, or 5 s of loading, at the desk."""
 
     def parts(start, end):
         flow = {"from": start, "to": end, "arrivals": {"saturated": 1}}
         changes = {"tasks": {"flows": {"work": flow}, "load_time": 5, "unload_time": 30}, "run.length": 60_000}
         study = dw.Study(dw.load(SQUARE, changes), {"fleet.size": [1]})
         study.run(workers=1)
-        return utilisation(study, study.points[0])
+        return busy(study, study.points[0])
 
-    assert parts("storage", "desk")["stations"].mean == pytest.approx(30 / 75, rel=0.01)
-    assert parts("desk", "storage").keys() == {"robots"}
+    assert parts("storage", "desk")["places of desk"] == pytest.approx(30 / 75, rel=0.01)
+    assert parts("desk", "storage")["places of desk"] == pytest.approx(5 / 75, rel=0.01)
 
 
 def test_a_plan_with_shifts_names_the_hours_that_its_shares_are_of():
@@ -178,10 +184,10 @@ def test_where_nothing_is_scarce_a_trip_is_held_against_the_time_allowed():
     assert "cycle_time_mean" in found.today.shown_by
     said = found.answer.answer[-1]
     assert re.search(r"Nothing is scarce: a trip takes (1\.\d+ min|6\d(\.\d)? s) where 50 s are allowed", said), said
-    busy = plan_fleet(
+    slower = plan_fleet(
         model.replace({"tasks.unload_time": 300}), "on_time >= 95 %", robots=[1, 2], search=dw.Search(runs=60)
     )
-    assert busy.today.trip is None or max(one.mean for one in busy.today.utilisation.values()) < 0.7
+    assert slower.today.trip is None or max(load.need for load in slower.today.loads) < 0.7
 
 
 def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
@@ -191,7 +197,7 @@ def test_no_fleet_is_enough_and_the_exit_status_says_so(here):
     )
     assert status == 3
     assert "Today (60 an hour): no fleet is enough. 8 robots and 3 chargers: " in out
-    assert "Busiest there are the packers: 1" in out
+    assert "The packers are busiest: 500 % of what they can do is asked for" in out
     assert "No fleet within --robots and --chargers is enough" in err
 
 

@@ -136,7 +136,9 @@ def test_a_value_of_any_size_under_a_right_checksum_is_shown_in_the_table(tmp_pa
 def test_an_error_that_is_no_proper_text_is_kept_as_one(tmp_path, policies):
     Path(policies).write_text(Path(policies).read_text().replace("no bay for me", "no \\udce4 bay"))
     parking = {"name": f"{policies}:Home", "what": "raise"}
-    made = dw.Study(MULTIBOTS, {"policies.parking": [parking]}).run(out=tmp_path / "out")
+    made = dw.Study(MULTIBOTS, {"policies.parking": [parking]})
+    with pytest.raises(dw.StudyError, match="no run finished"):
+        made.run(out=tmp_path / "out")
     assert r"no \udce4 bay" in made.table["error"][0]
     assert dw.Study.open(tmp_path / "out").table.equals(made.table)
 

@@ -33,7 +33,7 @@ def test_suspects_come_from_the_account_of_time_worst_first(run):
     assert at.name == f"intersection {nodes.idxmax()}"
     assert at.waited == pytest.approx(nodes.max() / (run.history.counted * 12))
     # all bay places are taken, so there is no room for a robot more; nine places at stations for twelve robots
-    rest = {"station packing", "chargers", "handling", "demand", "places at the stations", "the way out of bays"}
+    rest = {"packers", "chargers", "handling", "demand", "places at the stations", "the way out of bays"}
     rest |= {"where items lie"}  # its classes are by number
     assert {suspect.name for suspect in found if not suspect.name.startswith("intersection")} == rest
     for suspect in found:
@@ -90,7 +90,7 @@ def test_what_goes_wrong_and_what_is_closed_are_suspects():
         "delays",
         "outages of chargers",
     }
-    assert found["closures"].waited == run.kpis["share_waiting_closed"] > 0
+    assert found["closures"].waited > run.kpis["share_waiting_closed"] > 0  # robots behind the first wait for it, too
     assert found["workers of desk"].overrides == {"layout.stations.desk.workers": 2, "layout.stations.desk.buffer": 2}
     for suspect in found.values():
         run.model.replace(suspect.overrides)
@@ -114,8 +114,8 @@ def test_a_run_on_disk_and_a_model_give_the_same_answer(tmp_path, monkeypatch):
     assert pages.run_desim("desim run w.yaml --out run")[0] == 0
     status, out, _ = pages.run_desim("desim why w.yaml --quiet --out study")
     assert status == 0
-    said = next(line for line in out.splitlines() if "holds it up" in line)
-    assert said.startswith("Station packing holds it up most. A second packer at each station: throughput ")
+    said = next(line for line in out.splitlines() if " it up most. " in line)
+    assert said.startswith("Packers hold it up most. A second packer at each station: throughput ")
     assert pages.run_desim("desim why run --quiet")[1] == out
     answer = json.loads(pages.run_desim("desim why run --quiet --json")[1])
     assert answer["answer"][0] == said

@@ -30,7 +30,7 @@ def test_each_part_of_goods_to_person_is_relieved():
     assert doses["pods at the stations"] == pytest.approx(-1 / 4)
     assert doses["stock"] is None
     assert found["picking"].beside  # the work itself, of which less always gains
-    assert {"station pick", "the number of robots"} <= set(found)
+    assert {"pickers of pick", "the number of robots"} <= set(found)
 
 
 PARTS = {

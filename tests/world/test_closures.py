@@ -5,7 +5,9 @@ import math
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.questions.check import check
+from desim_warehouse.study.suspects import suspects
 from tests.auditor import audit
 from tests.recount import differences
 from tests.world.test_zones import LOOP, on
@@ -44,8 +46,8 @@ def test_a_robot_waits_at_the_stop_line_for_an_edge_to_open_and_drives_on_if_it_
     assert audit(run) == differences(run) == []
 
 
-def test_what_it_waits_for_is_what_is_in_the_way_as_the_wait_begins():
-    """Robot 0 waits for the edge; robots 1 and 2 for the robot ahead, although the edge is closed, too."""
+def test_a_queue_before_a_closed_edge_waits_for_that_in_the_account():
+    """In the log robot 0 waits for the edge, 1 and 2 for the robot ahead; until it opens at 50 all wait for it."""
     run = dw.simulate(closed(["B", "C"], at=[(5, 50)], **{"fleet.size": 3, "tasks.goods": [0, 0, 0]}))
     first = run.waits[run.waits["start"] < 50]
     assert list(zip(first["robot"], first["cause"], strict=True))[-3:] == [
@@ -55,8 +57,16 @@ def test_what_it_waits_for_is_what_is_in_the_way_as_the_wait_begins():
     ]
     assert run.kpis["waiting_closed"] == 41
     robots = run.account("robot")
-    assert list(robots["waiting_closed"]) == [41, 0, 0]
+    assert list(robots["waiting_closed"]) == pytest.approx([50 - start for start in first["start"].iloc[-3:]])
+    assert robots["waiting_closed"].iloc[0] == 41
     assert robots.sum(axis=1).to_numpy() == pytest.approx(run.T)
+    lost = {root.cause: time for root, (time, _) in lost_to(run.history).items()}
+    assert lost["waiting_closed"] == pytest.approx(robots["waiting_closed"].sum())
+    assert run.account("hour")["waiting_closed"].sum() == pytest.approx(lost["waiting_closed"])
+    both = run.account("edge")["waiting_closed"].sum() + run.account("node")["waiting_closed"].sum()
+    assert both == pytest.approx(lost["waiting_closed"])
+    (closures,) = [suspect for suspect in suspects(run) if suspect.name == "closures"]
+    assert closures.waited == pytest.approx(both / (3 * run.T))
     assert audit(run) == differences(run) == []
 
 

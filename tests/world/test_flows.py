@@ -514,7 +514,7 @@ def test_what_may_hold_a_day_up_is_asked_of_flows_too(plain):
     found = {suspect.name: suspect.overrides for suspect in suspects(plain)}
     assert found["demand"] == {"tasks.demand": 0.95}
     assert found["handling"]["tasks.load_time"].mean == pytest.approx(8 * 0.9)
-    assert {"station dock", "station pack"} <= found.keys()
+    assert {"places of dock", "places of pack"} <= found.keys()
     for change in found.values():
         plain.model.replace(change)
 

@@ -6,8 +6,8 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
-from desim_warehouse.feasibility.asked import peak_rate
 from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.sections.flows import in_words
 from desim_warehouse.model.sections.lines import DiscreteLines, mean_lines
 from desim_warehouse.world.world import World

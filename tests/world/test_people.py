@@ -234,6 +234,18 @@ def test_a_wait_behind_a_robot_goes_on_as_one_for_a_person():
     assert audit(run) == differences(run) == []
 
 
+def test_a_queue_behind_a_robot_that_waits_for_a_person_waits_for_that_in_the_account():
+    """Somebody is in B>C until 50: robots 1 and 2 stand behind robot 0, which alone waits for them in the log."""
+    run = dw.simulate(
+        with_people(robots={"fleet.size": 3, "tasks.goods": [0, 0, 0]}, aisles=[["B", "C"]], times=[5], stay=45)
+    )
+    waited = run.account("robot")["waiting_person"]
+    starts = [next(start for start, end, _ in waits_of(run, robot) if start < 50 <= end) for robot in range(3)]
+    assert list(waited) == pytest.approx([50 - start for start in starts])
+    assert run.kpis["waiting_person"] == pytest.approx(waited[0])
+    assert run.account("robot").sum(axis=1).to_numpy() == pytest.approx(run.T)
+
+
 @pytest.mark.parametrize(("stay", "after"), [(40, 50), (95, 20), (95, 45)])
 def test_people_step_aside_for_who_has_waited_long_whatever_for(stay, after):
     """`after` is counted from when both are there: the person from 15 on, robot 1 from about 10."""

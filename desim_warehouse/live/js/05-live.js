@@ -251,13 +251,10 @@ class Live {
 
   showAnswer(answer) {
     byId("also").replaceChildren(...answer.measured.slice(1).flatMap((one) => [element("dt", {}, one.label), element("dd", {}, one.text)]));
-    const [first] = answer.holds_up;
-    byId("hold").hidden = !first;
-    if (first) {
-      byId("busiest").textContent = heldUp(first);
-      byId("busy").replaceChildren(...answer.holds_up.map(([part, share]) =>
-        element("li", {}, element("span", {}, PARTS[part]), element("meter", { min: 0, max: 1, value: share, "aria-label": part === "traffic" ? PARTS[part] : `${PARTS[part]} busy` }), element("span", {}, `${Math.round(100 * share)} %`))));
-    }
+    byId("hold").hidden = !answer.busiest;
+    byId("busiest").textContent = answer.busiest;
+    byId("busy").replaceChildren(...answer.busy.map(([name, load]) =>
+      element("li", {}, element("span", {}, name), element("meter", { min: 0, max: 1, value: load, "aria-label": `${name} busy` }), element("span", {}, `${Math.round(100 * load)} %`))));
     byId("notes").textContent = answer.notes.join(" ");
     const focused = document.activeElement?.dataset?.design;
     byId("chips").replaceChildren(...answer.tried.map((one) => this.chip(one, answer)));

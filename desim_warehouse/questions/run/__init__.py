@@ -45,6 +45,13 @@ class Run(RunData):
         return in_short(self)._repr_html_()
 
 
+def as_run(data: RunData) -> Run:
+    """The run as users hold it, which shares all that is known of it."""
+    run = Run.__new__(Run)
+    vars(run).update(vars(data))
+    return run
+
+
 def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, until: float | None = None) -> Run:
     """Simulate a model, or its file, once; the same model and seed give the same log.
 

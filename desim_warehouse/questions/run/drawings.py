@@ -63,7 +63,7 @@ def floor(run: RunData) -> Markup | None:
     lanes: defaultdict[int, list[str]] = defaultdict(list)
     for edge, waited in edge_values(run, "blocked").items():
         (x0, y0), (x1, y1) = ends(layout, edge, step)
-        lanes[_step(run, waited)].append(f"M{x0:.4g} {y0:.4g}L{x1:.4g} {y1:.4g}")
+        lanes[_step(run, waited)].append(f"M{_short(x0)} {_short(y0)}l{_short(x1 - x0)} {_short(y1 - y0)}")
     nodes = [
         (data["x"], data["y"], _step(run, waited))
         for (_, data), waited in zip(layout.graph.nodes(data=True), node_values(run, "blocked").values(), strict=True)

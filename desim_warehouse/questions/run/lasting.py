@@ -7,13 +7,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import WarehouseError
-from desim_warehouse.outcome.resources import off_duty, on_duty, standing, use_of_stations
+from desim_warehouse.feasibility.loads import loads as foreseen_loads
+from desim_warehouse.outcome.loads import left_waiting
+from desim_warehouse.outcome.loads import loads as measured_loads
 from desim_warehouse.run.examined import examined
-from desim_warehouse.states import TIMES, Phase
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.outcome.history import History
     from desim_warehouse.run import RunData
 
 MOST_ASKED = 0.95
@@ -60,7 +60,7 @@ def lasting(run: RunData) -> Lasting | None:
     asked = _asked(run, estimate)
     scarce = max(asked, key=asked.__getitem__, default="")
     is_scarce = bool(scarce) and asked[scarce] > MOST_ASKED
-    grown, allowed = _growth(run.history)
+    grown, allowed = left_waiting(run.history)
     return Lasting(
         overload=next((code for code in OVERLOADS if code in codes), ""),
         scarce=scarce if is_scarce else "",
@@ -72,58 +72,19 @@ def lasting(run: RunData) -> Lasting | None:
 
 
 def _asked(run: RunData, estimate: QuickEstimate | None) -> dict[str, float]:
-    """Return for each resource the share of what it can give that is asked of it, measured or worked out.
+    """Return for each group the share of what it can give that is asked of it where most is, measured or foreseen.
 
     The larger of the two: a run alone measures less where fewer tasks come than on average, or batteries still hold
-    what they began with.
+    what they began with. What robots wait for keeps them from work, too.
     """
-    kpis, stations = run.kpis, run.layout.stations
-    named = {node: f"{item.zone} at {node}" for node, item in stations.items()}
-    found = {named[node]: share for node, share in use_of_stations(run.history).items()}
-    found["the robots"] = _of_robots(run)
-    found["the chargers"] = kpis.get("charger_utilisation", math.nan)
-    found["the workers"] = kpis.get("worker_utilisation", math.nan)
-    if estimate is not None and estimate.rate is not None:
-        for item in estimate.stations:
-            name = named.get(item.node, item.node)
-            found[name] = _larger(found.get(name), item.serve_busy)
-            if item.workers:
-                found[f"the workers of {name}"] = _larger(item.work_busy)
-        if estimate.fleet_capacity:
-            found["the robots"] = _larger(found["the robots"], estimate.rate / estimate.fleet_capacity)
-        if estimate.robots_needed is not None and estimate.robots_needed > estimate.robots:
-            found["the robots"] = _larger(found["the robots"], estimate.robots_needed / estimate.robots)
-        power = estimate.power
-        if power is not None and power.gives and power.draws is not None:
-            found["the chargers"] = _larger(found["the chargers"], power.draws / power.gives)
-    return {name: share for name, share in found.items() if math.isfinite(share)}
-
-
-def _of_robots(run: RunData) -> float:
-    """Return the share of their time on duty that robots need: one that drives back to a bay is free for work."""
-    kpis, model = run.kpis, run.model
-    back = [f"share_{name}" for name, state in TIMES.items() if state.phase is Phase.TO_BAY and state.applies(model)]
-    free = math.fsum(kpis[name] for name in (*_at_rest(run), *back))
-    return on_duty(1 - free, off_duty(kpis))
-
-
-def _at_rest(run: RunData) -> list[str]:
-    rests = {name for name, state in TIMES.items() if state.phase is Phase.REST}
-    return [name for name in standing(run.model) if name.removeprefix("share_") in rests]
-
-
-def _larger(*shares: float | None) -> float:
-    return max((share for share in shares if share is not None and math.isfinite(share)), default=math.nan)
-
-
-def _growth(history: History) -> tuple[int, float]:
-    """Return by how much the tasks grew that are open and in no robot's hands, and the root of those that came."""
-    came = sum(1 for task in history.tasks.values() if history.counts(task.released))
-    in_hand = [
-        sum(
-            1 for one in history.assignments if one.start <= time < one.end or (time == one.end and one.ended == "open")
-        )
-        for time in (history.begin, history.end)
-    ]
-    grown = came - len(history.counted_done) - (in_hand[1] - in_hand[0])
-    return grown, math.sqrt(came)
+    asked = {
+        load.group.name: min(load.worst + load.held, 1.0)
+        for load in measured_loads(run.history, run.kpis)
+        if load.group.kind != "lanes"
+    }
+    for load in () if estimate is None or estimate.rate is None else foreseen_loads(run.model, estimate):
+        asked[load.group.name] = max(asked.get(load.group.name, 0.0), load.worst)
+    needed = 0.0 if estimate is None else estimate.robots_needed or 0.0
+    if estimate is not None and estimate.robots < needed < math.inf:
+        asked["robots"] = max(asked.get("robots", 0.0), needed / estimate.robots)
+    return {f"the {name}": share for name, share in asked.items()}

@@ -5,8 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
-from desim_warehouse.answer import numbers, words
-from desim_warehouse.answer.busiest import busiest
+from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.course import stood_still
 from desim_warehouse.answer.numbers import sentence
 from desim_warehouse.answer.parts import BigNumber
@@ -149,12 +148,12 @@ def _longest(of_cause: list[Halt], run: RunData) -> str:
 
 
 def _busiest(run: RunData) -> str:
-    """Who was at work for the largest part of the time, and how long robots waited in traffic."""
-    most = busiest(run.history, run.kpis)
-    if most is None:
+    """Say who was busiest, and how long robots waited in traffic."""
+    said = busiest.of_run(run.history, run.kpis)
+    if not run.history.counted:
         return "No time was counted."
     waited = numbers.PERCENT.value(run.kpis["share_waiting"])
-    return f"{most.sentence} Robots spent {waited} of theirs waiting in traffic."
+    return f"{said} Robots spent {waited} of their time waiting in traffic.".strip()
 
 
 def _pods(run: RunData) -> list[str]:

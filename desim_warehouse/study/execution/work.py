@@ -15,6 +15,7 @@ from desim_warehouse.outcome.history import Spans, in_spans
 from desim_warehouse.policies.asked import place_in
 from desim_warehouse.run import RunData
 from desim_warehouse.run.stop import StoppedError, StopSignal
+from desim_warehouse.study.execution.own_indicators import OwnIndicator
 from desim_warehouse.study.execution.signals import Interrupts
 from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 from desim_warehouse.world.robots.settled import UNSETTLED
@@ -36,7 +37,7 @@ class Wanted(NamedTuple):
 
     `spans`: into how many equal parts its length is divided to tell how deliveries settle, 0 if that is not wanted.
     `floor`: whether the floor is to be watched for a while. `scout`: whether it only points the way, so that batteries
-    need not settle before it.
+    need not settle before it. `own`: indicators of the user's own.
     """
 
     design: int
@@ -45,6 +46,7 @@ class Wanted(NamedTuple):
     spans: int = 0
     floor: bool = False
     scout: bool = False
+    own: tuple[OwnIndicator, ...] = ()
 
 
 class Outcome(NamedTuple):
@@ -156,6 +158,7 @@ class Simulator:
             fleets = UNSETTLED if wanted.scout else self.fleets
             with nullcontext() if timeout is None else TimeLimit(timeout):
                 run = RunData.simulated(model, wanted.seed, stop, fleets=fleets)
+            own = {indicator.name: indicator.value(run) for indicator in wanted.own}
         except StoppedError:
             return Outcome({}, _since(begin), "cancelled", final=False)
         except TimeOutError as error:
@@ -170,7 +173,7 @@ class Simulator:
         spans = in_spans(run.history.done, 0.0, run.T, wanted.spans) if wanted.spans else None
         taken = _since(begin)
         return Outcome(
-            run.kpis,
+            {**run.kpis, **own} if own else run.kpis,
             taken,
             deterministic=run.deterministic,
             spans=spans,

@@ -1,11 +1,11 @@
 """How many robots and chargers a warehouse needs."""
 
 from desim_warehouse.study.fleet.designs import Designs, OneKey, refused
+from desim_warehouse.study.fleet.loads import loads_at
 from desim_warehouse.study.fleet.one_key import size_key
 from desim_warehouse.study.fleet.options import ComparedOptions, compare_options
 from desim_warehouse.study.fleet.plan import size_fleet
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
-from desim_warehouse.study.fleet.utilisation import utilisation
 
 __all__ = [
     "ComparedOptions",
@@ -16,8 +16,8 @@ __all__ = [
     "Sized",
     "Strategy",
     "compare_options",
+    "loads_at",
     "refused",
     "size_fleet",
     "size_key",
-    "utilisation",
 ]

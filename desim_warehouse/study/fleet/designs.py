@@ -11,9 +11,8 @@ from desim_warehouse.errors import StudyError, WarehouseError
 from desim_warehouse.feasibility import errors
 from desim_warehouse.feasibility.estimate import QuickEstimate
 from desim_warehouse.model import Model
-from desim_warehouse.model.facts.charging import chargers_at, spare_batteries
-from desim_warehouse.model.facts.places import open_share
-from desim_warehouse.outcome.account import equipment
+from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.costs import year_of
 from desim_warehouse.run.quick import estimate
 from desim_warehouse.study.procedures import FLEET
 from desim_warehouse.study.statistics.cheapest import Counts
@@ -33,7 +32,6 @@ class Packers:
     key: str
     nodes: int
     most: float
-    open: float
     values: tuple[int, ...] | None
 
     @classmethod
@@ -56,7 +54,6 @@ class Packers:
             f"layout.stations.{station}.{'workers' if of_work else 'servers'}",
             sum(item.zone == station for item in model.floor.stations.values()),
             most,
-            open_share(model, spec),
             None if values is None else tuple(values),
         )
 
@@ -147,16 +144,15 @@ class Designs:
         return found
 
     def cost(self, design: Counts) -> float | None:
-        """What the robots, chargers and packers of a design cost a year, or None without prices."""
+        """What a design costs a year before it runs, or None where nothing that is sized has a price."""
         prices, who = self.model.prices, self.packers
         if prices is None or not (prices.of_fleet or (who and prices.station_hour)):
             return None
         robots, chargers, *packers = design
         special = [kind for kind in self.model.fleet.kinds_of_robots() if kind]
-        others = sum(self._now.values()) - self.today
-        kinds, spare = [*special, *[""] * (robots - len(special))], sum(spare_batteries(self.model).values())
-        wages = 0.0 if who is None else prices.station_hour * prices.hours * packers[0] * who.nodes * who.open
-        return equipment(prices, kinds, others + chargers, spare) + wages
+        kinds, others = [*special, *[""] * (robots - len(special))], sum(self._now.values()) - self.today
+        packing = {} if who is None else {who.station: packers[0] * who.nodes}
+        return year_of(self.model, kinds, others + chargers, packing)
 
     def key(self, design: Counts) -> tuple[float, ...]:
         """What to sort designs by: cost, then robots, chargers and packers."""

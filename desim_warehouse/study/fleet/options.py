@@ -12,7 +12,7 @@ from typing import Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.account import is_fixed
+from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.study.fleet.plan import size_fleet
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized
 from desim_warehouse.study.search import USUAL, Search
@@ -144,8 +144,9 @@ def _could_save(plan: FleetSizes) -> float:
     sized, best = plan.today, plan.today.best
     if best is None or best.cost is None:
         return 0.0
-    costs = [plan.designs.cost(counts) for counts in sized.counts if not _misses(counts, sized, plan)]
-    return max(best.cost - min(cost for cost in costs if cost is not None), 0.0)
+    left = [best.counts, *(counts for counts in sized.counts if not _misses(counts, sized, plan))]
+    own, *others = [plan.designs.cost(counts) or 0.0 for counts in left]
+    return max(own - min(others), 0.0)
 
 
 def _misses(counts: tuple[int, ...], sized: Sized, plan: FleetSizes) -> bool:

@@ -12,12 +12,15 @@ import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
+from statistics import fmean
 from typing import Any
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.costs import is_fixed
 from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.model.facts.demand import arrival_rate, due_within
+from desim_warehouse.model.facts.workers import Load, scarce
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.design import Point
 from desim_warehouse.study.factors import level_of
@@ -26,10 +29,11 @@ from desim_warehouse.study.fleet.designs import Designs, OneKey, more_demand
 from desim_warehouse.study.fleet.first_answer import first_answer
 from desim_warehouse.study.fleet.given import counts_of, demands_of, goals_of, packers_of
 from desim_warehouse.study.fleet.hours import DAYS, by_hour, lead_of
+from desim_warehouse.study.fleet.loads import TRIP, indicators_of, loads_at
 from desim_warehouse.study.fleet.most import Most, most_steps
 from desim_warehouse.study.fleet.sizes import FleetSizes, Shown, Sized, Strategy
-from desim_warehouse.study.fleet.utilisation import TRIP, indicators_of, nothing_scarce, utilisation
 from desim_warehouse.study.procedures import judge_of, measured, scouted
+from desim_warehouse.study.rare import COST
 from desim_warehouse.study.results import outcome_of
 from desim_warehouse.study.runner import StudyRunner, ran_flat
 from desim_warehouse.study.search import USUAL, Search
@@ -263,13 +267,12 @@ class Planner:
 
     def _used(
         self, study: StudyEngine, found: Cheapest, counts: list[Counts]
-    ) -> tuple[dict[str, Estimate], Estimate | None, tuple[str, ...]]:
-        """What is busy at the design found, or the largest; what a trip takes if nothing is; the indicators of both."""
+    ) -> tuple[dict[Load, Estimate], Estimate | None, tuple[str, ...]]:
+        """Who is busy at the design found, or the largest; what a trip takes if nobody is; the indicators of both."""
         busiest = found.design if found.design is not None else max(found.below, key=lambda n: counts[n])
-        used = utilisation(study, study.points[busiest])
-        by = dict.fromkeys(indicator for part in used for indicator in indicators_of(study.plan.base)[part])
-        if found.design is not None or not nothing_scarce(used):
-            return used, None, tuple(by)
+        used, by = loads_at(study, study.points[busiest]), indicators_of(study.plan.base)
+        if found.design is not None or scarce(used):
+            return used, None, by
         trip = study.results.estimate(study.results.by_point[busiest], TRIP)
         return used, trip, (*by, *(() if trip is None else (TRIP,)))
 
@@ -399,7 +402,7 @@ class Planner:
         mean = study.results.estimate(rows, self.target.indicator)
         if mean is not None and mean.interval is not None and verdict.low is not None and verdict.high is not None:
             mean = replace(mean, interval=(verdict.low, verdict.high))
-        cost = self.designs.cost(counts)
+        cost = self._cost(rows, counts)
         wrong = tuple(study.results.verdicts.get(str(study.points[number]), ()))
         done = study.results.estimate(rows, "throughput_per_hour")
         name, days, to_tell = self.target.indicator, None, None
@@ -410,6 +413,14 @@ class Planner:
         why = _first_flat(rows).partition(": ")[2]
         overrides = self.designs.overrides(counts)
         return Shown(counts, overrides, verdict, mean, vetoed, cost, wrong, done, days, to_tell, why)
+
+    def _cost(self, rows: Sequence[Row], counts: Counts) -> float | None:
+        """What a design costs a year: where runs have a part in it by these."""
+        cost = self.designs.cost(counts)
+        if cost is None or is_fixed(self.model.prices):
+            return cost
+        years = [row.value(COST) for row in rows if math.isfinite(row.value(COST))]
+        return fmean(years) if years else cost
 
     def _to_tell(self, rows: Sequence[Row], verdict: DesignVerdict[int]) -> int | None:
         """How many runs of a design would tell of all targets that it leaves open."""
@@ -538,7 +549,7 @@ def size_fleet(
 
     Source: see `cheapest_meeting_steps`, with what it promises and assumes.
     """
-    goal, zone, beside = goals_of(target, zone, model.units.names)
+    goal, zone, beside = goals_of(target, zone, model)
     times = demands_of(growth, years, "growth")
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")

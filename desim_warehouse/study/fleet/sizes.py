@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.model import Model
+from desim_warehouse.model.facts.workers import Load
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.study.fleet.capped import Capped
@@ -26,10 +27,11 @@ class Shown:
     """A design that was judged: its counts (`Designs`), what changes the model into it, and what its runs say.
 
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
-    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of what is counted a year, None
-    without prices of it. `wrong`: the verdicts on its runs. `delivered`: tasks an hour, which is what counts of one
-    that cannot keep up. `days`: the worst of its days, and how many missed the target. `to_tell`: how many runs in all
-    would probably tell, where these did not. `flat`: the error of the first run in which a robot ran flat.
+    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of a year, by its runs where these have a
+    part in it; None where nothing that is sized has a price. `wrong`: the verdicts on its runs. `delivered`: tasks an
+    hour, which is what counts of one that cannot keep up. `days`: the worst of its days, and how many missed the
+    target. `to_tell`: how many runs in all would probably tell, where these did not. `flat`: the error of the first run
+    in which a robot ran flat.
     """
 
     counts: Counts
@@ -75,10 +77,9 @@ class Sized:
     """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
 
     `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
-    failed. `rate`: tasks an hour, None where the demand has none. `utilisation`: the part of their time that robots,
-    chargers and stations are busy at `best`, or at the largest design, what holds most up first (`busy_shares`). With
-    hours (`in_hours`) only the time within them counts. It follows from the indicators `shown_by`, and is empty where
-    no design was judged.
+    failed. `rate`: tasks an hour, None where the demand has none. `loads`: how busy everybody is at `best`, or at the
+    largest design, the largest first (`fleet.loads`). With hours (`in_hours`) only the time within them counts. They
+    follow from the indicators `shown_by`; there are none where no design was judged.
     `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
     `worse`: designs that do worse than one with fewer robots or chargers, with that one, by how much, and for which
     target; None: their robots ran flat.
@@ -97,7 +98,7 @@ class Sized:
     rate: float | None
     best: Shown | None
     below: tuple[Shown, ...]
-    utilisation: Mapping[str, Estimate]
+    loads: Mapping[Load, Estimate]
     in_hours: bool
     shown_by: tuple[str, ...]
     overrides: Mapping[str, Any]

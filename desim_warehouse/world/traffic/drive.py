@@ -340,11 +340,8 @@ class Drive:
             self.due(max(robot.until, self.there))
             return
         pos = robot.pos = robot.target  # as `arrive` does: a call for each time that a drive comes up costs 1 %
-        if robot.halts_at <= now:
-            self._wake()
-            return
-        if robot.held is not None:
-            if not self._cross_next_short(now):
+        if robot.halts_at <= now or robot.held is not None:
+            if robot.halts_at <= now or not self._cross_next_short(now):
                 self._wake()
             return
         if robot.goal - pos > EPS:

@@ -1,0 +1,52 @@
+"""How busy everybody will be, by the quick estimate: the loads of `model.facts.workers`, foreseen."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, peak_factor
+
+if TYPE_CHECKING:
+    from desim_warehouse.feasibility.estimate import QuickEstimate
+    from desim_warehouse.feasibility.parts import StationLoad
+    from desim_warehouse.model import Model
+
+
+def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
+    """Foresee the load of each group, with the tasks that arrive, or where they do not with all that can be done.
+
+    Places where robots unload without a station serve one robot at a time, and are groups of one.
+    """
+    rate = estimate.capacity if estimate.rate is None else estimate.rate
+    if not math.isfinite(rate) or not rate:
+        return ()
+    factor, foreseen = peak_factor(model), list[Load | None]()
+    of_servers = {item.node: rate * item.share / item.serve_capacity for item in estimate.stations}
+    of_people = {item.node: rate * item.share / item.work_capacity for item in estimate.stations if item.workers}
+    for group in (*groups(model), *_places(model, estimate.stations)):
+        if group.kind == "robots":
+            foreseen.append(_of_robots(group, estimate, rate))
+        elif group.kind == "chargers":
+            power = estimate.power
+            if power is not None and power.gives and power.draws is not None:
+                drawn = power.draws / power.gives
+                foreseen.append(Load(group, drawn, None, drawn))
+        else:
+            foreseen.append(at_nodes(group, of_people if group.kind == "people" else of_servers, factor))
+    return tuple(load for load in foreseen if load is not None)
+
+
+def _of_robots(group: Group, estimate: QuickEstimate, rate: float) -> Load | None:
+    """Robots that slots of stations keep from work give nothing."""
+    if not estimate.fleet_capacity or not math.isfinite(estimate.fleet_capacity):
+        return None
+    mean = rate / estimate.fleet_capacity
+    peak = None if estimate.peak is None else estimate.peak / estimate.peak_capacity
+    return Load(group, mean, peak, mean)
+
+
+def _places(model: Model, stations: tuple[StationLoad, ...]) -> list[Group]:
+    """List the nodes without a station at which robots unload."""
+    bare = [item.node for item in stations if item.node not in model.floor.stations]
+    return [Group("servers", node, nodes=(node,)) for node in bare]

@@ -1,0 +1,153 @@
+"""Who works in a warehouse: robots, chargers, servers of stations, pickers of pods and people, and how much is asked.
+
+The load of a group is what is asked of it over what it can give in its hours: 1.08 is 8 % too much. In the busiest hour
+it is as many times larger as more comes then. What is foreseen (`feasibility.loads`) and what a run shows
+(`outcome.loads`) fill in this one list, so that all answers name the same groups.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from functools import lru_cache
+from statistics import fmean
+from typing import TYPE_CHECKING, Literal
+
+from desim_warehouse.model.facts.charging import chargers_at
+from desim_warehouse.model.facts.demand import arrival_rate
+from desim_warehouse.model.facts.peak import peak_rate
+from desim_warehouse.model.facts.places import open_share
+from desim_warehouse.states import PACKING
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable, Mapping
+
+    from desim_warehouse.model.schema import Model
+
+Kind = Literal["robots", "chargers", "servers", "pickers", "people", "lanes"]
+"""Lanes do not work, but hold robots up: they are named where robots wait in traffic longer than they work."""
+NEAR = 0.05
+"""Loads that differ by no more are both named as the largest."""
+SCARCE = 0.7
+"""The load from which on a group is scarce."""
+
+
+@dataclass(frozen=True)
+class Group:
+    """Workers of one kind: all robots, all chargers, or those at the `nodes` of the station `zone`.
+
+    `number`: of all of them. `open`: the part of the run in which they are in their hours.
+    """
+
+    kind: Kind
+    zone: str = ""
+    number: int = 1
+    open: float = 1.0
+    nodes: tuple[str, ...] = ()
+    packs: bool = False
+
+    @property
+    def name(self) -> str:
+        """Its name in the plural: `robots`, `packers`, `places of dock`."""
+        if not self.zone:
+            return self.kind
+        who = {"people": "workers", "pickers": "pickers"}.get(self.kind, "places")
+        return "packers" if self.packs else f"{who} of {self.zone}"
+
+
+LANES = Group("lanes")
+"""What holds robots up that wait in traffic."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """What is asked of a group over what it can give: on the `mean`, and in the busiest hour, `peak`.
+
+    `peak`: None where what comes in an hour does not change, and of chargers, as batteries bridge an hour. `worst`: the
+    mean at the node where it is largest. Of robots `mean` is work alone, charging included: `back` is the part of
+    their time in which they drive back to parking, `held` that in which they wait in queues or traffic.
+    """
+
+    group: Group
+    mean: float
+    peak: float | None = None
+    worst: float = 0.0
+    back: float = 0.0
+    held: float = 0.0
+
+    @property
+    def need(self) -> float:
+        """The larger of what is asked on the mean and in the busiest hour."""
+        return max(self.mean, self.peak or 0.0)
+
+
+@lru_cache(maxsize=64)
+def groups(model: Model) -> tuple[Group, ...]:
+    """List who works in a warehouse: robots, chargers, then for each station its servers or pickers, and its people.
+
+    Who packs in a station of that name are its people where loads are worked on there (`work_time`), else its servers.
+    """
+    fleet, layout, end = model.fleet, model.floor, model.run.end
+    on_duty = fmean(model.hours(name).share(0.0, end) for name in fleet.hours_of_robots())
+    found = [Group("robots", number=fleet.size, open=on_duty)]
+    chargers = sum(chargers_at(model, layout).values()) if model.battery is not None else 0
+    if chargers:
+        found.append(Group("chargers", number=chargers))
+    for zone, spec in model.layout.stations.items():
+        nodes = tuple(node for node, item in layout.stations.items() if item.zone == zone)
+        if not nodes:
+            continue
+        part, worked = open_share(model, spec), spec.work_time is not None
+        kind: Kind = "servers" if model.pods is None else "pickers"
+        servers = spec.servers * len(nodes)
+        found.append(Group(kind, zone, servers, part, nodes, zone == PACKING and not worked))
+        if worked:
+            found.append(Group("people", zone, spec.workers * len(nodes), part, nodes, zone == PACKING))
+    return tuple(found)
+
+
+def staff(model: Model) -> dict[str, Group]:
+    """Find for each station who is paid there: its people where loads are worked on, else its servers."""
+    return {group.zone: group for group in groups(model) if group.zone}
+
+
+def peak_factor(model: Model) -> float | None:
+    """How many times the mean rate of tasks comes in the busiest hour; None where rates do not change."""
+    rate, peak = arrival_rate(model), peak_rate(model)
+    return None if not rate or peak is None else peak / (rate * model.units.hour)
+
+
+def in_peak(group: Group, mean: float, factor: float | None) -> float | None:
+    """The load of a group in the busiest hour, by its mean load and `peak_factor`: all of it is at work then."""
+    return None if factor is None or group.kind in {"chargers", "lanes"} else mean * group.open * factor
+
+
+def at_nodes(group: Group, of_nodes: Mapping[str, float], factor: float | None = None) -> Load | None:
+    """The load of a group at a station, whose nodes have equally many workers, by those of its nodes; None: of none."""
+    shares = [of_nodes[node] for node in group.nodes if math.isfinite(of_nodes.get(node, math.nan))]
+    if not shares:
+        return None
+    mean = fmean(shares)
+    return Load(group, mean, in_peak(group, mean, factor), max(shares))
+
+
+def ranked(loads: Iterable[Load]) -> list[Load]:
+    """Sort loads, the largest first; lanes take the time of robots beside what these work."""
+    listed = list(loads)
+    robots = next((one.mean for one in listed if one.group.kind == "robots"), 0.0)
+    return sorted(listed, key=lambda one: -(one.need + robots * (one.group.kind == "lanes")))
+
+
+def busiest(loads: Iterable[Load]) -> list[Load]:
+    """Choose the largest load, and those hardly less, the largest first; empty where nobody works."""
+    order = ranked(loads)
+    if not order or order[0].need <= 0:
+        return []
+    first, *others = order
+    near = [one for one in others if one.need >= first.need - NEAR and one.group.kind != "lanes"]
+    return [first] if first.group.kind == "lanes" else [first, *near]
+
+
+def scarce(loads: Iterable[Load]) -> list[Load]:
+    """Choose the groups that have little time to spare, on the mean or in the busiest hour, the largest load first."""
+    return [one for one in ranked(loads) if one.need >= SCARCE or one.group.kind == "lanes"]

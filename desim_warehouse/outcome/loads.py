@@ -1,0 +1,138 @@
+"""How busy everybody was in a run: the loads of `model.facts.workers`, measured.
+
+A group that works all of its time may be asked for more. Where more work is left open in the end than chance explains,
+loads are those of all work that came, and may be above 1.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from typing import NamedTuple
+
+from desim_warehouse.model import Model
+from desim_warehouse.model.facts.hours import longest_closed
+from desim_warehouse.model.facts.workers import LANES, Load, at_nodes, groups, in_peak, peak_factor
+from desim_warehouse.outcome import measures
+from desim_warehouse.outcome.history import History
+from desim_warehouse.outcome.resources import use_of_stations
+from desim_warehouse.states import AT_START, BROKEN, OFF_DUTY, TIMES, Phase
+
+_WORK = (Phase.TO_GOOD, Phase.LOADING, Phase.TO_STATION, Phase.UNLOADING, Phase.CHARGING)
+"""What a task takes of a robot; the drive back to parking is apart, as it is then free for the next task."""
+
+
+class RobotTime(NamedTuple):
+    """Parts of the time in which robots are on duty and not broken: work, the drive back to parking, and waits.
+
+    `traffic`: that part of `held` in which they wait in traffic.
+    """
+
+    work: float
+    back: float
+    held: float
+    traffic: float
+
+
+def of_robots(kpis: Mapping[str, float], model: Model) -> RobotTime:
+    """Divide the time of robots by the indicators of a run; nan without such time."""
+
+    def share(names: Iterable[str]) -> float:
+        return math.fsum(kpis.get(f"share_{name}", 0.0) for name in names)
+
+    def phases(*wanted: Phase) -> list[str]:
+        return [name for name, state in TIMES.items() if state.phase in wanted and state.applies(model)]
+
+    whole = 1 - share(OFF_DUTY) - share(BROKEN)
+    if whole <= measures.ROUNDING or not math.isfinite(kpis.get(f"share_{AT_START}", math.nan)):
+        return RobotTime(*[math.nan] * 4)
+    back, work = share(phases(Phase.TO_BAY)), share(phases(*_WORK))
+    traffic = kpis.get("share_waiting", 0.0)
+    held = max(whole - share([AT_START]) - back - work, 0.0)
+    return RobotTime(work / whole, back / whole, held / whole, traffic / whole)
+
+
+def share_names(model: Model) -> tuple[str, ...]:
+    """The indicators from which `of_robots` divides the time of a model's robots."""
+    return tuple(f"share_{name}" for name, state in TIMES.items() if state.applies(model))
+
+
+def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
+    """Measure the load of each group in the counted time of a run, by its history and its indicators.
+
+    Lanes are among them where robots wait in traffic longer than they work. Without counted time there are none.
+    """
+    model, measured = history.model, list[Load | None]()
+    factor, (carried, worked) = peak_factor(model), _asked_for(history)
+    time, at_servers, at_work = of_robots(kpis, model), use_of_stations(history), _use_of_people(history)
+    for group in groups(model):
+        if group.kind == "robots":
+            if time.traffic > time.work:
+                measured.append(Load(LANES, time.traffic))
+            mean = time.work * carried
+            measured.append(Load(group, mean, in_peak(group, mean, factor), mean, time.back, time.held))
+        elif group.kind == "chargers":
+            used = kpis.get("charger_utilisation", math.nan)
+            measured.append(Load(group, used, None, used))
+        else:
+            shares, times = (at_work, carried * worked) if group.kind == "people" else (at_servers, carried)
+            asked = {node: shares[node] * times for node in group.nodes if node in shares}
+            measured.append(at_nodes(group, asked, factor))
+    return tuple(load for load in measured if load is not None and math.isfinite(load.mean))
+
+
+def left_waiting(history: History) -> tuple[int, float]:
+    """Count by how many tasks more are open and in no robot's hands at the end than when counting began, and by chance.
+
+    By chance it may be the square root of those that came, the standard deviation of such a number.
+    """
+    came = _came(history)
+    return came - len(history.counted_done) - _in_hand(history), math.sqrt(came)
+
+
+def _came(history: History) -> int:
+    return sum(1 for task in history.tasks.values() if history.counts(task.released))
+
+
+def _in_hand(history: History) -> int:
+    """Count by how many tasks more robots have in hand at the end than when counting began."""
+    begin, end = (
+        sum(
+            1
+            for task in history.assignments
+            if task.start <= time < task.end or (time == task.end and task.ended == "open")
+        )
+        for time in (history.begin, history.end)
+    )
+    return end - begin
+
+
+def _asked_for(history: History) -> tuple[float, float]:
+    """How many times the tasks delivered came in the counted time, and the loads worked on were put down.
+
+    Both are 1 where no more are left than may be by chance, with what comes while stations or robots are off.
+    """
+    model, hours = history.model, history.counted
+    if not model.tasks.arrive or not hours:
+        return 1.0, 1.0
+    closed = min(longest_closed(model) / hours, 1.0)
+
+    def times(came: int, left: int, at_once: int) -> float:
+        by_chance = 2 * math.sqrt(came) + came * closed + at_once
+        return came / (came - left) if by_chance < left < came else 1.0
+
+    came, delivered = _came(history), len(history.counted_deliveries)
+    put = sum(1 for task in history.put_down if history.counts(task.delivered))
+    people = sum(group.number for group in groups(model) if group.kind == "people")
+    carried = times(came, came - delivered - _in_hand(history), 0)
+    return carried, times(put, put - measures.worked(history), people)
+
+
+def _use_of_people(history: History) -> dict[str, float]:
+    """Measure at each node where loads are worked on the share of its people's time that they work."""
+    model, shares = history.model, {}
+    for node, spec in history.workplaces.items():
+        staff = {node: (spec.workers, model.hours(spec.hours))}
+        spans = [(node, task.begun, task.worked) for task in history.put_down if task.station == node]
+        shares[node] = measures.in_hours(staff, spans, history.stretches)
+    return shares

@@ -1,0 +1,108 @@
+"""Indicators of the user's own: functions of a run, called where it is simulated, kept with its other indicators."""
+
+from __future__ import annotations
+
+import hashlib
+import pickle
+import traceback
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from types import CodeType
+from typing import TYPE_CHECKING, Any
+
+from desim_warehouse.errors import PASSED_ON, StudyError, shown
+from desim_warehouse.outcome.indicators import look_up
+
+if TYPE_CHECKING:
+    from desim_warehouse.run import RunData
+
+_COLUMNS = ("replication", "seed", "deterministic", "run_time", "error")
+"""Columns of the table of a study that are no indicators."""
+
+
+@dataclass(frozen=True)
+class OwnIndicator:
+    """An indicator of the user's own, known by its name and a digest of its code and of the values that it closes over.
+
+    `function`: None where only its values are here, as in the folder of a study; bytes in another process, until a run
+    asks for it. `of`: makes a run what it is given.
+    """
+
+    name: str
+    digest: str
+    function: Callable[[Any], float] | bytes | None = field(default=None, compare=False)
+    of: Callable[[RunData], Any] | None = field(default=None, compare=False)
+
+    def value(self, run: RunData) -> float:
+        """The indicator of a run.
+
+        Raises:
+            StudyError: what the function raises, with its line, or returns, if that is no number.
+        """
+        assert self.function is not None
+        function: Any = None
+        try:
+            function = pickle.loads(self.function) if isinstance(self.function, bytes) else self.function  # noqa: S301
+            return float(function(run if self.of is None else self.of(run)))
+        except PASSED_ON:
+            raise
+        except BaseException as error:
+            frames = traceback.extract_tb(error.__traceback__)
+            file = getattr(getattr(function, "__code__", None), "co_filename", None)
+            last = ([frame for frame in frames if frame.filename == file] or frames)[-1]
+            where = f"{last.filename}, line {last.lineno}"
+            raise StudyError(f"indicator {self.name}: raised {shown(error)} in {where}") from error
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        function = _packed(self.name, self.function) if callable(self.function) else self.function
+        return OwnIndicator, (self.name, self.digest, function, self.of)
+
+
+def own_indicators(
+    functions: Mapping[str, Callable[[Any], float]], of: Callable[[RunData], Any] | None
+) -> tuple[OwnIndicator, ...]:
+    """The indicators that a study is given as functions.
+
+    Raises:
+        StudyError: the name of an indicator of ours or of another column, or no function.
+    """
+    for name, function in functions.items():
+        if look_up(name) is not None or name in _COLUMNS:
+            raise StudyError(f"indicators, {name}: there is one of this name already, expected another")
+        if not callable(function):
+            raise StudyError(f"indicators, {name}: {shown(function):.60}, expected a function of a run")
+    return tuple(OwnIndicator(name, _digest(function), function, of) for name, function in functions.items())
+
+
+def _digest(function: Callable[[Any], float]) -> str:
+    """A digest of what a function does itself; functions that it calls are not looked into."""
+    code = getattr(function, "__code__", None) or getattr(type(function).__call__, "__code__", None)
+    closed = [cell.cell_contents for cell in getattr(function, "__closure__", None) or ()]
+    content = repr(
+        (_content(code), getattr(function, "__defaults__", None), closed, getattr(function, "__dict__", None))
+    )
+    return hashlib.sha256(content.encode(errors="backslashreplace")).hexdigest()[:12]
+
+
+def _content(code: CodeType | None) -> object:
+    if code is None:
+        return None
+    constants = tuple(_content(one) if isinstance(one, CodeType) else one for one in code.co_consts)
+    return code.co_code, constants, code.co_names, code.co_varnames
+
+
+def _packed(name: str, function: Callable[[Any], float]) -> bytes:
+    """A function for another process: by its module and name, or as a whole where the process has no such module."""
+    if getattr(function, "__module__", "__main__") != "__main__":
+        try:
+            return pickle.dumps(function)
+        except (pickle.PicklingError, AttributeError, TypeError):
+            pass
+    try:
+        cloudpickle = import_module("cloudpickle")
+    except ImportError:
+        cure = "put it into a module of its own, install cloudpickle, or simulate with workers=1"
+        raise StudyError(f"indicator {name}: its function cannot be sent to other processes; {cure}") from None
+    packed: bytes = cloudpickle.dumps(function)
+    return packed
