@@ -34,6 +34,8 @@ FOR_ESTIMATES = 3_000_000
 """The same for an estimate, which asks for most rows once (60 MB)."""
 WAYS = 5_000
 """Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
+TIMES = 10_000
+"""Times of routes that an oracle keeps by their ends: robots drive between few nodes, and each decision asks anew."""
 FEW = 24
 """Entries of a table that are looked up one by one, which takes less than preparing to take them row by row."""
 LARGE = 10_000
@@ -94,6 +96,7 @@ class RouteOracle:
         self._keep = max((FOR_ESTIMATES if estimate else KEPT) // max(len(self.names), 1), 1)
         self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
         self._way = lru_cache(WAYS)(self._searched)
+        self._time = lru_cache(TIMES)(self._looked_up)
         self._edges: Any = None
         self._open: dict[tuple[int, bool], Any] = {}
         self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
@@ -105,6 +108,9 @@ class RouteOracle:
 
     def time(self, origin: str, goal: str) -> float:
         """Free driving time of the route; inf where there is none."""
+        return self._time(origin, goal)
+
+    def _looked_up(self, origin: str, goal: str) -> float:
         row, at = self._row_of(origin, goal)
         return float(row[1][at])
 
