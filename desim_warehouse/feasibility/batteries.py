@@ -8,27 +8,25 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import most_loads
-from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.feasibility.needs import TIME, least_needs
 from desim_warehouse.feasibility.power import at_rest, needed_at_rest
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.layout.checks import some
 from desim_warehouse.model.facts import charging
+from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at, charging_rate, levels, refills_overnight, start_energy
 from desim_warehouse.model.facts.demand import always_open, arrival_rate, len_of_orders, listed
 from desim_warehouse.model.facts.places import own_destinations
-from desim_warehouse.model.sections.flows import OrdersArrivals, StorageEnd
+from desim_warehouse.model.sections.flows import OrdersArrivals
 from desim_warehouse.model.sections.goods import RandomGoods
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
-    from desim_warehouse.feasibility.free_flow import FreeFlow, Leg
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.fleet import BatterySpec, Consumption
-    from desim_warehouse.policies import Levels
 
 DRAINS = {"NO_CHARGER", "THRESHOLD_TOO_LOW"}
 """Findings from which it follows that a robot may run flat."""
@@ -346,46 +344,21 @@ def _give(chargers: int, gives: float, time: str) -> str:
 
 def _threshold(model: Model, layout: Layout) -> Iterator[Finding]:
     """A robot just above the threshold that is on its good's edge finishes the task: it must get to a charger then."""
-    battery, known, tasks = _battery(model), levels(model), model.tasks
-    chargers = list(chargers_at(model, layout))
-    if known is None or known.margin is not None or not chargers:
+    battery, known = _battery(model), levels(model)
+    if known is None or known.margin is not None or not chargers_at(model, layout):
         return
-    slowest = min(min(robot.speed, robot.loaded_speed) for robot in model.fleet.distinct())
-    flow, draws = free_flow(model, layout, slowest), battery.draws
-    more = _more_loads(model, layout, flow) + (2 * draws.empty + draws.loaded) * flow.travel.stop_time
-    if isinstance(flow, FlowMix):
-        most = max(_need_at_pick(flow, leg, draws, chargers) for leg in flow.legs)
-        yield from _too_low(battery, known, most + more)
-        return
-    back = draws.empty * (tasks.clear_time + flow.travel.times(flow.stations, chargers).min(axis=1))
-    need = flow.least_onward(draws.loaded, back)[flow.edge_of] + draws.empty * flow.before + draws.loaded * flow.after
-    most = float(need.max()) + draws.handling * (tasks.mean_load + tasks.mean_unload)
-    yield from _too_low(battery, known, most + more)
-
-
-def _more_loads(model: Model, layout: Layout, flow: FreeFlow | FlowMix) -> float:
-    """The most that the further loads of a tour draw: each is handled, and may lie farthest off, and go farthest."""
-    loads = most_loads(model) - 1
-    if not loads:
-        return 0.0
-    edges, draws = list(dict.fromkeys(place.edge for place in layout.storage)), _battery(model).draws
-    places = [*edges, *((node, node) for node in flow.stations)]
-    drive = float(flow.travel.from_edges(places, [edge[0] for edge in places]).max())
-    drive += max(sum(flow.travel.along(edge, 0.0)) for edge in places) + flow.travel.stop_time
-    tasks = model.tasks
-    handled = tasks.mean_load + tasks.mean_unload
-    if isinstance(flow, FlowMix):
-        handled = max(sum(flow.handling(name)) for name in tasks.flows)
-    return loads * (draws.handling * handled + 2 * draws.loaded * drive)
-
-
-def _need_at_pick(flow: FlowMix, leg: Leg, draws: Consumption, chargers: list[str]) -> float:
-    """The most that a task of a leg draws from the start of the edge where it is picked to a charger."""
-    back = leg.drops.after + flow.model.tasks.clear_time + flow.travel.between(leg.drops.places, chargers).min(axis=1)
-    rest = draws.loaded * leg.times + draws.empty * back
-    worst = rest.max(axis=1) if isinstance(leg.route.target, StorageEnd) else rest.min(axis=1)
-    handling = draws.handling * sum(flow.handling(leg.flow))
-    return float((worst + draws.empty * leg.picks.before).max()) + handling
+    times, flows = handling_of(model, layout).means(), model.tasks.flows or [""]
+    more = min(times.at_stop("load", flow) + times.at_stop("unload", flow) for flow in flows)
+    rest = least_needs(model, layout, battery.draws, again=True).rest
+    rest += (most_loads(model) - 1) * battery.draws.handling * more  # of a tour at least all loads are handled
+    if rest > known.critical + battery.reserve:
+        yield Finding(
+            "THRESHOLD_TOO_LOW",
+            "battery.threshold",
+            f"a robot just above {known.critical:g} finishes its task, which with the drive to a charger draws at "
+            f"least {amount(rest)} for the farthest good; it can run flat",
+            f"a threshold well above {amount(rest)}, with a reserve for waiting; in energy, as capacity",
+        )
 
 
 def _count(model: Model) -> int:
@@ -398,16 +371,3 @@ def _count(model: Model) -> int:
     flows = model.tasks.flows.values()
     orders = sum(len_of_orders(model, flow) for flow in flows if isinstance(flow.when, OrdersArrivals))
     return orders + sum(round(flow.scheduled * model.tasks.demand) for flow in flows)
-
-
-def _too_low(battery: BatterySpec, known: Levels, most: float) -> Iterator[Finding]:
-    if most > known.critical + battery.reserve:
-        yield Finding(
-            "THRESHOLD_TOO_LOW",
-            "battery.threshold",
-            (
-                f"a robot just above {known.critical:g} finishes its task, which with the drive to a charger draws "
-                f"up to {amount(most)} without traffic; it can run flat"
-            ),
-            f"a threshold above {amount(most)}, with a reserve for waiting; in energy, as capacity",
-        )

@@ -3,22 +3,21 @@
 from __future__ import annotations
 
 import math
+from collections import defaultdict
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
-from operator import itemgetter
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.model.facts.demand import asked_for, demand, listed
-from desim_warehouse.model.facts.places import destinations, own_destinations
+from desim_warehouse.model.facts.demand import demand, flow_rates, listed
+from desim_warehouse.model.facts.places import own_destinations, place_shares
 from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.flows import StorageEnd
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
+    from collections.abc import Iterator, Mapping, Sequence
 
     from desim_warehouse.layout import Layout
     from desim_warehouse.layout.layout import Edge
@@ -27,18 +26,28 @@ if TYPE_CHECKING:
 ONE: dict[str, Any] = {"size": 1, "start": (), "start_on_lanes": ()}
 TIME = Consumption(standing=1.0, empty=1.0, loaded=1.0, handling=1.0)
 """With this consumption what tasks draw is the time that they take."""
+WITH_LOAD = Consumption(standing=0.0, empty=0.0, loaded=1.0, handling=1.0)
+"""With this consumption what tasks draw is the time from the good to its delivery."""
 
 
 @dataclass(frozen=True)
 class Needs:
-    """The least that tasks draw from a battery: `most` for the worst task, `reach` up to the edge of a good.
+    """The least that tasks draw from a battery.
 
-    `mean` is for the mean task. `of`: both for each task of a list, by its good and its own destinations; else empty.
+    Attributes:
+        worst: the task that draws most, in words, and `most` what it draws.
+        reach: up to the edge of a good, where that is the most.
+        rest: from the edge of a good to a charger, where that is the most.
+        least: from the edge of a good on, for the quickest task of each flow ("" without flows).
+        mean: for the mean task.
+        of: the whole and the reach for each task of a list, by its good and its own destinations; else empty.
     """
 
     worst: str
     most: float
     reach: float
+    rest: float
+    least: Mapping[str, float]
     mean: float
     of: Mapping[tuple[int, tuple[str, ...]], tuple[float, float]]
 
@@ -63,99 +72,195 @@ def least_needs(
     begun = {**dict.fromkeys(begins, out), **{start.node: 0.0 for start in stands if start.on_lanes}}
     if not fleet.kinds:  # fleets of all sizes draw the same
         model = model.model_copy(update={"fleet": fleet.model_copy(update=ONE)})
-    return _least_needs(model, layout, draws, tuple(begun.items()), tuple(ends), anywhere=anywhere)
+    return _least_needs(model, layout, draws, tuple(begun.items()), tuple(ends))
 
 
-# The sums of one shortest path after another, which need each other's tables.
 @lru_cache(maxsize=8)
 def _least_needs(
-    model: Model,
-    layout: Layout,
-    draws: Consumption,
-    begun: tuple[tuple[str, float], ...],
-    ends: tuple[str, ...],
-    *,
-    anywhere: bool,
+    model: Model, layout: Layout, draws: Consumption, begun: tuple[tuple[str, float], ...], ends: tuple[str, ...]
 ) -> Needs:
     """`begun`: what has been drawn where robots come from; `ends`: where they go."""
-    tasks, node_time, special = model.tasks, model.traffic.node_time, dict(model.traffic.node_times)
-    speed = model.fleet.fastest
-    paces = {edge: min(speed, data["speed"]) for edge, data in layout.graph.edges.items()}
-    times = {
-        edge: data["length"] / paces[edge] + special.get(edge[1], node_time)
-        for edge, data in layout.graph.edges.items()
-    }
-    back_in_time = {(target, source): time for (source, target), time in times.items()}
-    if tasks.flows:
-        flow = free_flow(model, layout, speed, at_once=True)
-        assert isinstance(flow, FlowMix)
-        return _needs_of_flows(flow, draws, None if anywhere else (dict(begun), list(ends)))
-    reach = least_costs(times, draws.empty, dict(begun))
-    back = least_costs(back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
-    cleared = {node: back[node] + draws.empty * tasks.clear_time for node in destinations(model, layout)}
-    own = list(zip(listed(model), own_destinations(model, layout), strict=True))
-    work = dict.fromkeys(own) or dict.fromkeys((number, ()) for number in asked_for(model, layout))
-    beyond = {
-        nodes: least_costs(back_in_time, draws.loaded, {node: cleared[node] for node in nodes or tasks.unload_at})
-        for nodes in dict.fromkeys(nodes for _, nodes in work)
-    }
-    stops = handling_of(model, layout).means()
-    unload = min(stops.at_stop("unload", station=node) for node in (None, *layout.stations))
-    handling = draws.handling * (stops.at_stop("load") + unload)
-    most, far = [], []
-    for number, nodes in work:
-        place = layout.storage[number]
-        sides = layout.approaches(place.edge, place.offset)
-        needs = []
-        for edge, offset in sides:
-            needs.append(reach[edge[0]] + beyond[nodes][edge[1]] + handling)
-            if edge in paces:  # else it is at a node
-                to_good = offset / paces[edge]
-                needs[-1] += draws.empty * to_good + draws.loaded * (times[edge] - to_good)
-        most.append(min(needs))
-        far.append(min(reach[edge[0]] for edge, _ in sides))
-    worst = max(zip(most, work, strict=True), key=itemgetter(0), default=(0.0, (0, ())))
-    of = dict(zip(work, zip(most, far, strict=True), strict=True)) if own else {}
-    shares = demand(model, layout)
-    every = [1 / len(own) * of[task][0] for task in own] or [
-        float(shares[number]) * need for (number, _), need in zip(work, most, strict=True)
-    ]
-    return Needs(f"good {worst[1][0]}", worst[0], max(far, default=0.0), math.fsum(every), of)
+    floor = _Floor(model, layout, draws, dict(begun), ends)
+    worst, most, reach, rest, mean = "", 0.0, 0.0, 0.0, 0.0
+    least: dict[str, float] = {}
+    of: dict[tuple[int, tuple[str, ...]], tuple[float, float]] = {}
+    for job in jobs(model, layout):
+        needs, reaches, onward = floor.put_away(job) if job.stores else floor.fetched(job)
+        asked = job.drops if job.stores else job.picks
+        mean += float(asked.weights @ needs)
+        reach, rest = max(reach, float(reaches.max())), max(rest, float(onward.max()))
+        least[job.flow] = min(least.get(job.flow, math.inf), float(onward.min()))
+        if needs.max() > most:
+            worst = f"a task of flow '{job.flow}'" if job.flow else f"good {asked.numbers[int(needs.argmax())]}"
+            most = float(needs.max())
+        if isinstance(model.tasks.goods, tuple):
+            both = zip(needs.tolist(), reaches.tolist(), strict=True)
+            of.update(zip(((number, job.own) for number in asked.numbers), both, strict=True))
+    return Needs(worst, most, reach, rest, least, mean, of)
 
 
-def _needs_of_flows(flow: FlowMix, draws: Consumption, between: tuple[Mapping[str, float], list[str]] | None) -> Needs:
-    """The same for flows: of storage places the worst, of stations the nearest that serves.
+class Places(NamedTuple):
+    """Storage places by their `numbers`, or stations by their `nodes`, and the part of all tasks that is for each."""
 
-    `between`: where robots come from, with what they have drawn then, and where they go; None: neither counts.
+    numbers: Sequence[int]
+    nodes: Sequence[str]
+    weights: Any
+
+    def edges(self, layout: Layout) -> list[Edge]:
+        """The edge of each place; a station's node is one to itself."""
+        return [layout.storage[number].edge for number in self.numbers] or [(node, node) for node in self.nodes]
+
+
+class Job(NamedTuple):
+    """Tasks of one flow ("": without flows) from any of `picks` over nodes of each of `via` to any of `drops`.
+
+    Each of the picks is asked for, and a robot goes to the nearest drop; where `stores`, each drop is, from the
+    nearest pick. `own`: the destinations of tasks of a list.
     """
+
+    flow: str
+    picks: Places
+    via: Sequence[Sequence[str]]
+    drops: Places
+    stores: bool = False
+    own: tuple[str, ...] = ()
+
+
+def jobs(model: Model, layout: Layout) -> Iterator[Job]:
+    """All tasks of a model, those from the same places to the same together."""
+    return _jobs_of_flows(model, layout) if model.tasks.flows else _jobs_of_goods(model, layout)
+
+
+def _places(end: Sequence[str] | None, shares: Any, weight: float) -> Places:
+    """Stations among which tasks are shared evenly, or storage places with a share."""
     import numpy as np
 
-    worst, most, farthest, mean = "", 0.0, 0.0, 0.0
-    for leg in flow.legs:
-        reaches, needs = [], []
-        for side in flow.sides(leg):
-            picks, drops = side.picks, side.drops
-            reach, back = np.zeros(len(picks.places)), drops.after + flow.model.tasks.clear_time
-            if between is not None:
-                begins, ends = between
-                out = np.array(list(begins.values()))[:, None]
-                reach = (out + draws.empty * flow.travel.between(list(begins), picks.places)).min(axis=0)
-                back = back + flow.travel.between(drops.places, ends).min(axis=1)
-            reaches.append(reach)
-            needs.append((reach + draws.empty * picks.before)[:, None] + draws.loaded * side.times + draws.empty * back)
-        least, handled = np.min(needs, axis=0), draws.handling * flow.least_handling(leg)
-        is_put_away = isinstance(leg.route.target, StorageEnd)
-        on_average = least @ leg.drops.weights if is_put_away else least.min(axis=1)
-        mean += leg.share * (float(leg.picks.weights @ on_average) + handled)
-        need = float((least.max(axis=1) if is_put_away else least.min(axis=1)).max()) + handled
-        farthest = max(farthest, float(np.min(reaches, axis=0).max()))
-        if need > most:
-            worst, most = f"a task of flow '{leg.flow}'", need
-    return Needs(worst, most, farthest, mean, {})
+    if end is not None:
+        return Places((), end, np.full(len(end), weight / len(end)))
+    numbers = np.flatnonzero(shares)
+    return Places(numbers.tolist(), (), weight * shares[numbers])
+
+
+def _jobs_of_goods(model: Model, layout: Layout) -> Iterator[Job]:
+    """The goods, by their own destinations where they are listed."""
+    import numpy as np
+
+    goods, own = listed(model), own_destinations(model, layout)
+    for nodes in dict.fromkeys(own or [()]):
+        if own:
+            drawn = [good for good, to in zip(goods, own, strict=True) if to == nodes]
+            shares = np.bincount(drawn, minlength=len(layout.storage)) / len(goods)
+        else:
+            shares = demand(model, layout)
+        yield Job("", _places(None, shares, 1.0), (), _places(nodes or model.tasks.unload_at, None, 0.0), own=nodes)
+
+
+def _jobs_of_flows(model: Model, layout: Layout) -> Iterator[Job]:
+    """The routes of the flows."""
+    import numpy as np
+
+    def places(end: StorageEnd | tuple[str, ...], weight: float) -> Places:
+        if not isinstance(end, StorageEnd):
+            return _places(end, None, weight)
+        shares, size = place_shares(model, layout, end), len(layout.storage)
+        return _places(None, np.full(size, 1 / size) if shares is None else shares, weight)
+
+    rates = flow_rates(model)
+    total = math.fsum(rates.values())
+    for name, flow in model.tasks.flows.items():
+        via = [layout.nodes_of(stop) for stop in flow.via]
+        for route in flow.routes:
+            weight, stores = rates[name] / total * route.share, isinstance(route.target, StorageEnd)
+            yield Job(name, places(route.source, weight), via, places(route.target, weight), stores)
+
+
+class _Floor:
+    """Least costs on a floor: of coming to its nodes from where robots begin, of tasks, and of driving back."""
+
+    def __init__(
+        self, model: Model, layout: Layout, draws: Consumption, begun: Mapping[str, float], ends: Sequence[str]
+    ) -> None:
+        node_time, special = model.traffic.node_time, dict(model.traffic.node_times)
+        speed, edges = model.fleet.fastest, layout.graph.edges
+        self._paces = {edge: min(speed, data["speed"]) for edge, data in edges.items()}
+        self._times = {
+            edge: data["length"] / self._paces[edge] + special.get(edge[1], node_time) for edge, data in edges.items()
+        }
+        self._back_in_time = {edge[::-1]: time for edge, time in self._times.items()}
+        self._layout, self._draws, self._clear = layout, draws, draws.empty * model.tasks.clear_time
+        self._stops = handling_of(model, layout).means()
+        self._reach = least_costs(self._times, draws.empty, begun)
+        self._back = least_costs(self._back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
+
+    def fetched(self, job: Job) -> tuple[Any, Any, Any]:
+        """What tasks for each of the picks draw, up to the edge of the good, and from there, to the cheapest drop."""
+        handled = self._handled(job, "unload", job.drops)
+        goals = {node: self._back[node] + self._clear + handled[i] for i, node in enumerate(job.drops.nodes)}
+        to_go = self._loaded(job, self._back_in_time, goals, job.via[::-1])
+        starts, ends, before, after = self._sides(job.picks)
+        load = self._handled(job, "load", job.picks)
+        rest = self._draws.empty * before + load + self._draws.loaded * after + _costs(to_go, ends)
+        reach = _costs(self._reach, starts)
+        return (reach + rest).min(axis=0), reach.min(axis=0), rest.min(axis=0)
+
+    def put_away(self, job: Job) -> tuple[Any, Any, Any]:
+        """What tasks for each of the drops draw, up to the edges of the picks, and from there, by the cheapest pick."""
+        starts, ends, before, after = self._sides(job.picks)
+        reach = _costs(self._reach, starts).min(axis=0)
+        picked = self._draws.empty * before + self._handled(job, "load", job.picks) + self._draws.loaded * after
+        begun: dict[str, float] = {}
+        for node, cost in zip([node for side in ends for node in side], picked.ravel().tolist(), strict=True):
+            begun[node] = min(begun.get(node, math.inf), cost)
+        so_far = self._loaded(job, self._times, begun, job.via)
+        starts, ends, before, after = self._sides(job.drops)
+        back = self._draws.empty * after + self._clear + _costs(self._back, ends)
+        rest = _costs(so_far, starts) + self._draws.loaded * before + self._handled(job, "unload", job.drops) + back
+        rest = rest.min(axis=0)
+        return reach.min() + rest, reach, rest
+
+    def _handled(self, job: Job, act: Any, places: Places) -> Any:
+        """What handling draws at each station, or at storage places alike."""
+        import numpy as np
+
+        times = [self._stops.at_stop(act, job.flow, node) for node in places.nodes or (None,)]
+        return self._draws.handling * np.array(times)
+
+    def _sides(self, places: Places) -> tuple[list[list[str]], list[list[str]], Any, Any]:
+        """The ends of the edges of places, and the times from the start of each and on over its end.
+
+        There are two rows where lanes are two-way, by which robots come to places from either side.
+        """
+        import numpy as np
+
+        edges, storage = places.edges(self._layout), self._layout.storage
+        offsets = [storage[number].offset for number in places.numbers] or [0.0] * len(edges)
+        sides = [list(zip(edges, offsets, strict=True))]
+        if self._layout.two_way:
+            sides.append([self._layout.approaches(*at)[-1] for at in sides[0]])
+        before = [[offset / self._paces.get(edge, math.inf) for edge, offset in side] for side in sides]
+        whole = [[self._times.get(edge, 0.0) for edge, _ in side] for side in sides]
+        starts, ends = ([[edge[end] for edge, _ in side] for side in sides] for end in (0, 1))
+        return starts, ends, np.array(before), np.array(whole) - np.array(before)
+
+    def _loaded(
+        self, job: Job, times: Mapping[Edge, float], costs: Mapping[str, float], via: Sequence[Sequence[str]]
+    ) -> dict[str, float]:
+        """The least costs of driving on with a load over the cheapest node of each stop on the way."""
+        least = least_costs(times, self._draws.loaded, costs)
+        for nodes in via:
+            stop = self._draws.handling * self._stops.at_stop("visit", job.flow)
+            least = least_costs(times, self._draws.loaded, {node: least[node] + stop for node in nodes})
+        return least
+
+
+def _costs(least: Mapping[str, float], sides: Sequence[Sequence[str]]) -> Any:
+    import numpy as np
+
+    return np.array([[least[node] for node in side] for side in sides])
 
 
 def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:
-    """The least cost of every node: of a beginning, and `rate` for each time unit on the way (Dijkstra)."""
+    """The least cost of every node: of a beginning, and `rate` for each time unit on the way (Dijkstra); else inf."""
     onward: dict[str, list[tuple[str, float]]] = {}
     for (source, target), time in times.items():
         onward.setdefault(source, []).append((target, rate * time))
@@ -169,4 +274,4 @@ def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, f
             for target, more in onward.get(node, ()):
                 if target not in costs:
                     heappush(heap, (cost + more, target))
-    return costs
+    return defaultdict(lambda: math.inf, costs)

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility import at_once, hours, of_kinds, starts
-from desim_warehouse.feasibility.free_flow import FlowMix, free_flow
 from desim_warehouse.feasibility.mistakes import clashes, magnitudes, unused
+from desim_warehouse.feasibility.needs import WITH_LOAD, least_needs
 from desim_warehouse.feasibility.slow_ways import slow_ways
 from desim_warehouse.findings import Finding, amount
 from desim_warehouse.model.facts.charging import spare_batteries, swapped_at
@@ -268,39 +268,19 @@ def _one_load(model: Model) -> Iterator[Finding]:
 
 
 def _due(model: Model, layout: Layout) -> Iterator[Finding]:
-    tasks, within = model.tasks, getattr(model.tasks.goods, "due_within", None)
-    if within is None and all(flow.due_within is None for flow in tasks.flows.values()):
+    """Tasks that are due sooner than the quickest of their flow can be delivered from its good."""
+    tasks = model.tasks
+    within = {name: flow.due_within for name, flow in tasks.flows.items()} or {
+        "": getattr(tasks.goods, "due_within", None)
+    }
+    if all(time is None for time in within.values()):
         return
-    flow = free_flow(model, layout, model.fleet.fastest, at_once=True)
-    if isinstance(flow, FlowMix):
-        yield from _due_of_flows(model, flow)
-        return
-    assert within is not None
-    places = [layout.storage[good] for good in flow.goods]
-    sides = [side for place in places for side in layout.approaches(place.edge, place.offset)]
-    onward = flow.travel.from_edges([edge for edge, _ in sides], flow.stations).min(axis=1)
-    loaded = min(flow.travel.along(*side)[1] + float(time) for side, time in zip(sides, onward, strict=True))
-    least = tasks.mean_load + loaded + tasks.mean_unload
-    if within < least:
-        yield Finding(
-            "DUE_TOO_SOON",
-            "tasks.goods.due_within",
-            f"tasks are due after {within:g} {model.units.time}; a robot that is there needs {amount(least)}",
-            f"due_within is in {model.units.time}",
-        )
-
-
-def _due_of_flows(model: Model, flow: FlowMix) -> Iterator[Finding]:
-    for name, spec in model.tasks.flows.items():
-        legs = [float(side.times.min()) for leg in flow.legs if leg.flow == name for side in flow.sides(leg)]
-        least = sum(flow.handling(name)) + min(legs)
-        if spec.due_within is not None and spec.due_within < least:
+    least = least_needs(model, layout, WITH_LOAD, anywhere=True).least
+    for name, time in within.items():
+        if time is not None and time < least[name]:
             yield Finding(
                 "DUE_TOO_SOON",
-                f"tasks.flows.{name}.due_within",
-                (
-                    f"tasks are due after {spec.due_within:g} {model.units.time}; a robot that is there needs "
-                    f"{amount(least)}"
-                ),
+                f"tasks.flows.{name}.due_within" if name else "tasks.goods.due_within",
+                f"tasks are due after {time:g} {model.units.time}; a robot that is there needs {amount(least[name])}",
                 f"due_within is in {model.units.time}",
             )

@@ -8,15 +8,15 @@ turn, however they came about.
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.free_flow import free_flow
+from desim_warehouse.feasibility.needs import jobs
 from desim_warehouse.findings import Finding
 from desim_warehouse.layout.way_home import HomeSearch, Stands, room
 from desim_warehouse.layout.zones import closed, zones_on
+from desim_warehouse.model.facts.ahead import free_travel
 
 if TYPE_CHECKING:
     from collections.abc import Hashable, Iterator
@@ -111,18 +111,18 @@ def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], 
 
 def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator[Finding]:
     """Robots from which no route leads to work or home."""
-    flow = free_flow(model, layout, model.fleet.fastest_empty)
+    import networkx as nx
+
     homes = model.fleet.homes(layout.bays)
-    nodes = list(dict.fromkeys(start.node for start in starts.values()))
-    leads = dict(zip(nodes, flow.to_edges(nodes).max(axis=1).tolist(), strict=True))
+    work = {edge[0] for job in jobs(model, layout) for edge in job.picks.edges(layout)}
     for number, start in starts.items():
-        if math.isinf(max(leads[start.node], flow.travel.time(start.node, homes[number]))):
+        if not {homes[number], *work} <= {start.node, *nx.descendants(layout.graph, start.node)}:
             yield _finding(number, start, "cannot get to the goods, or home", "start it where all can be reached")
 
 
 def _stuck(model: Model, layout: Layout, starts: dict[int, Start], joined: dict[str, Stand]) -> Iterator[Finding]:
     """Robots that stand in each other's way home, as far as none of them can make way for another."""
-    travel = free_flow(model, layout, model.fleet.fastest_empty).travel
+    travel = free_travel(model, layout)
     homes = model.fleet.homes(layout.bays)
     contact, inside = model.fleet.contact, closed(zones_on(layout, model.traffic.zones))
     refuges: dict[Hashable, int] = {

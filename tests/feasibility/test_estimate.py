@@ -2,11 +2,9 @@
 
 import dataclasses
 
-import numpy as np
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.feasibility.free_flow import free_flow
 from desim_warehouse.model import load
 from desim_warehouse.run.quick import estimate
 
@@ -173,16 +171,6 @@ def test_a_station_is_as_busy_as_rate_times_unloading():
     busy = run.robots["unloading"].sum() / (servers * counted)
     mean = sum(item.busy * item.servers for item in found.stations) / servers
     assert busy == pytest.approx(mean, rel=0.02)
-
-
-def test_goods_along_their_edges_are_worked_out_together_as_one_by_one():
-    edges = [{"from": "A", "to": "B", "speed": 0.5}, ["B", "C"], ["C", "D"], ["D", "A"]]
-    model = load(RING, {"layout.edges": edges, "traffic.node_time": 1.5})
-    travel = free_flow(model, model.floor, 0.7).travel
-    edges, at, offsets = [("A", "B"), ("B", "C"), ("D", "D")], np.array([1, 0, 2, 1]), np.array([5, 3, 0, 15.3])
-    before, after = travel.all_along(edges, at, offsets)
-    expected = [travel.along(edges[i], offset) for i, offset in zip(at.tolist(), offsets.tolist(), strict=True)]
-    assert list(zip(before.tolist(), after.tolist(), strict=True)) == expected
 
 
 def test_a_place_is_named_by_what_is_done_there():

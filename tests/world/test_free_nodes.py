@@ -70,10 +70,9 @@ def test_policies_and_batteries_know_the_time_of_a_node():
     assert runs[0].T == dw.simulate(dw.load(MODEL, alone)).T
     passages = sum(runs[1].edges.passages[edge] for edge in runs[1].edges.index if edge.startswith("L>"))
     assert near(runs[0].T + passages * (100 - 1.5)) == runs[1].T
-    from desim_warehouse.feasibility.free_flow import free_flow
-    from desim_warehouse.layout import build
+    from desim_warehouse.model.facts.ahead import free_travel
 
-    times = [free_flow(model, build(model.layout), 4.0).travel.time("K", "R") for model in (usual, slow)]
+    times = [free_travel(model, model.floor).time("K", "R") for model in (usual, slow)]
     assert times[1] > times[0]
 
 

@@ -404,7 +404,7 @@ class Reach:
     def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> tuple[float, float]:
         """Driving time to a charger after a task, and energy from the start of the good's edge until that begins.
 
-        Kept until a robot has done the task, but not of a tour with a choice of stops, which may be others the next time.
+        Kept until the task is done, but not of a tour with a choice of stops, which may be others the next time.
         """
         known = self._onward.setdefault(task.number, {})
         key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""

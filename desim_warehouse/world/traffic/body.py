@@ -192,16 +192,20 @@ class Body:
         The smallest of them, from now on. A ring turns as it started, whatever holds meanwhile.
         """
         train = self.train_pace
-        self.limit = lane.limit_at(time) if train == inf else min(lane.limit, train)
+        if train < inf:
+            limit = self.limit = min(lane.limit, train)
+        else:
+            limit = self.limit = lane.limit_at(time) if lane.slow else lane.limit
+        self.pace = min(self.speed, limit)
         if self.look_ahead is not None:
-            self.limit = min(self.limit, self.look_ahead.limit_on(lane))
-        self._take_pace()
+            self.limit = min(limit, self.look_ahead.limit_on(lane))
+            self._take_pace()
         if train < inf:
             self.train_pace, self.braking = inf, 0.0
 
     def pace_on(self, lane: Lane, time: float) -> float:
         """The pace that it will have on a lane that it enters at a time."""
-        pace = min(self.speed, lane.limit_at(time), self.train_pace)
+        pace = min(self.speed, lane.limit_at(time) if lane.slow else lane.limit, self.train_pace)
         return pace if self.look_ahead is None else min(pace, self.look_ahead.limit_on(lane))
 
     def _take_pace(self) -> None:

@@ -132,7 +132,7 @@ class Drive:
             if onward is None and self.stop is not None:
                 return True
             # A recall takes effect at the node that it comes to next, never between nodes.
-            if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
+            if onward is None or onward.short or math.inf > robot.recall_at <= self._clear_of_node(onward):
                 yield from self._to_node()
             elif not robot.detours or not self._take_detour():
                 yield from self._pass_when_free(onward)
@@ -340,11 +340,8 @@ class Drive:
             self.due(max(robot.until, self.there))
             return
         pos = robot.pos = robot.target  # as `arrive` does: a call for each time that a drive comes up costs 1 %
-        if robot.halts_at <= now:
-            self._wake()
-            return
-        if robot.held is not None:
-            if not self._cross_next_short(now):
+        if robot.halts_at <= now or robot.held is not None:
+            if robot.halts_at <= now or not self._cross_next_short(now):
                 self._wake()
             return
         if robot.goal - pos > EPS:
@@ -362,17 +359,18 @@ class Drive:
                 self._wake()
                 return
             onward, node, guard = self.route[index], lane.end, self.rules.guard
-            # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
-            if self.slow:
-                clear = self._clear_of_node(onward)
-            else:
-                clear = now + (lane.length - pos) / robot.pace + lane.node_time
             if (
                 onward.short
-                or robot.recall_at <= clear
                 or node.claims  # earlier claims are served first
                 or not node.is_open(robot, lane, now)
                 or not onward.has_room(robot)  # node and room in one step: no robot waits on a node for room
+                # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
+                or robot.recall_at
+                <= (
+                    clear := self._clear_of_node(onward)
+                    if self.slow
+                    else now + (lane.length - pos) / robot.pace + lane.node_time
+                )
                 or not (guard is None or guard.admit(robot, node, onward))
             ):
                 self._wake()
@@ -393,10 +391,20 @@ class Drive:
         robot, node, log = self.robot, onward.start, self.rules.log
         lane, behind = robot.lane, robot.behind
         begin = now
-        if self.slow:
-            begin, clear = self._leave(lane, onward, clear, stop, now)
+        if not self.slow:
+            if lane is not None:
+                robot.off_lane(clear - lane.node_time)
+        elif robot.stretch is not None:
+            if lane is None or robot.target >= lane.length:
+                out, (_, _, clear, stretch) = now, self._crossing(onward, stop, clear, clear)
+            else:
+                begin, out, clear, stretch = self.crossing  # of this instant: nothing crosses unless it is known when
+                lane.out_since = begin
+            robot.commit_stretch(stretch)
+            if lane is not None:
+                robot.off_lane(out)
         elif lane is not None:
-            robot.off_lane(clear - lane.node_time)
+            robot.off_lane(clear - lane.node_time - self._more_time(lane, onward))
         onward.enter(robot, clear, stop, now)
         node.passed(robot, onward, robot.since)
         if log.moves:
@@ -405,26 +413,6 @@ class Drive:
             lane.made_room(behind, now)
         if node.claims:
             node.freed(now)
-
-    def _leave(
-        self, lane: Lane | None, onward: Lane, clear: float, stop: float | None, now: float
-    ) -> tuple[float, float]:
-        """Off its lane, with the turns, and the time to gather speed: when it sets out, and when it leaves the node."""
-        robot, begin = self.robot, now
-        if robot.stretch is None:
-            if lane is not None:
-                robot.off_lane(clear - lane.node_time - self._more_time(lane, onward))
-            return now, clear
-        if lane is None or robot.target >= lane.length:
-            out = now
-            _, _, clear, stretch = self._crossing(onward, stop, clear, clear)
-        else:
-            begin, out, clear, stretch = self.crossing  # of this instant: nothing crosses unless it is known when
-            lane.out_since = begin
-        robot.commit_stretch(stretch)
-        if lane is not None:
-            robot.off_lane(out)
-        return begin, clear
 
     # Where a robot stands on an intersection: from bays, at stations in the lane, on short lanes, when recalled
 
