@@ -212,9 +212,9 @@ def _check(log: Log, model: Model, layout: Layout) -> None:
         raise ValueError(f"{len(log.robots)} robots, expected the {size} of its model")
     if not (log.level in get_args(Detail) and 0 <= log.begin <= log.end < math.inf):
         raise ValueError(f"level {log.level}, from {log.begin} to {log.end}, expected those of a run")
-    if len(log.energy) not in {0, size} or not (
-        [one["edge"] for one in log.edges] and [one["node"] for one in log.nodes]
-    ):
+    lanes, crossed = [one["edge"] for one in log.edges], [one["node"] for one in log.nodes]
+    stations = [one["station"] for one in log.stations or ()]
+    if len(log.energy) not in {0, size} or not (lanes and crossed) or not set(stations) <= set(layout.graph):
         raise ValueError("its tallies are not those of a run")
     nodes, robots = {None, *layout.graph}, frozenset(range(NONE, size))
     for number, row in enumerate(log.named_rows(), 1):

@@ -208,7 +208,15 @@ def test_rows_that_lack_what_others_build_on_are_refused_where_they_are_read(tmp
 
 @pytest.mark.parametrize(
     ("key", "value"),
-    [("edges", []), ("edges", 1e300), ("nodes", {}), ("nodes", -1), ("energy", None), ("energy", [1.0] * 99)],
+    [
+        ("edges", []),
+        ("edges", 1e300),
+        ("nodes", {}),
+        ("nodes", -1),
+        ("stations", "x"),
+        ("energy", None),
+        ("energy", [1.0] * 99),
+    ],
 )
 def test_tallies_that_are_not_those_of_a_run_are_refused(tmp_path, key, value):
     folder = dw.simulate(dw.load(ODD), seed=11).save(tmp_path / "run")
