@@ -87,15 +87,23 @@ def draft(words: Draft) -> str:
 
 
 def read_size(text: str) -> tuple[float, float]:
-    """A floor such as `60x40`, in metres.
+    """A floor such as `60x40` or `240x160ft`, in metres; a unit behind both sides, or behind each.
 
     Raises:
         ModelError: no such size.
     """
-    match = re.fullmatch(r"\s*(\d+\.?\d*)\s*[x×*]\s*(\d+\.?\d*)\s*m?\s*", text)
-    if match is None:
-        raise ModelError([f"--size {text}: not a floor, expected width x height in metres such as 60x40"])
-    return float(match[1]), float(match[2])
+    from desim_warehouse.values.units import UnitNames, quantity
+
+    width, _, height = (part.strip() for part in re.sub("[*×X]", "x", text).partition("x"))
+    unit = height.lstrip("0123456789. ")
+    try:
+        sides = (quantity(width, "length", UnitNames(), unit), quantity(height, "length", UnitNames()))
+        whole = min(sides) > 0 and (bool(unit) or width[-1:] in "0123456789.")
+    except ValueError:
+        whole = False
+    if not whole:
+        raise ModelError([f"--size {text}: not a floor, expected width x height such as 60x40 (metres) or 200x130ft"])
+    return sides
 
 
 def read_orders(text: str, option: str = "--orders", day: WorkingDay = AROUND_THE_CLOCK) -> float:
@@ -444,7 +452,8 @@ def _flow(name: str, ways: str, day: WorkingDay, hourly: float) -> str:
 def _start(words: Draft) -> str:
     """What batteries hold at the start, with the reason."""
     if words.day.shifts:
-        return "1               # full: chargers have had the night"
+        off = "day" if words.day.shifts[-1][1] > DAY else "night"
+        return f"1               # full: chargers have had the {off}"
     return "settled       # batteries at the start as in the long run: the day before is not simulated"
 
 

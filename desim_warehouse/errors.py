@@ -107,7 +107,22 @@ _LONG = 3  # letters that may abbreviate a longer word
 
 _ALSO_CALLED = {
     "service_level": ("on_time",),
+    "sla": ("on_time",),
+    "otif": ("on_time",),
+    "on_time_in_full": ("on_time",),
     "punctuality": ("on_time",),
+    "utilisation": ("robots_busy",),
+    "robot_utilisation": ("robots_busy",),
+    "fleet_utilisation": ("robots_busy",),
+    "occupancy": ("robots_busy",),
+    "throughput": ("throughput_per_hour",),
+    "queue_length": ("backlog",),
+    "wip": ("backlog",),
+    "congestion": ("share_waiting",),
+    "idle_time": ("share_idle",),
+    "empty_travel": ("share_empty",),
+    "uptime": ("availability",),
+    "downtime": ("share_broken",),
     "late": ("tardiness_mean", "on_time"),
     "lateness": ("tardiness_mean",),
     "makespan": ("T",),
@@ -115,6 +130,8 @@ _ALSO_CALLED = {
     "p95_cycle_time": ("cycle_time_p95",),
     "lead_time": ("cycle_time_mean", "cycle_time_p95"),
     "throughput_time": ("cycle_time_mean",),
+    "flow_time": ("cycle_time_mean",),
+    "turnaround_time": ("cycle_time_mean",),
     "costs": ("annual_cost",),
     "dispatching": ("allocation",),
     "closest": ("nearest",),
@@ -128,10 +145,29 @@ _ALSO_CALLED = {
     "a_star": ("shortest",),
     "4_thresholds": ("four-thresholds",),
     "shortest_path": ("shortest",),
+    "feet": ("ft",),
+    "foot": ("ft",),
+    "inch": ("in",),
+    "inches": ("in",),
+    "meters": ("m",),
+    "metres": ("m",),
+    "seconds": ("s",),
+    "sec": ("s",),
+    "minutes": ("min",),
+    "hours": ("h",),
+    "hr": ("h",),
+    "days": ("d",),
+    "fps": ("ft/s",),
+    "fpm": ("ft/min",),
+    "kmh": ("km/h",),
     "duration": ("length", "stay", "lasts"),
     "count": ("size", "count"),
     "number": ("size", "count"),
-    "robots": ("size",),
+    "robots": ("fleet.size", "size", "robots_busy"),
+    "agvs": ("fleet.size", "size", "robots_busy"),
+    "amrs": ("fleet.size", "size", "robots_busy"),
+    "vehicles": ("fleet.size", "size", "robots_busy"),
+    "fleet_size": ("fleet.size",),
     "velocity": ("speed",),
     "width": ("radius", "aisle_width"),
     "diameter": ("radius",),
@@ -141,7 +177,10 @@ _ALSO_CALLED = {
     "drop_time": ("unload_time",),
     "orders_per_hour": ("poisson", "per_hour"),
     "slots": ("places",),
-    "pickers": ("workers", "servers"),
+    "pickers": ("workers", "servers", "worker_utilisation"),
+    "packers": ("servers", "workers", "server_utilisation", "worker_utilisation"),
+    "packer_utilisation": ("server_utilisation", "worker_utilisation"),
+    "chargers": ("charger_utilisation",),
 }
 """What people call things that have another name here; the first one that there is where it is said is meant."""
 
@@ -183,8 +222,9 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
     """The word that was probably meant: another name for the same, the one most like it, or one that has it in it."""
     lower = {_plain(known): known for known in words}
     said = _plain(word)
-    near = [*(_plain(name) for name in _ALSO_CALLED.get(said, ()) if _plain(name) in lower)]
-    near = near or difflib.get_close_matches(said, lower, n=1, cutoff=_ALIKE)
+    if meant := synonym(word, lower.values()):
+        return meant
+    near = difflib.get_close_matches(said, lower, n=1, cutoff=_ALIKE)
     if not near and len(word) >= _LONG:
         near = [known for known in lower if known.startswith(said)] or [
             known for known in lower if said in known.split("_")
@@ -192,9 +232,16 @@ def nearest(word: str, words: Iterable[str]) -> str | None:
     return lower[near[0]] if near else None
 
 
+def synonym(word: str, words: Iterable[str]) -> str | None:
+    """The word that people mean by another name for it, or by its own in another spelling of spaces and capitals."""
+    lower = {_plain(known): known for known in words}
+    names = (word, *_ALSO_CALLED.get(_plain(word), ()))
+    return next((lower[name] for name in map(_plain, names) if name in lower), None)
+
+
 def _plain(word: str) -> str:
-    """A name whatever its case, and with one sign between its parts."""
-    return word.lower().replace("-", "_").replace(" ", "_")
+    """A name whatever its case, with one sign between its parts, and in British spelling."""
+    return word.lower().replace("-", "_").replace(" ", "_").replace("ization", "isation")
 
 
 def got(value: Any) -> str:

@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Iterable
 from pathlib import Path
+from typing import Literal
 
 from desim_warehouse.errors import spoken
 
@@ -25,8 +26,21 @@ _OURS = {
     **dict.fromkeys((RUN, STUDY, ANSWER), re.compile(rb'\A\{\s*"format": ?\d')),
     JOURNAL: re.compile(rb'^[0-9a-f]{8} \{"model":', re.MULTILINE),  # its first line may be damaged
     LOCK: re.compile(rb"\A(process \d+ on|another process)"),
+    "kpis.csv": re.compile(rb"\Aindicator,value,unit\r?\n"),
+    "kpis.parquet": re.compile(rb'\APAR1.*"name": ?"indicator"', re.DOTALL),
 }
 """What nobody else writes into files of these names: a folder with one of them is ours."""
+MAKER = "desim-warehouse"
+"""Who made a picture, as its file says."""
+Made = Literal["page", "notebook", "picture", "trace", "messages"]
+_MADE: dict[Made, re.Pattern[bytes]] = {
+    "page": re.compile(rb"""<meta http-equiv="Content-Security-Policy" content="default-src 'none'"""),
+    "notebook": re.compile(rb'\A\{\s*"cells".*"folder = ', re.DOTALL),
+    "picture": re.compile(MAKER.encode()),
+    "trace": re.compile(rb'\A\{"traceEvents":'),
+    "messages": re.compile(rb'\A\{"headerId":.*"manufacturer":"desim-warehouse"'),
+}
+"""What stands in files that we make, by kind, and hardly in those of others."""
 _BEGINNING = 65_536
 """Bytes in which it stands."""
 
@@ -51,7 +65,17 @@ def refuse_theirs(folder: Path, files: Iterable[str]) -> None:
     theirs = [name for name in files if (folder / name).exists() and (folder / name).stat().st_size]
     if theirs and not any(_is_ours(folder / name, words) for name, words in _OURS.items()):
         are = "are files" if len(theirs) > 1 else "is a file"
-        raise OSError(errno.EPERM, f"{spoken(theirs)} {are} of somebody else; expected another folder")
+        raise OSError(errno.EPERM, f"{spoken(theirs)} {are} of somebody else; expected another folder", str(folder))
+
+
+def refuse_other(path: Path, made: Made) -> None:
+    """Refuse to overwrite a file that is there and not of a kind that we make.
+
+    Raises:
+        OSError: a file of somebody else, or one that cannot be read.
+    """
+    if path.is_file() and path.stat().st_size and not _is_ours(path, _MADE[made]):
+        raise OSError(errno.EPERM, "a file of somebody else is there; expected another name", str(path))
 
 
 def _is_ours(path: Path, words: re.Pattern[bytes]) -> bool:

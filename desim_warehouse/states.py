@@ -350,6 +350,7 @@ APART = {
     )
 }
 """Waits in traffic that are no collisions, where closures or people are in the model: counted beside `waiting`."""
+CLOSED_LANE, PERSON_AHEAD = APART
 
 TIMES: dict[str, State] = {**STATES, WAITING.name: WAITING, **APART}
 """The states among which a robot's time is divided."""

@@ -15,7 +15,7 @@ MOST_TIMES = 20.0
 """A peak of more than this many times the usual rate is a slip."""
 
 Stretch = tuple[int, int]
-"""From one minute of the day to another."""
+"""From one minute of the day to another, which is beyond `DAY` where it is of the next day."""
 
 
 @dataclass(frozen=True)
@@ -62,9 +62,9 @@ class WorkingDay:
         return every, [hourly * self._times(minute) for minute in range(0, DAY, every)]
 
     def _times(self, minute: int) -> float:
-        if self.shifts and not any(begin <= minute < end for begin, end in self.shifts):
+        if self.shifts and not any(_has(stretch, minute) for stretch in self.shifts):
             return 0.0
-        if self.peak is not None and self.peak.stretch[0] <= minute < self.peak.stretch[1]:
+        if self.peak is not None and _has(self.peak.stretch, minute):
             return self.peak.times
         return 1.0
 
@@ -84,24 +84,34 @@ AROUND_THE_CLOCK = WorkingDay()
 
 
 def clock(minute: int) -> str:
-    """A minute of the day as a time of day."""
+    """A minute of the day, or of the next one, as a time of day; the end of the day is 24:00."""
+    minute -= DAY * (minute > DAY)
     return f"{minute // 60:02}:{minute % 60:02}"
 
 
+def _has(stretch: Stretch, minute: int) -> bool:
+    """Whether a minute of the day is in a stretch, be it of the day before."""
+    begin, end = stretch
+    return begin <= minute < end or begin <= minute + DAY < end
+
+
 def read_shifts(text: str) -> tuple[Stretch, ...]:
-    """Shifts such as `06-22` or `06-14,15:30-22`; those that follow each other are one stretch.
+    """Shifts such as `06-22`, `6am-2pm,3:30pm-10pm` or `22-06`; those that follow each other are one stretch.
 
     Raises:
         ModelError: no such shifts.
     """
     found: list[Stretch] = []
-    for begin, end in sorted(_stretch("--shifts", part) for part in text.split(",")):
-        if found and begin < found[-1][1]:
-            raise ModelError([f"--shifts {text}: they overlap, expected one after the other"])
+    for begin, end in sorted(_stretch("--shifts", part, over_midnight=True) for part in text.split(",")):
         if found and begin == found[-1][1]:
             found[-1] = found[-1][0], end
         else:
             found.append((begin, end))
+    if len(found) > 1 and found[-1][1] - DAY == found[0][0]:
+        found[-1] = found[-1][0], found.pop(0)[1] + DAY
+    following = [*found[1:], (found[0][0] + DAY, 0)]
+    if any(after < end for (_, end), (after, _) in zip(found, following, strict=True)):
+        raise ModelError([f"--shifts {text}: they overlap, expected one after the other"])
     return tuple(found)
 
 
@@ -119,23 +129,27 @@ def read_peak(text: str, shifts: Iterable[Stretch]) -> Peak:
     if not cross or not 0 < factor <= MOST_TIMES:
         expected = f"from-to and times as many (above 0, at most {MOST_TIMES:g}), such as 11:30-13x1.6"
         raise ModelError([f"--peak {text}: no peak, expected {expected}"])
-    found = Peak(_stretch("--peak", stretch), factor)
     shifts = list(shifts)
-    if shifts and not any(begin <= found.stretch[0] and found.stretch[1] <= end for begin, end in shifts):
+    begin, end = _stretch("--peak", stretch, over_midnight=any(last > DAY for _, last in shifts))
+    found = Peak((begin, end), factor)
+    days = (0, DAY)  # of a night shift the peak may be on the next day
+    if shifts and not any(first <= begin + day and end + day <= last for first, last in shifts for day in days):
         raise ModelError([f"--peak {text}: outside the shifts, expected a peak within one of them"])
     return found
 
 
-def _stretch(option: str, text: str) -> Stretch:
-    """From one time of day to a later one."""
-    from desim_warehouse.values.calendars import clock_time
+def _stretch(option: str, text: str, *, over_midnight: bool) -> Stretch:
+    """From one time of day to a later one, which may be on the next day."""
+    from desim_warehouse.values.calendars import clock_time, in_24_hours
 
     try:
-        begin, end = (clock_time(_full(part)) / 60 for part in text.split("-"))
+        begin, end = (clock_time(in_24_hours(_full(part))) / 60 for part in text.split("-"))
     except ValueError:
         begin = end = 0.0
+    if over_midnight and end < begin:
+        end += DAY
     if not begin < end:
-        expected = "two times of day, the earlier first, such as 06-22 or 11:30-13"
+        expected = "two times of day, such as 06-22, 6am-10pm or 11:30-13"
         raise ModelError([f"{option} {text}: not from one time to another, expected {expected}"])
     return int(begin), int(end)
 
@@ -143,4 +157,4 @@ def _stretch(option: str, text: str) -> Stretch:
 def _full(text: str) -> str:
     """A time of day in full: 6 is 06:00."""
     text = text.strip()
-    return f"{int(text):02}:00" if text.isdecimal() else f"{text:0>5}"
+    return f"{text}:00" if text.isdecimal() else text

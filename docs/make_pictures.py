@@ -61,6 +61,7 @@ def floor(folder: Path) -> None:
     """The floor of that warehouse, as `desim draw` draws it."""
     from desim_warehouse.plot.floor import save
 
+    (PICTURES / "floor.png").unlink(missing_ok=True)
     save(dw.load(drafted(folder)), PICTURES / "floor.png")
 
 
@@ -72,6 +73,7 @@ def gallery_floors() -> None:
 
     for name, file in gallery().items():
         path = PICTURES / f"gallery-{name}.png"
+        path.unlink(missing_ok=True)
         save(dw.load(file), path)
         with Image.open(path) as picture:
             picture.convert("P", palette=Image.Palette.ADAPTIVE, colors=32).save(path, optimize=True)

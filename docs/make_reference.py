@@ -73,7 +73,7 @@ def units() -> str:
 
     def known(kind: str) -> str:
         if kind == "speed":
-            return "a length unit and a time unit, as in `m/s` or `km/h`"
+            return "a length unit and a time unit, as in `m/s` or `km/h`; `mph`"
         return ", ".join(f"`{unit}`" for unit in TABLE[kind])
 
     return table(("kind", "example", "units"), ((kind, f"`{EXAMPLES[kind]}`", known(kind)) for kind in TABLE))

@@ -98,8 +98,28 @@ class _Commands(click.Group):
                 ctx.fail(f"No such command {typed!r}. Did you mean {near!r}?")
         name, command, rest = super().resolve_command(ctx, args)
         if command is not None and not ctx.resilient_parsing:
-            _refuse_repeated(click.Context(command, ctx, name), rest)
+            inner = click.Context(command, ctx, name)
+            try:
+                _refuse_repeated(inner, rest)
+            except click.NoSuchOption as error:
+                if cure := self._instead(inner, error.option_name, rest):
+                    inner.fail(f"No such option {error.option_name!r}. {cure}")
+                raise
         return name, command, rest
+
+    def _instead(self, ctx: click.Context, option: str, args: list[str]) -> str:
+        """What to type instead of an option that a command lacks: a key of the model, or a command that has it."""
+        from desim_warehouse.errors import spoken
+        from desim_warehouse.model.schema import OUTLINE
+
+        word = option.removeprefix("--").replace("-", "_")
+        if any("--set" in one.opts for one in ctx.command.params) and (key := OUTLINE.named(word)):
+            _, _, value = next(arg for arg in args if arg.partition("=")[0] == option).partition("=")
+            value = value or next(iter(args[args.index(option) + 1 :]), "")
+            return f"Did you mean '--set {key}={value}'?"
+        commands = ((name, self.get_command(ctx, name)) for name in COMMANDS)
+        having = [name for name, one in commands if one and any(option in known.opts for known in one.params)]
+        return f"It is an option of desim {spoken(having)}." if having else ""
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
         with formatter.section("Commands"):

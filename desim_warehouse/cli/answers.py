@@ -7,7 +7,7 @@ import shlex
 import shutil
 import sys
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TextIO
 
 import click
 
@@ -37,7 +37,12 @@ def columns() -> int:
     """Columns of tables: those of the terminal, or where the output is none, as many as texts have."""
     from desim_warehouse.answer.text import WIDTH
 
-    return max(shutil.get_terminal_size().columns, _NARROWEST) if sys.stdout.isatty() else WIDTH
+    return max(shutil.get_terminal_size().columns, _NARROWEST) if is_terminal(sys.stdout) else WIDTH
+
+
+def is_terminal(stream: TextIO | None) -> bool:
+    """Whether somebody watches a stream; nobody watches a stream that was closed before the program began."""
+    return stream is not None and stream.isatty()
 
 
 def keep(answer: Answer, out: str | Path | None) -> Answer:

@@ -11,7 +11,7 @@ import click
 
 from desim_warehouse.cli.answers import give
 from desim_warehouse.cli.completion import AtPath, indicators
-from desim_warehouse.cli.options import load_model, with_json, with_overrides, write_files
+from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import (
     at_home,
     interruptible,
@@ -152,6 +152,7 @@ def _search(
     *,
     as_json: bool,
 ) -> None:
+    from desim_warehouse.look.web import WebPage
     from desim_warehouse.questions.best import BestOfMany, best
     from desim_warehouse.report.write import page_of_answer
 
@@ -163,7 +164,7 @@ def _search(
     assert isinstance(found, BestOfMany)  # few designs without a target race above
     answer = give(found.answer, search.out, warnings, as_json=as_json)
     if page is not None:
-        write_files({Path(page): page_of_answer(answer)}, force=True)
+        WebPage(answer.question, page_of_answer(answer)).save(page)
         click.echo(f"{page}: open it in a browser", err=as_json)
     if found.shown is False:
         sys.exit(NONE_MEETS)

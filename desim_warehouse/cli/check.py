@@ -5,6 +5,7 @@ from __future__ import annotations
 import dataclasses
 import json
 import math
+import re
 import sys
 from typing import TYPE_CHECKING, Any
 
@@ -12,6 +13,7 @@ import click
 
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
+from desim_warehouse.cli.terminal import BAD, DOUBTFUL, GOOD, show
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
@@ -21,8 +23,9 @@ if TYPE_CHECKING:
 @click.command("check")
 @click.argument("model", type=AtPath())
 @with_overrides
-@with_json("verdict, findings, quick estimate")
-def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
+@click.option("--details", is_flag=True, help="Add the numbers behind it: floor, parts of a task, energy, rings.")
+@with_json("verdict, findings, answer, quick estimate")
+def command(model: str, assignments: tuple[str, ...], details: bool, as_json: bool) -> None:
     """Check MODEL: the file, its layout, and what a quick estimate shows before a run.
 
     Errors would be refused by `desim run`: exit status 2.
@@ -35,8 +38,17 @@ def command(model: str, assignments: tuple[str, ...], as_json: bool) -> None:
     if as_json:
         click.echo(json.dumps(_content(report)))
     else:
-        click.echo(report)
+        show(f"{report}\n{report.details}" if details else str(report), _colour)
     sys.exit(2 if report.errors else 0)
+
+
+def _colour(line: str) -> str:
+    """The colour of the verdict, which comes first, and of each finding."""
+    if re.match(r"\d+ errors?\b|error: ", line):
+        return BAD
+    if re.match(r"no errors, |warning: |accepted error: ", line):
+        return DOUBTFUL
+    return GOOD if line == "no errors" else ""
 
 
 def _content(report: Check) -> dict[str, Any]:
@@ -57,6 +69,7 @@ def _content(report: Check) -> dict[str, Any]:
         "verdict": report.verdict,
         "refused": bool(report.errors),
         "findings": findings,
+        "answer": report.sentences,
         "facts": report.facts,
         "calculation": None if report.calculation is None else _plain(_calculated(report.calculation)),
         "version": __version__,

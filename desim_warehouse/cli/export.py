@@ -60,7 +60,7 @@ def command(path: str, form: str, out: str | None, noise: float, gaps: float, fo
     place = Path(path)
     if form in _RUN and (place.is_dir() or form not in _MODEL or place.suffix.lower() not in {".yaml", ".yml"}):
         to = place / _RUN[form][0] if out is None else Path(out)
-        click.echo(export(load_run(path), form, to, noise=noise, gaps=gaps))
+        click.echo(export(load_run(path), form, to, noise=noise, gaps=gaps, force=force))
         return
     if place.is_dir():
         _layout(load_run(path).model, form, Path(out or place / f"layout{_MODEL[form][0]}"), force)
@@ -82,6 +82,7 @@ def _layout(model: Model, form: str, out: Path, force: bool) -> None:
     if form == "svg":
         from desim_warehouse.plot.floor import save
 
+        out.unlink(missing_ok=True)  # with --force only
         click.echo(save(model, out))
         return
     remarks = write_layout(model, out, form)

@@ -9,6 +9,7 @@ import click
 from desim_warehouse.cli.answers import keep
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.tables import sheet, show
+from desim_warehouse.folders import ANSWER, refuse_theirs
 
 
 @click.command("fit")
@@ -36,6 +37,7 @@ def command(file: str, column: str, unit: str, out: str | None) -> None:
         from desim_warehouse.plot import fitted
         from desim_warehouse.plot.style import save
 
+        refuse_theirs(Path(out), (ANSWER, "fit.png", "fit.svg"))
         save(fitted(found, unit=unit).get_figure(root=True), Path(out), "fit")
         keep(input_words.fit(found, file, column, unit), out)
         click.echo(f"written to {out}")

@@ -24,7 +24,13 @@ _OTHERS = ("file", "like", "schema", "force")
 
 @click.command("new")
 @click.argument("file", type=AtPath(), required=False)
-@click.option("--size", default="60x40", show_default=True, metavar="WxH", help="The floor in metres, width x height.")
+@click.option(
+    "--size",
+    default="60x40",
+    show_default=True,
+    metavar="WxH",
+    help="The floor, width x height: metres, or as 200x130ft.",
+)
 @click.option(
     "--orders",
     default="200/h",
@@ -44,7 +50,11 @@ _OTHERS = ("file", "like", "schema", "force")
     metavar="TIME",
     help="Time from an order to its due time; a plain number is in minutes.",
 )
-@click.option("--shifts", metavar="FROM-TO", help="When people work and orders come, such as 06-22.  [default: always]")
+@click.option(
+    "--shifts",
+    metavar="FROM-TO",
+    help="When people work and orders come, such as 06-22, 6am-10pm or 22-06.  [default: always]",
+)
 @click.option("--peak", metavar="FROM-TOxTIMES", help="When most orders come, such as 11:30-13x1.6.")
 @click.option("--packers", metavar="N", help="People who pack, in all stations; auto: as many as are needed.")
 @click.option("--inbound", metavar="RATE", help="Loads put away, such as 60/h.  [default: none]")

@@ -126,9 +126,9 @@ def command(  # as long as its options are many
     from desim_warehouse.study.fleet.given import counts_of
 
     loaded = _priced(load_model(model, assignments), robot=price_robot, charger=price_charger)
-    warnings = warn(loaded, model, assignments, as_json=as_json)
     for target in targets:
         warn_of_target(target, loaded)
+    warnings = warn(loaded, model, assignments, as_json=as_json)
     ranges = _ranges(uncertain, loaded)
     if len(targets) > 1 and (options or ranges):
         raise click.UsageError("--option and --uncertain: with one --target alone")

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import run_of, with_overrides, with_seed
+from desim_warehouse.folders import refuse_other
 
 if TYPE_CHECKING:
     from desim_warehouse.model import Model
@@ -55,6 +57,7 @@ def command(
             raise click.BadParameter(f"{end} is not after {start or 'the start of the run'}.", param_hint="--to")
         return last
 
+    refuse_other(Path(output), "page")  # before a long run, not after it
     run = run_of(source, assignments, seed, until=until, log="all")
     other = None if beside is None else run_of(beside, (), seed, until=until, log="all")
     first, last = (_time(text, option, run.model.units) for text, option in ((start, "--from"), (end, "--to")))

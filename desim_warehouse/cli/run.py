@@ -43,11 +43,15 @@ def command(
     """Simulate MODEL once: what came out of it in a few sentences, and the indicators that it is judged by."""
     from desim_warehouse import __version__
     from desim_warehouse.errors import SimulationError
+    from desim_warehouse.outcome.indicators import refuse_unknown
     from desim_warehouse.questions.run import words as run_words
     from desim_warehouse.run.folder import prepare
     from desim_warehouse.study.execution.time_limit import TimeLimit, TimeOutError
 
     loaded = load_model(model, assignments)
+    for name in indicators:
+        if name != "all":
+            refuse_unknown(name, [loaded])
     if out is not None:
         prepare(Path(out))  # before a long run, not after it: the folder may be unusable
     warnings = warn(loaded, model, assignments, as_json=as_json)

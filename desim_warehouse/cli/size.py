@@ -81,9 +81,9 @@ def command(
     _see_upwards(values, [point.labels[key] for point in study.points])
     if not targets and order is not None:
         raise click.UsageError("--search is for a --target: without one every value is looked at")
-    warnings = warn(study.plan.base, model, assignments, as_json=as_json)
     for target in targets:
         warn_of_target(target, study.plan.base)
+    warnings = warn(study.plan.base, model, assignments, as_json=as_json)
     if not targets:
         with interruptible(study, search):
             doing_most = most(study, search=replace(search, first=search.first or FIRST))

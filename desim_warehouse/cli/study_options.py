@@ -19,7 +19,7 @@ from desim_warehouse.cli.answers import typed
 from desim_warehouse.cli.completion import keys_then
 from desim_warehouse.cli.options import TimeIn, with_confidence, with_seed
 from desim_warehouse.errors import ReportError, reason
-from desim_warehouse.folders import make_folder
+from desim_warehouse.folders import make_folder, refuse_other
 from desim_warehouse.study.statistics.limits import COMMON_DAYS, FIRST, FIRST_OF_MEANS, MOST_REPLICATIONS, RARE_DAYS
 
 if TYPE_CHECKING:
@@ -264,6 +264,7 @@ def refuse_page(page: str | None, plan: StudyPlan) -> None:
         check(plan)
         try:
             make_folder(Path(page).parent)
+            refuse_other(Path(page), "page")
         except OSError as error:
             raise ReportError(f"{page}: the page cannot be written ({reason(error)})") from error
 

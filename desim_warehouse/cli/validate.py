@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -48,9 +47,9 @@ def command(
     found = validate(load_model(model, assignments), logs, orders=orders, runs=runs, dates=dates)
     if page is not None:
         from desim_warehouse.cli.answers import typed
-        from desim_warehouse.cli.options import write_files
+        from desim_warehouse.look.web import WebPage
 
-        write_files({Path(page): validation_page.page(found, typed())}, force=True)
+        WebPage(page, validation_page.page(found, typed())).save(page)
     if as_json:
         keys = ("real", "simulated", "off")
         measures = {row.name: {key: getattr(row, key) for key in keys} for row in found.rows()}

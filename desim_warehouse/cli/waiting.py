@@ -8,6 +8,7 @@ from time import monotonic
 from typing import TYPE_CHECKING, Self, TextIO
 
 from desim_warehouse.answer import numbers
+from desim_warehouse.cli.answers import is_terminal
 from desim_warehouse.run.stop import StopSignal
 
 if TYPE_CHECKING:
@@ -42,7 +43,7 @@ class Waiting(StopSignal):
 
     def __enter__(self) -> Self:
         self._begin = monotonic()
-        if self.stream.isatty():
+        if is_terminal(self.stream):
             self._thread = threading.Thread(target=self._say, daemon=True)
             self._thread.start()
         return self

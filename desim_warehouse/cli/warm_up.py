@@ -9,6 +9,7 @@ import click
 from desim_warehouse.cli.answers import keep
 from desim_warehouse.cli.completion import AtPath
 from desim_warehouse.cli.options import load_model, with_overrides, with_seed
+from desim_warehouse.folders import ANSWER, refuse_theirs
 from desim_warehouse.plot.style import save
 from desim_warehouse.study.statistics.limits import MOST_REPLICATIONS
 
@@ -71,6 +72,8 @@ def command(
     if out is not None:
         from desim_warehouse.plot import welch
 
+        pictures = ("warm-up.png", "warm-up.svg", "welch.png", "welch.svg")
+        refuse_theirs(Path(out), (ANSWER, *pictures))
         curves = welch(found, window).get_figure(root=True)
         save(found.figure(), Path(out), "warm-up")
         save(curves, Path(out), "welch")

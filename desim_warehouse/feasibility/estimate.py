@@ -1,4 +1,4 @@
-"""The quick estimate of a model: what a fleet can do, and what that takes, in numbers and in words.
+"""The quick estimate of a model: what a fleet can do, and what that takes, in numbers.
 
 What a task costs is measured, one robot of each kind by itself, and what a fleet does together where work always waits
 (`run/quick.py`). What robots, chargers and stations can do each are upper bounds, by Little's law and the asymptotic
@@ -18,7 +18,6 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from desim_warehouse.errors import number_of
 from desim_warehouse.feasibility.parts import MeanTask, PileOn, StationLoad
 from desim_warehouse.findings import amount
 
@@ -26,7 +25,6 @@ if TYPE_CHECKING:
     from collections.abc import Sequence
 
     from desim_warehouse.feasibility.power import Power
-    from desim_warehouse.model.schema import Units
 
 CHARGERS, THE_ROBOTS = "the chargers", "the robots"
 BUSIEST = 0.99
@@ -225,54 +223,16 @@ class QuickEstimate:
         """Tasks per time unit at which the first station is always busy."""
         return min((item.capacity / item.share for item in self.stations if item.share), default=math.inf)
 
-    def lines(self, units: Units) -> list[str]:
-        """The estimate in words."""
-        time, hour = units.time, units.hour
-        cycle, metre = self.cycle, self.metre
-        floor = f"floor: {amount(self.width)} x {amount(self.height)} {units.length}"
-        if metre not in {None, 1.0}:
-            floor += f" ({amount(self.width * metre)} x {amount(self.height * metre)} m)"
-        parts = {
-            "empty": cycle.empty,
-            "loading": cycle.load,
-            "loaded": cycle.loaded,
-            "unloading": cycle.unload,
-            "other": cycle.other,
-        }
-        said = " + ".join(f"{amount(time)} {name}" for name, time in parts.items() if name != "other" or time)
-        lines = [
-            floor,
-            f"one task, measured: {amount(cycle.time)} {time} = {said}",
-            f"measured on {self.sample:,} tasks of one robot of each kind, without other robots{self._together}",
-            *([] if self.pile_on is None else [self.pile_on.lines(units)]),
-            self._robots(time, hour),
-            self._stations(hour),
-        ]
-        if self.power is not None:
-            lines += self.power.lines(time)
-        robots, limit = self.knee
-        lines.append(f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}")
-        return lines
+    @property
+    def fullest(self) -> StationLoad | None:
+        """The station that is busiest with the rate; None without a rate, or where nothing takes time there."""
+        busy = [item for item in self.stations if item.busy is not None]
+        return max(busy, key=lambda item: item.busy or 0.0, default=None)
 
-    def _robots(self, time: str, hour: float) -> str:
-        robots = number_of(self.robots, "robot")
-        if self.at_work < self.robots:
-            robots = f"{self.at_work} of {robots} (the stations have no slots for more)"
-        if self.most_out is not None:
-            robots += f", at most {self.most_out} of them under way,"
-        if self.on_duty < 1:
-            robots += f", able to work {amount(100 * self.on_duty)} % of the time,"
-        text = f"robots: {robots} can do {self.can_do(hour)} tasks an hour"
-        if self.queues.places and self.throughput_of_queues < APART * self.most:
-            text += f", as they queue for {self.queues.longest}"
-        if self.charging:
-            text += f", charging {amount(self.charging)} {time} for each"
-        if self.rate is not None and self.robots_needed is not None:
-            text += f"; {self._need(self.rate * hour, self.robots_needed)}"
-            if self.peak is not None:
-                need = self.robots_for(self.peak, at_peak=True)
-                text += f"; {self._need(self.peak * hour, need, 'of the busiest hour')}"
-        return text
+    @property
+    def narrowest(self) -> str:
+        """What lets the fewest tasks through, whatever the number of robots, in words."""
+        return min(self.places_limit, key=self.places_limit.__getitem__)
 
     @property
     def throughput_of_queues(self) -> float:
@@ -288,29 +248,6 @@ class QuickEstimate:
         """Tasks an hour, the least to the most where these are much more."""
         least, most = self.range
         return amount(least * hour) if least >= APART * most else f"{amount(least * hour)} to {amount(most * hour)}"
-
-    @property
-    def _together(self) -> str:
-        return "" if self.measured is None else f", and on {self.looked_at:,} of all robots together"
-
-    def _need(self, asked: float, robots: float, what: str = "asked for") -> str:
-        if math.isfinite(robots):
-            return f"the {amount(asked)} {what} need {amount(robots)}"
-        limits = self.places_limit
-        return f"no number does the {amount(asked)} {what}, limited by {min(limits, key=limits.__getitem__)}"
-
-    def _stations(self, hour: float) -> str:
-        most = self.station_capacity
-        text = "stations: "
-        if math.isinf(most):
-            return text + "unloading takes no time"
-        text += f"they can serve {amount(most * hour)} tasks an hour, shared as the tasks come"
-        busy = [item for item in self.stations if item.busy is not None]
-        if busy:
-            worst = max(busy, key=lambda item: item.busy or 0.0)
-            text += f"; asked for, {worst.node} ({worst.staff}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
-            text += f" in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else ""
-        return text
 
 
 @dataclass(frozen=True)

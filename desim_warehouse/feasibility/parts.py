@@ -7,12 +7,9 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
-from desim_warehouse.findings import amount
 
 if TYPE_CHECKING:
     from collections.abc import Mapping
-
-    from desim_warehouse.model.schema import Units
 
 
 @dataclass(frozen=True)
@@ -111,17 +108,3 @@ class PileOn:
     pick: float
     change: float
     servers: int
-
-    def lines(self, units: Units) -> str:
-        """What pickers can do, in words."""
-        least, most = sorted((amount(self.few), amount(self.many)), key=float)
-        said = f"pods: {least if least == most else f'{least} to {most}'} lines a visit by {self.policy}, measured"
-        if not self.pick:
-            return said
-        per = self.servers * units.hour
-        said += f"; pickers: {amount(per / self.pick)} lines an hour at most"
-        if self.change:
-            slow, fast = (amount(per / (self.pick + self.change / pile)) for pile in (self.few, self.many))
-            said += f", {slow if slow == fast else f'{slow} to {fast}'} where pods queue and are changed in "
-            said += f"{amount(self.change)} {units.time}"
-        return said

@@ -15,7 +15,6 @@ from desim_warehouse.model.facts.charging import (
     chargers_at,
     charging_rate,
     refills_overnight,
-    said,
     shares,
 )
 
@@ -73,22 +72,6 @@ class Power:
     def short(self) -> bool:
         """Whether so much more is drawn in the long run than the chargers give that batteries are called falling."""
         return self.draws is not None and self.draws - self.gives > self.slack
-
-    def lines(self, time: str) -> list[str]:
-        """The energy balance in words, by kind where kinds differ."""
-        if self.kinds:
-            lines = [f"{said(kind)}: {line}" for kind, one in self.kinds.items() for line in one.lines(time)]
-            if self.needed is not None:
-                lines.append(f"chargers: {self.chargers} in all; need at least {self.needed}")
-            return lines
-        lasts = "never runs out" if math.isinf(self.lasts) else f"lasts {amount(self.lasts)} {time} of work"
-        lines = [f"energy: a task draws {amount(100 * self.share)} % of a battery; a full one {lasts}"]
-        balance = f"chargers: {self.chargers:,}, which give {amount(self.gives)} per {time}"
-        if self.draws is not None and self.needed is not None:
-            balance += f"; the fleet draws {amount(self.draws)}, at most {amount(self.most)}: "
-            just = self.needed > self.chargers and not self.short
-            balance += "they just give what is drawn" if just else f"need at least {self.needed}"
-        return [*lines, balance]
 
 
 def power(

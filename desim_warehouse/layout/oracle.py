@@ -32,6 +32,8 @@ all of them again: on 42,000 nodes 8 million were 190 rows, and a run with 200 o
 """
 WAYS = 5_000
 """Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
+TIMES = 10_000
+"""Times of routes that an oracle keeps by their ends: robots drive between few nodes, and each decision asks anew."""
 FEW = 24
 """Entries of a table that are looked up one by one, which takes less than preparing to take them row by row."""
 TIE = 1e-9
@@ -84,6 +86,7 @@ class RouteOracle:
         self._keep = max(KEPT // max(len(self.names), 1), 1)
         self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
         self._way = lru_cache(WAYS)(self._searched)
+        self._time = lru_cache(TIMES)(self._looked_up)
         self._edges: Any = None
         self._open: dict[tuple[int, bool], Any] = {}
         self._steps: dict[bool, list[list[tuple[int, float, float, float]]]] = {}
@@ -95,6 +98,9 @@ class RouteOracle:
 
     def time(self, origin: str, goal: str) -> float:
         """Free driving time of the route; inf where there is none."""
+        return self._time(origin, goal)
+
+    def _looked_up(self, origin: str, goal: str) -> float:
         row, at = self._row_of(origin, goal)
         return float(row[1][at])
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping, Sequence
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.layout.layout import Edge, Layout
@@ -192,7 +192,7 @@ class FreeTravel:
         """Time spent at a node that is reached."""
         return self.node_times.get(node, self.node_time)
 
-    @property
+    @cached_property
     def ways(self) -> RouteOracle:
         """The oracle of the routes that robots drive."""
         return self.oracle(self.cost)

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.folders import refuse_other
 from desim_warehouse.look.palette import PAGE
 
 if TYPE_CHECKING:
@@ -39,10 +40,11 @@ class WebPage:
         """Write the page to a file.
 
         Raises:
-            ReportError: where it cannot be written.
+            ReportError: where it cannot be written, or a file of somebody else is there.
         """
         path = Path(path)
         try:
+            refuse_other(path, "page")
             path.write_text(self.html, encoding="utf-8")
         except OSError as error:
             raise ReportError(f"{path}: the page cannot be written ({reason(error)})") from error

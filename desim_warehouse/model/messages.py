@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.errors import got, nearest, spoken, synonym
 from desim_warehouse.values.fields import TOP
 
 if TYPE_CHECKING:
@@ -260,9 +260,16 @@ class Outline:
             return Problem(keys, f"unknown key, did you mean '{near}'?", at_key=True, meant=near)
         return Problem(keys, f"unknown key, expected {spoken(self.keys_at(keys[:-1]), 'or')}", at_key=True)
 
+    def named(self, word: str) -> str | None:
+        """The key that has a name, or that people call so, wherever it is."""
+        every = list(self._below(()))
+        return synonym(word, every) or min((key for key in every if key.endswith(f".{word}")), key=len, default=None)
+
     def meant(self, keys: Keys) -> str | None:
-        """The key that an unknown one is most like: beside it, or with the same name elsewhere."""
+        """The key that an unknown one is most like: beside it, with the same name elsewhere, or called so."""
         *parents, last = keys
+        if not parents and (called := self.named(str(last))):
+            return called
         beside = nearest(str(last), self.keys_at(tuple(parents)))
         if beside is not None:
             return dotted((*parents, beside))

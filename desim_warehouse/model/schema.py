@@ -53,7 +53,7 @@ from desim_warehouse.model.sections.traffic import PeopleSpec, TrafficSpec
 from desim_warehouse.model.tables import resolve
 from desim_warehouse.policies import catalogue
 from desim_warehouse.states import APART
-from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, Hours, clock_time
+from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, Hours, clock_time, in_24_hours
 from desim_warehouse.values.distributions import Varying, mean_of
 from desim_warehouse.values.fields import (
     TOP,
@@ -283,6 +283,7 @@ class RunSpec(Part):
     @field_validator("start")
     @classmethod
     def _a_time(cls, start: str) -> str:
+        start = in_24_hours(start)
         day, _, clock = start.rpartition("T")
         try:
             right = clock_time(clock) < DAY

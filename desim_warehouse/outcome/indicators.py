@@ -9,15 +9,19 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
-from desim_warehouse.errors import NoIndicatorError, StudyError, nearest
+from desim_warehouse.errors import NoIndicatorError, StudyError, nearest, spoken, synonym
+from desim_warehouse.model.facts.day_parts import parts_of_the_day
 from desim_warehouse.outcome import measures, money
 from desim_warehouse.outcome.history import History
 from desim_warehouse.outcome.parts import PartHistory, by_day_part, of_flow
 from desim_warehouse.states import APART, AT_START, OPERATING, SERVER, STATES, TIMES, WAITING, State
+
+if TYPE_CHECKING:
+    from desim_warehouse.model import Model
 
 Unit = Literal[
     "time",
@@ -46,7 +50,6 @@ Better = Literal["less", "more"]
 Way = Literal["rises", "falls"]
 AT = "@"
 """Between an indicator and the part of the day that it is of."""
-_STRETCH = re.compile(r"\d\d:\d\d-\d\d:\d\d")
 
 _MORE_OF = {AT_START, WAITING.name, *APART, *(name for name, state in STATES.items() if state.queue == SERVER)}
 """States in which a larger fleet usually spends more of its time: idle, in queues and in traffic."""
@@ -694,9 +697,9 @@ class RunIndicators(dict[str, float]):
 
     def __missing__(self, name: str) -> float:
         known = look_up(name)
-        near = nearest(name, self)
-        hint = known.meaning if known else f"did you mean {near!r}?" if near else f"expected one of {', '.join(self)}"
-        raise NoIndicatorError(f"indicator {name!r}: this run does not have it; {hint}")
+        raise NoIndicatorError(
+            f"indicator {name!r}: this run does not have it; {known.meaning if known else hint(name, self)}"
+        )
 
 
 def kpis(history: History) -> RunIndicators:
@@ -735,9 +738,46 @@ def chosen(wanted: Collection[str], has: Collection[str]) -> list[str]:
 
 def no_run_has(name: str, has: Collection[str]) -> str:
     """What is said where runs lack an indicator, naming the nearest of those that they have."""
-    near = nearest(name, has)
-    hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(has)}"
-    return f"indicator {name!r}: no run has it, {hint}"
+    return f"indicator {name!r}: no run has it, {hint(name, has)}"
+
+
+def hint(name: str, has: Collection[str]) -> str:
+    """Say which of some indicators was meant: by its name, another word, its title, or a flow beside it."""
+    names = name.split(",")
+    if len(names) > 1:
+        return f"expected one name at a time; the option may be repeated, for {spoken(map(str.strip, names))}"
+    titles = {known.title: one for one in has if (known := look_up(one))}
+    near = synonym(name, [*titles, *has]) or _of_flow(name) or nearest(name, [*titles, *has])
+    return f"did you mean {titles.get(near, near)!r}?" if near else f"expected one of {', '.join(has)}"
+
+
+def _of_flow(phrase: str) -> str | None:
+    """The indicator of a flow that a phrase such as `express on time` means."""
+    for name in sorted(
+        (name for name, one in INDICATORS.items() if one.by_flow and "_" in name), key=len, reverse=True
+    ):
+        words = name.replace("_", "[ _]")
+        if match := re.fullmatch(rf"(?P<before>.+) {words}|{words} (?P<after>.+)", phrase, re.IGNORECASE):
+            return f"{name}:{match['before'] or match['after']}"
+    return None
+
+
+def refuse_unknown(name: str, models: Iterable[Model]) -> None:
+    """Refuse an indicator before anything is simulated: there is none, or no model has its flow or part of the day.
+
+    Raises:
+        StudyError: the name, and the nearest of those that the models have.
+    """
+    base, mark, part = split(find(name).name)
+    if not mark:
+        return
+    has = {one: None for model in models for one in (parts_of_the_day(model) if mark == AT else model.tasks.flows)}
+    if part not in has:
+        begun = (one for one in has if one.startswith(part[: len("11:30")]))  # times of day are not like each other
+        near = next(begun, None) if mark == AT else nearest(part, has)
+        parts = f"expected {spoken(has, 'or')}" if has else "the model has none"
+        meant = f"did you mean '{base}{mark}{near}'?" if near else parts
+        raise StudyError(f"indicator {name!r}: no such {'part of the day' if mark == AT else 'flow'}, {meant}")
 
 
 def look_up(name: str) -> Indicator | None:
@@ -746,8 +786,8 @@ def look_up(name: str) -> Indicator | None:
     indicator = INDICATORS.get(base)
     if not mark or indicator is None:
         return indicator
-    has = indicator.by_time and _STRETCH.fullmatch(part) if mark == AT else indicator.by_flow and part
-    return indicator.of(mark, part) if has else None
+    has = indicator.by_time if mark == AT else indicator.by_flow
+    return indicator.of(mark, part) if has and part else None
 
 
 def said_part(part: str) -> str:
@@ -798,7 +838,5 @@ def find(name: str) -> Indicator:
     """An indicator by its name. Raises StudyError where there is none, naming the nearest."""
     indicator = look_up(name)
     if indicator is None:
-        near = nearest(name, INDICATORS)
-        hint = f"did you mean {near!r}?" if near else f"expected one of {', '.join(INDICATORS)}"
-        raise StudyError(f"indicator {name!r}: there is none, {hint}")
+        raise StudyError(f"indicator {name!r}: there is none, {hint(name, INDICATORS)}")
     return indicator

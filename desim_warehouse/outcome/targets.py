@@ -6,8 +6,8 @@ import re
 from dataclasses import dataclass
 from typing import Literal, cast
 
-from desim_warehouse.errors import StudyError, nearest
-from desim_warehouse.outcome.indicators import INDICATORS, Indicator, look_up
+from desim_warehouse.errors import StudyError
+from desim_warehouse.outcome.indicators import INDICATORS, Indicator, hint, look_up
 from desim_warehouse.values.units import UnitNames, quantity
 
 Sense = Literal[">=", "<=", ">", "<"]
@@ -82,9 +82,7 @@ def parse_target(text: str, units: UnitNames | None = None) -> Target:
     name, number, unit = match["indicator"], match["value"], match["unit"]
     measure = look_up(name)
     if measure is None:
-        near = nearest(name, INDICATORS)
-        hint = f", did you mean {near!r}?" if near else f", expected one of {', '.join(sorted(INDICATORS))}"
-        raise StudyError(f"target {text!r}: unknown indicator {name!r}{hint}")
+        raise StudyError(f"target {text!r}: unknown indicator {name!r}, {hint(name, INDICATORS)}")
     value = float(number) if unit is None else amount_of(measure, f"{number} {unit}", units, f"target {text!r}")
     sense = cast("Sense", {"≥": ">=", "≤": "<="}.get(match["sense"], match["sense"]))
     named = "" if units is None else {"time": units.time, "length": units.length}.get(measure.unit, "")

@@ -10,6 +10,7 @@ from statistics import median
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import ReportError, reason, spoken
+from desim_warehouse.folders import MAKER, refuse_other
 from desim_warehouse.layout import Layout
 from desim_warehouse.look import palette
 from desim_warehouse.model import Model
@@ -95,9 +96,11 @@ def _written(axes: Axes, path: Path) -> Path:
 
     figure = axes.get_figure(root=True)
     assert figure is not None
+    by = {"Software" if path.suffix.lower() == ".png" else "Creator": MAKER}
     try:
+        refuse_other(path, "picture")
         with mpl.rc_context({"svg.fonttype": "none"}):  # names that can be searched for
-            figure.savefig(path, dpi=cells.DPI, bbox_inches="tight")
+            figure.savefig(path, dpi=cells.DPI, bbox_inches="tight", metadata=by)
     except OSError as error:
         raise ReportError(f"{path}: cannot be written ({reason(error)})") from error
     return path

@@ -4,12 +4,10 @@ from __future__ import annotations
 
 import logging
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import TYPE_CHECKING
 
 from desim_warehouse.errors import number_of
 from desim_warehouse.model import as_model
-from desim_warehouse.values.distributions import Distribution
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,7 +15,7 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.findings import Finding
     from desim_warehouse.look.web import StillPage
-    from desim_warehouse.model import Model, Source
+    from desim_warehouse.model import Source
 
 
 @dataclass(frozen=True, repr=False)
@@ -25,12 +23,13 @@ class Check:
     """What `check` found; printing prints it, as `desim check` does.
 
     Attributes:
-        facts: about the layout, in words.
+        facts: about the model, in words, as `desim check --details` has them.
         findings: worst first, accepted errors too.
         calculation: the quick estimate; None where the layout has errors, hours never come, or a robot by itself does
             none of the work.
         accepted: codes of the errors that the model accepts.
-        lines: the quick estimate in words.
+        lines: the numbers of the quick estimate, each in a line, as `desim check --details` has them.
+        sentences: the answer: what is asked for, and what robots, chargers and stations can do, by the estimate.
     """
 
     facts: list[str]
@@ -38,6 +37,7 @@ class Check:
     calculation: QuickEstimate | None
     accepted: tuple[str, ...]
     lines: list[str]
+    sentences: list[str]
 
     @property
     def errors(self) -> list[Finding]:
@@ -70,8 +70,13 @@ class Check:
 
     def __str__(self) -> str:
         findings = [f"{'accepted ' if self._accepts(item) else ''}{item}" for item in self.findings]
+        return "\n".join([self.verdict, *findings, *self.sentences])
+
+    @property
+    def details(self) -> str:
+        """The facts and the numbers of the estimate in lines."""
         estimate = ["quick estimate:", *(f"  {line}" for line in self.lines)] if self.lines else []
-        return "\n".join([self.verdict, *findings, *self.facts, *estimate])
+        return "\n".join([*self.facts, *estimate])
 
     def __repr__(self) -> str:
         return f"Check({self.facts[0].partition(':')[0]}: {self.verdict})"
@@ -90,61 +95,23 @@ def check(model: Source) -> Check:
     Raises:
         ModelError: a model that cannot be read.
     """
-    from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
-    from desim_warehouse.layout import checks
+    from desim_warehouse.questions import check_details as details
+    from desim_warehouse.questions.check_words import sentences
     from desim_warehouse.run.examined import examined
-    from desim_warehouse.run.quick import left_out, with_choice, with_nearer
+    from desim_warehouse.run.quick import choice, with_nearer
 
     model = as_model(model)
-    layout = model.floor
-    graph = layout.graph
-    contact = model.fleet.contact
-    length, speed, fleet = model.units.length, model.fleet.fastest, model.fleet.size
-    parts = (len(graph), "node"), (graph.number_of_edges(), "edge"), (len(layout.storage), "storage place")
-    facts = [
-        f"{model.name}: {', '.join(number_of(*part) for part in parts)}",
-        f"robots keep D = {contact:g} {length} and drive up to {speed:g} {length}/{model.units.time}",
-        f"the lanes hold {number_of(checks.room(layout, contact), 'robot')} at once, the fleet has {fleet:,}",
-    ]
-    if model.fleet.slowness:
-        stop = model.fleet.slowness * speed
-        facts.append(f"a stop on the way costs up to {stop:.3g} {model.units.time} of braking and gathering speed")
-    if braking := model.fleet.longest_braking:
-        facts.append(
-            f"those that keep their braking distance stay up to {braking:.3g} {length} farther behind while they drive"
-        )
-    facts += [*orders_a_day(model), *orders_asked_for(model), *_times_that_vary(model), *left_out(model, layout)]
-    for ring in checks.shortest_rings(graph):
-        around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
-        facts.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
-    findings, calculation = examined(model)
-    if calculation is not None and not any(
-        item.level == "error" and item.code not in model.accept for item in findings
-    ):
-        facts += [*with_nearer(model), *with_choice(model, calculation)]
-    lines = [] if calculation is None else [*calculation.lines(model.units), *_busiest(model, calculation)]
-    checked = Check(facts, findings, calculation, model.accept, lines)
+    facts = details.of_model(model)
+    findings, estimate = examined(model)
+    lines, nearest, chosen = [], None, None
+    if estimate is not None:
+        lines = details.of_estimate(estimate, model.units)
+        if not any(item.level == "error" and item.code not in model.accept for item in findings):
+            nearest, chosen = with_nearer(model), choice(model, estimate)
+            facts += details.of_savings(model, nearest, chosen, estimate)
+    checked = Check(facts, findings, estimate, model.accept, lines, sentences(model, estimate, nearest, chosen))
     logging.getLogger("desim_warehouse").info("check of %s: %s", model.name, checked.verdict)
     return checked
-
-
-def _busiest(model: Model, calculation: QuickEstimate) -> list[str]:
-    """Say who is busiest by the quick estimate; empty where it foresees no rate."""
-    from desim_warehouse.answer.busiest import are
-    from desim_warehouse.feasibility.loads import loads
-
-    line = are(loads(model, calculation), "of the time" if calculation.on_duty == 1 else "of their hours")
-    return [line] if line else []
-
-
-def _times_that_vary(model: Model) -> list[str]:
-    """The distributions of the model, in words."""
-    times = {"loading": model.tasks.load_time, "unloading": model.tasks.unload_time}
-    return [
-        f"{name} varies: {time.words(model.units.time)}"
-        for name, time in times.items()
-        if isinstance(time, Distribution)
-    ]
 
 
 def _page(check: Check) -> StillPage:
@@ -165,10 +132,10 @@ def _page(check: Check) -> StillPage:
         kind="check",
         name=name,
         question="Will it work?",
-        answer=(sentence(check.verdict),),
+        answer=(sentence(check.verdict), *check.sentences),
         tables=(
             Folded(title="What would be refused or holds robots up", head=head, rows=tuple(findings), printed=True),
-            Folded(title="Quick estimate", rows=tuple((line,) for line in check.lines), printed=True),
+            Folded(title="Quick estimate", rows=tuple((line,) for line in check.lines)),
             Folded(title="The model", rows=tuple((fact,) for fact in (size, *check.facts[1:]))),
         ),
         runs=0,

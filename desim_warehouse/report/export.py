@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 from desim_warehouse.answer import words
 from desim_warehouse.errors import ReportError, reason
 from desim_warehouse.fleet_log.vda5050 import messages
-from desim_warehouse.folders import make_folder
+from desim_warehouse.folders import make_folder, refuse_other, refuse_theirs
 from desim_warehouse.outcome.log import NONE
 from desim_warehouse.run import RunData
 from desim_warehouse.run.spreadsheet import as_csv
@@ -29,7 +29,9 @@ _RINGS = 1
 """The process of fleet-wide events; robot n is process n + 2."""
 
 
-def export(run: RunData, form: str, path: str | Path, *, noise: float = 0.0, gaps: float = 0.0) -> Path:
+def export(
+    run: RunData, form: str, path: str | Path, *, noise: float = 0.0, gaps: float = 0.0, force: bool = False
+) -> Path:
     """Write a run in an open format.
 
     Args:
@@ -40,9 +42,10 @@ def export(run: RunData, form: str, path: str | Path, *, noise: float = 0.0, gap
         path: the folder, or the file.
         noise: only for vda5050: standard deviation of positions, in the length unit of the layout.
         gaps: only for vda5050: stretches of 20 to 90 s without messages, for each robot and hour.
+        force: overwrite files of somebody else, too.
 
     Raises:
-        ReportError: another format, or a path that cannot be written.
+        ReportError: another format, a path that cannot be written, or that holds files of somebody else.
     """
     if form not in FORMATS:
         raise ReportError(f"format {form!r}: expected one of {', '.join(FORMATS)}")
@@ -50,15 +53,22 @@ def export(run: RunData, form: str, path: str | Path, *, noise: float = 0.0, gap
     try:
         if form == "trace":
             make_folder(path.parent)
+            if not force:
+                refuse_other(path, "trace")
             path.write_text(json.dumps(trace(run), separators=(",", ":"), allow_nan=False), encoding="utf-8")
             return path
         if form == "vda5050":
             make_folder(path.parent)
+            if not force:
+                refuse_other(path, "messages")
             with path.open("w", encoding="utf-8") as file:
                 file.writelines(f"{line}\n" for line in messages(run, noise=noise, gaps=gaps))
             return path
         make_folder(path)
-        for name, table in tables(run).items():
+        found = tables(run)
+        if not force:
+            refuse_theirs(path, [f"{name}.{form}" for name in found])
+        for name, table in found.items():
             if form == "csv":
                 (path / f"{name}.csv").write_text(as_csv(table), encoding="utf-8")
             else:

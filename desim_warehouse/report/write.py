@@ -8,7 +8,7 @@ from pathlib import Path
 from desim_warehouse.answer.answer import Answer, load
 from desim_warehouse.answer.page import page
 from desim_warehouse.errors import ReportError, StudyError, WarehouseError, reason
-from desim_warehouse.folders import ANSWER, RESULTS, RUN, STUDY, make_folder, shipped, write_whole
+from desim_warehouse.folders import ANSWER, RESULTS, RUN, STUDY, Made, make_folder, refuse_other, shipped, write_whole
 from desim_warehouse.model import load as load_model
 from desim_warehouse.questions.run import page as run_page
 from desim_warehouse.questions.study import Results
@@ -49,9 +49,9 @@ def report(
         text = _page_of_run(source, beside) if kind == "run" else page_of_answer(read_answer(folder), beside)
     except (LookupError, TypeError, ValueError, ArithmeticError, AttributeError) as error:
         raise ReportError(f"{folder}: damaged, as it seems: no report can be made ({reason(error)})") from error
-    _write(path, text)
+    _write(path, text, "page")
     if notebook is not None:
-        _write(Path(notebook), _filled_in(folder.resolve()))
+        _write(Path(notebook), _filled_in(folder.resolve()), "notebook")
     return path
 
 
@@ -138,9 +138,10 @@ def _make(folder: Path) -> None:
         raise ReportError(f"{folder}: cannot be made ({reason(error)})") from error
 
 
-def _write(path: Path, text: str) -> None:
+def _write(path: Path, text: str, made: Made) -> None:
     _make(path.parent)
     try:
+        refuse_other(path, made)
         write_whole(path, text)
     except OSError as error:
         raise ReportError(f"{path}: cannot be written ({reason(error)})") from error

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import ModelError
@@ -13,7 +13,6 @@ from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.feasibility.parts import MeanTask, StationLoad, mixed
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
-from desim_warehouse.findings import amount
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
@@ -41,7 +40,7 @@ BELOW, ABOVE = 0.07, 0.04
 LEISURE = 4.0
 """Times as long as a task takes until the next one is known, where robots rest between them."""
 LEAST_LESS = 0.01
-"""Part of a task's time, or of its empty drive, that is worth a line."""
+"""Part of a task's time, or of its empty drive, that is worth a word."""
 WIDEST = 1.28
 """Times the least that the most is: charging takes no random times, as it is taken to, so that queues are shorter."""
 PARTS = {
@@ -147,20 +146,27 @@ def _at_work(model: Model, layout: Layout) -> int:
     return min(model.fleet.size, sum(layout.stations[node].places for node in used))
 
 
-def with_choice(model: Model, now: QuickEstimate) -> list[str]:
-    """What a fleet saves whose allocation goes by distance, and has some tasks to choose from, in a line.
+@dataclass(frozen=True)
+class Choice:
+    """What a fleet saves whose allocation chooses by distance: with `waiting` tasks a task has `empty` time units."""
+
+    policy: str
+    waiting: int
+    empty: float
+
+
+def choice(model: Model, now: QuickEstimate) -> Choice | None:
+    """The choice of a fleet between tasks; None where it goes by no distance, or next to nothing is saved.
 
     `now`: the estimate of the model, as measured.
     """
     allocation = model.policies.allocation
     if allocation.name in BY_TIME or allocation.own or model.pods is not None:  # a pod is called when a robot is free
-        return []
+        return None
     paces = together(model, _known(model))
     if paces is None or paces.many.empty >= now.cycle.empty * (1 - LEAST_LESS):
-        return []
-    drives = f"{amount(paces.many.empty)} {model.units.time} empty for each instead of {amount(now.cycle.empty)}"
-    done = now.can_do(model.units.hour)
-    return [f"with {paces.waiting} tasks to choose from, {allocation.name} drives {drives}: {done} tasks an hour"]
+        return None
+    return Choice(allocation.name, paces.waiting, paces.many.empty)
 
 
 def _known(model: Model) -> int:
@@ -279,17 +285,23 @@ def nearer(model: Model) -> dict[str, Any]:
     }
 
 
-def with_nearer(model: Model) -> list[str]:
-    """What a task takes less with fast movers nearer, in a line; none where nothing is to be gained."""
+@dataclass(frozen=True)
+class Nearer:
+    """What a task takes less, `saved` of `now` in time units, with the popularity under these `keys` by distance."""
+
+    saved: float
+    now: float
+    keys: tuple[str, ...]
+
+
+def with_nearer(model: Model) -> Nearer | None:
+    """What a task takes less with fast movers nearer; None where nothing is to be gained."""
     changes = nearer(model)
     try:
         moved = model.replace(changes) if changes else None
     except ModelError:  # no station is near
-        return []
+        return None
     if moved is None:
-        return []
+        return None
     now, then = map(time_of_task, (model, moved))
-    if now - then < LEAST_LESS * now:
-        return []
-    saved = f"{amount(now - then)} of {amount(now)} {model.units.time} a task"
-    return [f"fast movers nearest to the stations save {saved}, by estimate: {', '.join(changes)}: distance"]
+    return Nearer(now - then, now, tuple(changes)) if now - then >= LEAST_LESS * now else None

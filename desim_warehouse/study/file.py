@@ -48,10 +48,10 @@ from pydantic import (
     model_validator,
 )
 
-from desim_warehouse.errors import StudyError, got, nearest
+from desim_warehouse.errors import StudyError, got
 from desim_warehouse.model import Model, json_schema
 from desim_warehouse.model.messages import Outline
-from desim_warehouse.outcome.indicators import INDICATORS, look_up
+from desim_warehouse.outcome.indicators import INDICATORS, hint, look_up
 from desim_warehouse.study.design import Rule, baseline_point, count, points
 from desim_warehouse.study.factors import DRAW, Factor, Form, Label, factor_of, label, repeated
 from desim_warehouse.study.statistics.limits import MOST_POINTS, MOST_REPLICATIONS, MOST_RUNS
@@ -84,9 +84,7 @@ _Several = Annotated[int, Field(strict=True, ge=2, le=MOST_REPLICATIONS)]
 def _indicator(name: Any) -> Any:
     if isinstance(name, str) and look_up(name) is not None:
         return name
-    near = nearest(str(name), INDICATORS)
-    hint = f"did you mean '{near}'?" if near else f"expected one of {', '.join(INDICATORS)}"
-    raise wrong(f"unknown indicator (got {got(name)}), {hint}")
+    raise wrong(f"unknown indicator (got {got(name)}), {hint(str(name), INDICATORS)}")
 
 
 def _auto(given: Any) -> Any:

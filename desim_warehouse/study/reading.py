@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -12,8 +12,10 @@ from desim_warehouse.errors import ModelError, StudyError
 from desim_warehouse.model import UNSET, Model, load
 from desim_warehouse.model.messages import FilePositions, Keys, Problem, from_pydantic, report
 from desim_warehouse.model.parse import Document, from_file, plain
+from desim_warehouse.outcome.indicators import refuse_unknown
+from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.policies.catalogue import resolved_in
-from desim_warehouse.study.file import OUTLINE, StudyFile, labels
+from desim_warehouse.study.file import OUTLINE, StudyFile, Until, labels
 from desim_warehouse.study.plan import StudyPlan, models
 from desim_warehouse.study.warm_up import steady_length
 
@@ -114,7 +116,21 @@ def _plan(document: Document) -> StudyPlan:
     if plan.warm_up:
         for model in made.values():
             _has_steady_state(model, positions)
+    _can_have(plan, made.values(), positions)
     return plan
+
+
+def _can_have(plan: StudyPlan, among: Collection[Model], positions: FilePositions) -> None:
+    """Refuse flows and parts of the day, of the indicators that the study asks for, that no design has."""
+    rule = plan.replications
+    asked: list[tuple[Keys, str]] = [(("indicators",), name) for name in plan.indicators]
+    asked += [(("target",), parse_target(plan.target).indicator)] if plan.target else []
+    asked += [(("replications", "indicator"), rule.indicator)] if isinstance(rule, Until) else []
+    for keys, name in asked:
+        try:
+            refuse_unknown(name, among)
+        except StudyError as error:
+            raise ModelError([f"{positions.line(keys)[1]}: {error}"]) from None
 
 
 def _has_steady_state(model: Model, positions: FilePositions) -> None:

@@ -29,7 +29,20 @@ from desim_warehouse.outcome.account import UNTAKEN, share_of_tasks
 from desim_warehouse.policies import catalogue
 from desim_warehouse.run import RunData
 from desim_warehouse.run.quick import nearer
-from desim_warehouse.states import BROKEN, CHARGER, OPENING, PACKING, SERVER, SHOWN, Phase, Queue, names, staff
+from desim_warehouse.states import (
+    BROKEN,
+    CHARGER,
+    CLOSED_LANE,
+    OPENING,
+    PACKING,
+    PERSON_AHEAD,
+    SERVER,
+    SHOWN,
+    Phase,
+    Queue,
+    names,
+    staff,
+)
 from desim_warehouse.study.fleet import Designs, refused
 from desim_warehouse.study.fleet.capped import KEY, caps, waits_much
 from desim_warehouse.values.distributions import mean_of, scaled
@@ -241,7 +254,7 @@ def _on_the_way(run: RunData) -> Iterator[Suspect]:
     """What is closed or slow, and people in the aisles."""
     traffic = run.model.traffic
     if traffic.closures:
-        yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, _waited(run, "waiting_closed"))
+        yield Suspect("closures", "nothing closed", {"traffic.closures": {}}, _waited(run, CLOSED_LANE))
     if traffic.slow:
         yield Suspect("zones that are slow", "nothing slow", {"traffic.slow": {}})
     if traffic.zones:
@@ -251,7 +264,7 @@ def _on_the_way(run: RunData) -> Iterator[Suspect]:
     if limits:
         yield Suspect("limits of speed", "no speed limits on lanes", limits)
     if run.model.people:
-        yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, _waited(run, "waiting_person"))
+        yield Suspect("people in the aisles", "nobody in the aisles", {"people": {}}, _waited(run, PERSON_AHEAD))
 
 
 def _lanes(run: RunData) -> Iterator[Suspect]:

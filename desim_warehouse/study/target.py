@@ -10,7 +10,7 @@ import numpy as np
 
 from desim_warehouse.errors import StudyError, shown
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import Indicator
+from desim_warehouse.outcome.indicators import Indicator, refuse_unknown
 from desim_warehouse.outcome.targets import Target, amount_of, parse_target
 from desim_warehouse.study.statistics.checks import is_constant
 from desim_warehouse.study.statistics.limits import FIRST, FIRST_OF_MEANS, MOST_ZONE
@@ -116,8 +116,13 @@ def first_look(goal: Target, cap: int) -> int:
 
 
 def too_short(text: str, model: Model) -> str:
-    """What is wrong with a target for cycle times that no task can meet, as its handling takes longer; else nothing."""
+    """What is wrong with a target for cycle times that no task can meet, as its handling takes longer; else nothing.
+
+    Raises:
+        StudyError: no target, or one of a flow or part of the day that the model has not.
+    """
     goal, units = read_target(text, model.units.names), model.units
+    refuse_unknown(goal.indicator, [model])
     handled = model.tasks.mean_load + model.tasks.mean_unload
     if "cycle_time_" not in goal.indicator or goal.indicator.endswith("cv") or goal.sign > 0 or goal.value >= handled:
         return ""

@@ -29,6 +29,7 @@ MONDAY = "2026-03-02"
 """The day on which a run starts that has only a time of day."""
 
 _CLOCK = re.compile(r"(\d\d?):([0-5]\d)(?::([0-5]\d))?", re.ASCII)
+_HALF = re.compile(r"(0?[1-9]|1[0-2])(:[0-5]\d(?::[0-5]\d)?)? ?([ap])\.?m\.?", re.ASCII | re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -152,12 +153,21 @@ def clock_time(text: str) -> float:
     return time
 
 
+def in_24_hours(text: str) -> str:
+    """A time of day with AM or PM, such as `6 am` or `10:30 pm`, as `06:00` or `22:30`; any other text as it is."""
+    found = _HALF.fullmatch(text.strip())
+    if found is None:
+        return text
+    return f"{int(found[1]) % 12 + 12 * (found[3] in 'pP'):02}{found[2] or ':00'}"
+
+
 def clock_of(start: str) -> float:
     """The time of day in seconds of the `start` of a run, which may have a date."""
     return clock_time(start.rpartition("T")[2])
 
 
 def _span(text: str) -> str:
+    text = "-".join(map(in_24_hours, text.split("-")))
     try:
         begin, end = _ends(text)
     except ValueError:

@@ -18,10 +18,15 @@ METRES = {
     "dm": Fraction(1, 10),
     "m": Fraction(1),
     "km": Fraction(1000),
+    "in": Fraction(254, 10_000),
+    "ft": Fraction(3048, 10_000),
 }
 SECONDS = {"ms": Fraction(1, 1000), "s": Fraction(1), "min": Fraction(60), "h": Fraction(3600), "d": Fraction(86400)}
 SPEEDS = {f"{length}/{time}": METRES[length] / SECONDS[time] for length in METRES for time in SECONDS}
-ACCELERATIONS = {f"{length}/s{square}": METRES[length] for length in ("mm", "cm", "m") for square in ("^2", "²", "2")}
+SPEEDS["mph"] = Fraction(1_609_344, 3_600_000)
+ACCELERATIONS = {
+    f"{length}/s{square}": METRES[length] for length in ("mm", "cm", "m", "ft") for square in ("^2", "²", "2")
+}
 RATES = {f"/{time}": 3600 / SECONDS[time] for time in SECONDS}
 
 TABLE = {

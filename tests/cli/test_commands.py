@@ -87,15 +87,18 @@ def test_check_says_what_a_planner_should_know():
     said = call("check", MODEL)
     assert said.exit_code == 0
     lines = said.stdout.splitlines()
-    assert lines[0] == "no errors"
-    assert lines[1:4] == [
+    assert lines[:2] == ["no errors", "MultiBots: 6 robots, 6 chargers, 80 storage places."]
+    assert not [line for line in lines if "ring of" in line or "D =" in line]
+    details = call("check", MODEL, "--details").stdout.splitlines()
+    assert details[: len(lines)] == lines
+    assert details[len(lines) : len(lines) + 3] == [
         "MultiBots: 18 nodes, 27 edges, 80 storage places",
         "robots keep D = 33 px and drive up to 4 px/step",
         # rows: 15 of 150, with floor(150 / 33) - 1 = 3 places; columns: 12 of 250 with floor(250 / 33) - 1 = 6
         "the lanes hold 117 robots at once, the fleet has 6",
     ]
-    assert any(line.startswith("ring of ") for line in lines)
-    assert "quick estimate:" in lines
+    assert any(line.startswith("ring of ") for line in details)
+    assert "quick estimate:" in details
 
 
 def test_check_finds_errors_and_says_that_the_model_would_be_refused():

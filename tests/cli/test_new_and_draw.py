@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
-from desim_warehouse.draft import Draft, draft
+from desim_warehouse.draft import Draft, draft, read_size
 from desim_warehouse.folders import gallery
 from desim_warehouse.model.parse import read_yaml
 from desim_warehouse.plot import floor
@@ -77,7 +77,7 @@ def test_what_is_not_given_suffices_by_hand(orders):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("--size 60", "--size 60: not a floor, expected width x height in metres such as 60x40"),
+        ("--size 60", "--size 60: not a floor, expected width x height such as 60x40 (metres) or 200x130ft"),
         ("--orders 5/x", "--orders 5/x: not a rate, expected orders an hour such as 200/h"),
         ("--orders 0", "--orders 0: not a rate, expected orders an hour such as 200/h"),
         ("--aisles 90", "--aisles 90: too many for 60 m (each would be -1.7 m wide), expected at most 18"),
@@ -223,3 +223,24 @@ def test_a_new_model_brings_its_schema_and_the_line_that_editors_read(tmp_path):
         call("new", str(file), "--schema")
     assert not file.exists()
     assert call("new", str(file), "--schema", "--force").exit_code == 0
+
+
+@pytest.mark.parametrize(
+    ("text", "sides"),
+    [
+        ("240x160ft", (73.152, 48.768)),
+        ("240 ft x 160 ft", (73.152, 48.768)),
+        ("60x40", (60, 40)),
+        ("60 × 40.5 m", (60, 40.5)),
+        ("0.06kmX4000cm", (60, 40)),
+        ("2880*1920in", (73.152, 48.768)),
+    ],
+)
+def test_a_floor_is_in_metres_or_in_the_unit_that_is_said(text, sides):
+    assert read_size(text) == pytest.approx(sides, rel=1e-15)
+
+
+@pytest.mark.parametrize("text", ["240ftx160", "240x160 yards", "0x40", "-60x40", "60x40x20"])
+def test_what_is_no_floor_is_refused(text):
+    with pytest.raises(dw.ModelError, match="not a floor"):
+        read_size(text)

@@ -98,8 +98,8 @@ def test_a_run_imports_only_what_it_needs():
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="/proc of Linux")
-def test_a_small_run_looks_for_no_garbage_and_starts_no_threads():
-    """Either takes several times as long as the run itself."""
+def test_a_small_run_looks_for_garbage_once_a_probe_and_starts_no_threads():
+    """The estimate probes one robot, then the fleet. More, or threads, would take several times as long as the run."""
     program = (
         "import atexit, gc, os, sys\nfrom desim_warehouse.cli import main\n"
         "begin = sum(one['collections'] for one in gc.get_stats())\n"
@@ -110,7 +110,7 @@ def test_a_small_run_looks_for_no_garbage_and_starts_no_threads():
     done = desim("run", MODEL, "--json", program=[sys.executable, "-c", program])
     collections, threads = map(int, done.stderr.split())
     assert threads == 1
-    assert collections <= 1
+    assert collections <= 2
 
 
 def test_importing_the_package_imports_nothing_heavy():

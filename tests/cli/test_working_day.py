@@ -99,7 +99,11 @@ def test_a_draft_without_people_is_as_it_was():
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        ("--shifts 22-6", "--shifts 22-6: not from one time to another"),
+        ("--shifts 22-22", "--shifts 22-22: not from one time to another"),
+        ("--shifts 22-06,5-10", "they overlap"),
+        ("--shifts 13pm-10pm", "not from one time to another"),
+        ("--peak 13-11:30x1.6", "--peak 13-11:30: not from one time to another"),
+        ("--shifts 22-06 --peak 05-07x2", "outside the shifts"),
         ("--shifts 06-14,13-22", "they overlap"),
         ("--peak noon", "--peak noon: no peak, expected from-to and times as many"),
         ("--shifts 06-12 --peak 11:30-13x2", "outside the shifts"),
@@ -140,5 +144,35 @@ def test_rates_add_up_to_the_shifts_and_the_peak(ends, part, times):
 def test_times_of_day_are_read_as_people_write_them():
     assert read_shifts("06-14,14-22") == ((360, 1320),)
     assert read_shifts("6-14,15:30-22") == ((360, 840), (930, 1320))
-    assert read_peak("11:30-13x1.6", ()) == Peak((690, 780), 1.6)
+    assert read_shifts("6am-10pm") == read_shifts("6:00 AM - 10 p.m.") == ((360, 1320),)
+    assert read_shifts("12am-12pm") == ((0, 720),)
+    assert read_peak("11:30am-1pmx1.6", ()) == read_peak("11:30-13x1.6", ()) == Peak((690, 780), 1.6)
     assert read_peak("11:30-13*2", ((360, 1320),)).times == 2
+
+
+@pytest.mark.parametrize(
+    ("text", "shifts"),
+    [
+        ("22-06", ((1320, 1800),)),
+        ("10pm-6am", ((1320, 1800),)),
+        ("14-22,22-06", ((840, 1800),)),
+        ("22-06,06-14", ((1320, 2280),)),  # begins in the evening, not with what is left in the morning
+        ("06-14,14-22,22-06", ((360, 1800),)),
+        ("08-12,23-02", ((480, 720), (1380, 1560))),
+    ],
+)
+def test_a_night_shift_ends_on_the_next_day(text, shifts):
+    assert read_shifts(text) == shifts
+    day = WorkingDay(shifts)
+    every, rates = day.rates(60)
+    assert sum(rates) * every == 60 * sum(end - begin for begin, end in shifts)
+    assert day.length == shifts[-1][1] - shifts[0][0]
+
+
+def test_a_night_shift_has_its_orders_in_the_night(tmp_path):
+    said = pages.run_desim(f"desim new {tmp_path / 'n.yaml'} --shifts 10pm-6am --peak 01-03x2 --orders 800/d")[1]
+    assert "80 orders an hour from 22:00 to 06:00 with 2 times as many from 01:00 to 03:00 = 800 orders a day" in said
+    model = dw.load(str(tmp_path / "n.yaml"))
+    assert (model.run.start, model.run.length) == ("22:00", 8 * 3600)
+    assert model.tasks.flows["orders"].arrivals.profile.per_hour == (80, 160, 160, 80, 80, 80, *[0] * 16, 80, 80)
+    assert sum(model.tasks.flows["orders"].arrivals.profile.per_hour) == 800

@@ -40,6 +40,7 @@ TAKE_LONG = {
         "find-the-bottleneck",
         "fleet-size",
         "from-lif-to-a-fleet-size",
+        "goods-to-person",
         "how-long",
         "how-many-robots",
         "if-demand-grows",

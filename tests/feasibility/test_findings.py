@@ -162,8 +162,8 @@ def test_an_accepted_error_is_recorded_with_the_run_and_said_in_its_report(tmp_p
 def test_a_study_accepts_by_its_file():
     wide = {"layout.blocks.aisle_width": 0.9, "run": {"length": 2000}}
     study = dw.Study(dw.load(PLANNER), {"fleet.size": [2]}, changes=wide)
-    study.run()
-    assert "ROBOT_WIDER_THAN_AISLE" in study.table["error"].iloc[0]
+    with pytest.raises(dw.StudyError, match=r"no run finished: CheckError: .*ROBOT_WIDER_THAN_AISLE"):
+        study.run()
     study = dw.Study(dw.load(PLANNER), {"fleet.size": [2]}, changes={**wide, "accept": ["ROBOT_WIDER_THAN_AISLE"]})
     study.run()
     assert study.table["tasks"].iloc[0] > 0

@@ -9,6 +9,7 @@ from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.questions.check import check
+from desim_warehouse.questions.check_details import of_estimate
 from desim_warehouse.run.quick import estimate
 from tests.world.test_hours import SQUARE
 
@@ -33,7 +34,7 @@ def test_a_station_open_half_of_the_day_has_half_the_capacity():
     assert half.stations[0].capacity == pytest.approx(1 / 60)
     assert half.stations[0].busy == pytest.approx(1.0)  # 60 an hour, 30 s each, in half of the time
     assert "busy 100 % of the time in which it is open (50 % of all time)" in "\n".join(
-        half.lines(dw.load(LIFELONG).units)
+        of_estimate(half, dw.load(LIFELONG).units)
     )
 
 

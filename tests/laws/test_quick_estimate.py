@@ -205,7 +205,7 @@ def walked(annotation, place="", seen=frozenset()):
         if issubclass(section, Distribution) or section in seen:
             continue
         for name, field in section.model_fields.items():
-            whole, key = whole_annotation(field), f"{place}.{name}".lstrip(".")
+            whole, key = whole_annotation(field), f"{place}.{field.alias or name}".lstrip(".")
             if kind_of(whole) in COSTS:
                 yield key
             yield from walked(whole, key, seen | {section})

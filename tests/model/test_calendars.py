@@ -80,9 +80,16 @@ MANY = st.one_of(
 def test_times_of_day_are_written_as_people_do():
     assert Shifts(open=("6:00 - 14:30",)).hours("00:00", 1 / HOUR).following(0.0) == (6, 14.5)
     assert Shifts(open=("22:00-24:00",)).hours("00:00", 1 / HOUR).following(0.0) == (22, 24)
+    assert Shifts(open=("6am - 2:30 PM",), breaks=("10 a.m.-10:15am",)) == Shifts(
+        open=("06:00-14:30",), breaks=("10:00-10:15",)
+    )
+    assert Shifts(open=("12am-12pm",)).open == ("00:00-12:00",)
+    assert load(TUTORIAL, {"run.start": "6:30 pm"}).run.start == "18:30"
 
 
-@pytest.mark.parametrize("start", ["24:00", "06:00Z", "2026-03-02T06:00+01:00", "0600", "6", "2026-03-02"])
+@pytest.mark.parametrize(
+    "start", ["24:00", "06:00Z", "2026-03-02T06:00+01:00", "0600", "6", "2026-03-02", "13pm", "0am"]
+)
 def test_a_run_starts_at_a_time_of_day_without_a_zone(start):
     with pytest.raises(ModelError, match=r"run\.start: not a time"):
         load(TUTORIAL, {"run.start": start})

@@ -30,6 +30,12 @@ def refused(overrides, source=TUTORIAL):
         ({}, "policies.interval", "0.5min", 30),
         ({}, "fleet.robot.speed", "1.5 m/s", 1.5),
         ({}, "fleet.robot.speed", "5.4 km/h", 1.5),
+        ({}, "fleet.robot.speed", "5 ft/s", 1.524),
+        ({}, "fleet.robot.speed", "300ft/min", 1.524),
+        ({}, "fleet.robot.speed", "3 mph", 1.34112),
+        ({}, "fleet.robot.acceleration", "2 ft/s^2", 0.6096),
+        ({}, "fleet.robot.radius", "15 in", 0.381),
+        ({"length": "cm"}, "fleet.robot.radius", "1.25ft", 38.1),
         ({}, "fleet.robot.acceleration", "0.5 m/s^2", 0.5),
         ({"length": "cm", "time": "min", "seconds": 60}, "fleet.robot.deceleration", "500 mm/s²", 180_000),
         ({}, "fleet.robot.radius", "350 mm", 0.35),
@@ -110,7 +116,7 @@ def test_demand_may_be_per_cent():
         (
             "fleet.robot.radius",
             "25 %",
-            "not a length (got '25 %'), expected a length such as 600 mm, in mm, cm, dm, m or km",
+            "not a length (got '25 %'), expected a length such as 600 mm, in mm, cm, dm, m, km, in or ft",
         ),
         ("tasks.load_time", "-5 s", "should be greater than or equal to 0 (got -100)"),
         ("fleet.size", "3 h", "should be a whole number (got '3 h')"),
@@ -175,3 +181,18 @@ def test_editors_take_units_for_right():
     assert validator.is_valid(content)
     content["run"]["length"] = "8 hours"
     assert not validator.is_valid(content)
+
+
+@pytest.mark.parametrize(
+    ("key", "written", "meant"),
+    [
+        ("fleet.robot.radius", "2 feet", "ft"),
+        ("fleet.robot.radius", "15 inches", "in"),
+        ("run.length", "8 hours", "h"),
+        ("run.length", "90 minutes", "min"),
+        ("fleet.robot.speed", "300 fpm", "ft/min"),
+        ("fleet.robot.speed", "5 kmh", "km/h"),
+    ],
+)
+def test_another_name_of_a_unit_is_answered_with_ours(key, written, meant):
+    assert refused({key: written})[0].endswith(f"; did you mean '{meant}'?")

@@ -25,6 +25,7 @@ from desim_warehouse.answer.text import printed
 from desim_warehouse.cli import desim
 from desim_warehouse.errors import ReportError
 from desim_warehouse.live.answers import Named, RunsSoFar
+from desim_warehouse.model.facts.workers import Group, Load
 from desim_warehouse.outcome.verdicts import Verdict
 from desim_warehouse.questions import judged as judged_words
 from desim_warehouse.questions.plan import plan_fleet, worded
@@ -109,7 +110,7 @@ def made_up_plan(number):
             shown(chance, under, chance.choice(["fails", "undecided"]) if best else "fails", chance.random() < 0.3),
         )
         left = tuple(chance.sample(counts, 2)) if kind == "ended" else ()
-        busy = {"robots": Estimate(10, 0.941, (0.93, 0.95), 0.01, 0.94, {}, False, 0.95)}
+        busy = {Load(Group("robots"), 0.941): Estimate(10, 0.941, (0.93, 0.95), 0.01, 0.94, {}, False, 0.95)}
         change = {"tasks.demand": growth}
         return Sized(name, growth, 60.0 * growth, best, below, busy, False, (), change, left, counts=counts)
 

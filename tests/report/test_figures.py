@@ -219,7 +219,7 @@ def test_congestion_colours_edges_and_nodes_by_the_tallies(lifelong):
     np.testing.assert_allclose(nodes.get_array(), lifelong.nodes["blocked"] / counted)
     assert edges.get_clim() == nodes.get_clim() == (0.01, 1)  # a scale of its own would alarm on any floor
     bar = ax.figure.axes[1]
-    assert [text.get_text() for text in bar.get_yticklabels()] == ["under 1 %", "1 to 5 %", "5 to 20 %", "over 20 %"]
+    assert [text.get_text() for text in bar.get_yticklabels()] == ["1 to 5 %", "5 to 20 %", "over 20 %"]
     episodes = plot.congestion(lifelong, by="waits").collections[-1]
     np.testing.assert_allclose(episodes.get_array(), lifelong.nodes["waits"])
 

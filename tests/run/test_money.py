@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.errors import ModelError
-from desim_warehouse.study.procedures import race, smallest
+from desim_warehouse.study.procedures import race
 from tests.world.test_flows import RING
 
 PRICES = {
@@ -93,5 +93,5 @@ def test_the_best_fleet_depends_on_what_lateness_costs(late, robots, tmp_path):
     found = race(study, "cost_per_task", 0.01, search=dw.Search(first=5, cap=20))
     assert str(found.point) == f"fleet.size={robots}"
     assert not found.maximise
-    sized = smallest(study, "cost_per_task <= 100", search=dw.Search(first=5, cap=20))
+    sized = dw.size(study, "cost_per_task <= 100", search=dw.Search(first=5, cap=40))
     assert sized.smallest == 2

@@ -133,7 +133,7 @@ def test_the_worst_hour_may_be_the_target(share, some):
     over_all, peak = (plan_fleet(busy_from_nine(), f"{name} >= {share} %", **how) for name in ("on_time", AT_NINE))
     assert peak.today.best.robots > over_all.today.best.robots
     assert peak.answer.answer[0].count("09:00 to 09:30") == 1
-    with pytest.raises(StudyError, match="no run has it, did you mean 'on_time@09:"):
+    with pytest.raises(StudyError, match="no such part of the day, did you mean 'on_time@09:"):
         plan_fleet(busy_from_nine(), "on_time@09:00-10:00 >= 85 %", **how)
 
 

@@ -125,7 +125,9 @@ def test_pilot_runs_that_fail_are_said(tmp_path):
     """A robot that runs flat in every run: it is counted as its model says, and its runs are rows with the error."""
     flat = {"capacity": 30, "threshold": 0, "consumption": 1, "charge_rate": 1, "reserve": 0}
     model = loop(battery=flat, run__warm_up=100, accept=["BATTERY_TOO_SMALL"])
-    study = dw.Study(model, warm_up="auto").run()
+    study = dw.Study(model, warm_up="auto")
+    with pytest.raises(dw.StudyError, match="no run finished: BatteryError"):
+        study.run()
     assert study.plan.warm_up == (100,)
     assert any("no pilot run was finished" in note for note in study.notes)
     assert study.table["error"].notna().all()

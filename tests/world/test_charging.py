@@ -6,7 +6,7 @@ Robots start at A; the way from C to A is 40. One task: out at 1, good at 31, lo
 
 import pytest
 
-from desim_warehouse import BatteryError, PolicyError, StallError, load
+from desim_warehouse import BatteryError, ModelError, PolicyError, StallError, load
 from desim_warehouse.world import World
 from desim_warehouse.world.robots.battery import Battery
 
@@ -235,3 +235,35 @@ def test_a_robot_at_rest_beside_a_charger_of_several_slots_charges_again_before_
     battery = {"capacity": 100, "threshold": 0, "consumption": 0.01, "charge_rate": 0.1}
     world = play({**later, "layout.bays": bays, "battery": battery, "policies.charging": "four-thresholds"})
     assert times(world, "charging") == [pytest.approx(3500), pytest.approx(7350)]
+
+
+@pytest.mark.parametrize(
+    ("battery", "alike"),
+    [
+        ({"capacity": 250, "usable": "80 %"}, {"capacity": 200}),  # an aged battery
+        ({"capacity": 400, "usable": 0.5}, {"capacity": 200}),
+        ({"capacity": 200, "usable": 1}, {"capacity": 200}),
+        # levels of policies and charge curves are of what is usable
+        ({"capacity": 250, "usable": 0.8, "taper": {"start": 0.5}}, {"capacity": 200, "taper": {"start": 0.5}}),
+        ({"capacity": 2000, "usable": "10 %", "threshold": 90}, {"capacity": 200, "threshold": 90}),
+    ],
+)
+def test_a_battery_of_which_a_part_is_usable_is_a_smaller_one(battery, alike):
+    four = {"tasks.goods": [0, 0, 0, 0]}
+    used, smaller = (play({**four, "battery": {**RING["battery"], **one}}) for one in (battery, alike))
+    assert used.log.rows == smaller.log.rows
+    assert used.robots[0].battery.drawn(used.env.now) == smaller.robots[0].battery.drawn(smaller.env.now)
+
+
+def test_a_usable_part_of_a_battery_is_a_share_above_0_and_holds_the_threshold():
+    assert load(RING, {"battery.usable": "80 %"}).battery.capacity == 160
+    assert "usable" not in load(RING).battery.content()  # kept runs keep their digest
+    for wrong, said in (
+        ("0 %", "greater than 0"),
+        ("120 %", "less than or equal to 1"),
+        ("8 %", r"expected a level below the usable part of battery\.capacity, 16"),
+    ):
+        with pytest.raises(ModelError, match=said):
+            load(RING, {"battery.usable": wrong})
+    kind = {"large": {"count": 1, "battery": {**RING["battery"], "usable": 0.75}}}
+    assert load(RING, {"fleet.kinds": kind}).fleet.kinds["large"].battery.capacity == 150

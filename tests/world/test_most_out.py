@@ -93,8 +93,9 @@ def test_robots_whose_batteries_want_a_charger_do_not_wait_for_the_cap(charging,
 def test_the_hand_calculation_knows_the_cap(tmp_path):
     path = tmp_path / "floor.json"
     path.write_text(json.dumps(crowded(60)))
-    said = CliRunner().invoke(desim, ["check", str(path), "--set", "traffic.most_out=30"]).stdout
-    assert "robots: 60 robots, at most 30 of them under way, can do 7,214 tasks an hour" in said
+    said = CliRunner().invoke(desim, ["check", str(path), "--set", "traffic.most_out=30", "--details"]).stdout
+    assert "robots: 60 robots, at most 30 of them under way, can do 3,878 to 4,336 tasks an hour" in said
+    assert "At most 30 of them are under way at a time (traffic.most_out)." in said
 
 
 @pytest.mark.long

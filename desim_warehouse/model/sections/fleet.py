@@ -81,8 +81,14 @@ class Taper(Part):
 class BatterySpec(Part):
     """The battery of every robot."""
 
-    capacity: Annotated[Positive, Unit("energy")] = Field(
-        title="battery capacity", description="energy of a full battery"
+    nominal: Annotated[Positive, Unit("energy")] = Field(
+        alias="capacity", title="battery capacity", description="energy of a full battery"
+    )
+    usable: Annotated[Share | None, Field(gt=0)] = Field(
+        None,
+        title="usable part of the battery",
+        description="part of the capacity that is used, as of aged batteries, or where the rest is never drawn: levels "
+        "are of this part; default: all",
     )
     threshold: Energy = Field(
         0.0,
@@ -112,9 +118,11 @@ class BatterySpec(Part):
     @field_validator("threshold")
     @classmethod
     def _below_capacity(cls, threshold: float, info: ValidationInfo) -> float:
-        capacity = info.data.get("capacity", math.inf)
+        usable = info.data.get("usable")
+        capacity = info.data.get("nominal", math.inf) * (1.0 if usable is None else usable)
         if threshold >= capacity:
-            expected = f"a level below battery.capacity, {got(capacity)}"
+            part = "" if usable is None else "the usable part of "
+            expected = f"a level below {part}battery.capacity, {got(capacity)}"
             raise wrong(f"too large (got {got(threshold)}), expected {expected}")
         return threshold
 
@@ -122,6 +130,11 @@ class BatterySpec(Part):
         """As of any section; a threshold that is not given is left out, as a policy may ask for it."""
         found: dict[str, Any] = super().content()
         return found if "threshold" in self.model_fields_set else {k: v for k, v in found.items() if k != "threshold"}
+
+    @property
+    def capacity(self) -> float:
+        """The energy of a full battery, as far as it is usable."""
+        return self.nominal if self.usable is None else self.nominal * self.usable
 
     @property
     def draws(self) -> Consumption:

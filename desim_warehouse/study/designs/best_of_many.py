@@ -10,7 +10,7 @@ from typing import Any
 
 from desim_warehouse.errors import StudyError
 from desim_warehouse.model import Model
-from desim_warehouse.outcome.indicators import find
+from desim_warehouse.outcome.indicators import find, refuse_unknown
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.designs.design_space import (
     AisleWays,
@@ -119,6 +119,7 @@ def search_designs(
     Source: `designs.local_search`; verdicts: see `Judge`.
     """
     measure = find(indicator)
+    refuse_unknown(indicator, [model])
     more = more_is_better(indicator) if maximise is None else maximise
     runs = search.runs or SEARCH_RUNS
     factors = [_factor(model, key, values, search.seed) for key, values in (vary or {}).items()]
@@ -131,6 +132,8 @@ def search_designs(
     if delta is not None:
         check_zone(measure, delta)
     goal = None if target is None else read_target(target, model.units.names)
+    if goal is not None:
+        refuse_unknown(goal.indicator, [model])
     with search.together() as together:
         return _DesignSearch(space, indicator, more, goal, together).outcome(delta)
 

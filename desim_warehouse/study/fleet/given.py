@@ -7,7 +7,9 @@ from collections.abc import Sequence
 from typing import Any
 
 from desim_warehouse.errors import StudyError, got
+from desim_warehouse.model import Model
 from desim_warehouse.model.parse import read_yaml
+from desim_warehouse.outcome.indicators import refuse_unknown
 from desim_warehouse.outcome.targets import Target
 from desim_warehouse.study.factors import listed
 from desim_warehouse.study.statistics.limits import MOST_YEARS
@@ -95,10 +97,13 @@ def counts_of(given: Sequence[int] | str | None, named: str) -> list[int] | None
 
 
 def goals_of(
-    target: str | Sequence[str], zone: float | str | None, units: UnitNames
+    target: str | Sequence[str], zone: float | str | None, model: Model
 ) -> tuple[Target, float, tuple[tuple[Target, float], ...]]:
     """Read the first target with its indifference zone, and the further ones with theirs."""
+    units = model.units.names
     goal, *others = read_targets(target, units)
+    for one in (goal, *others):
+        refuse_unknown(one.indicator, [model])
     if others and zone is not None:
         raise StudyError(f"--zone {zone}: for one target alone, expected none beside several targets")
     return goal, indifference(goal, zone, units), tuple((other, indifference(other, None, units)) for other in others)

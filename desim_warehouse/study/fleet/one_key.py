@@ -40,7 +40,7 @@ def size_key(
         raise StudyError(f"size, search: {shown(search):.60}, expected a Search; scan=True looks at all values")
     refuse_other(study, search)
     base, confidence, seed = study.plan.base, study.plan.confidence, study.plan.seed
-    goal, zone, beside = goals_of(target, zone, base.units.names)
+    goal, zone, beside = goals_of(target, zone, base)
     designs, budget = OneKey(study, scan=scan), Budget(search.runs or MOST_RUNS)
     with replace(search, confidence=confidence, seed=seed).together() as together:
         planner = Planner(base, goal, zone, designs, together, budget, beside=beside)

@@ -549,7 +549,7 @@ def size_fleet(
 
     Source: see `cheapest_meeting_steps`, with what it promises and assumes.
     """
-    goal, zone, beside = goals_of(target, zone, model.units.names)
+    goal, zone, beside = goals_of(target, zone, model)
     times = demands_of(growth, years, "growth")
     more_demand(model, max(times, default=1.0))
     sides = counts_of(robots, "robots"), counts_of(chargers, "chargers"), packers_of(packers, "packers")

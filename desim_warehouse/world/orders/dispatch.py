@@ -199,6 +199,8 @@ class Dispatcher:
             self.finished.succeed()
 
     def _forget(self, robot: Robot) -> None:
+        assert robot.job is not None
+        self.reach.forget(robot.job)
         self.stations.release(robot.tour.stops, robot.tour.slots)
         robot.lay_down()
 
@@ -246,7 +248,7 @@ class Dispatcher:
         time = now
         if self.interval and not at_once:
             time = max(math.ceil(now / self.interval - 1e-9) * self.interval, now)
-        if time < self._decides_at:
+        if time < self._decides_at and (self.open or self._passing or self.queues or self._pods is not None):
             self._decides_at = time
             end_of_instant(self.env, DECISIONS, time - now).callbacks.append(self._decide)
 
@@ -444,7 +446,6 @@ class Dispatcher:
             self._pods.assigned(robot, task)
         robot.body.work_on(task.number)
         event.succeed()
-        self.reach.taken(task)
         if self._pods is None:
             self.demand.taken(task)
 

@@ -224,9 +224,9 @@ class _Flow:
         begins, ends = route.source, route.target
         source = self._named("from", which, None if line is None else line.source, begins)
         target = self._named("to", which, None if line is None else line.target, ends)
-        for _ in range(TRIES if line is None or not isinstance(line.target, int) else 0):
-            if source is target:  # both in storage: not from a place to itself, where there are others
-                target = self._place("to", which, ends)
+        tries = TRIES if line is None or not isinstance(line.target, int) else 0
+        while tries and source is target:  # both in storage: not from a place to itself, where there are others
+            target, tries = self._place("to", which, ends), tries - 1
         if isinstance(source, str):
             good, edge, offset = -1, (source, source), 0.0
         else:

@@ -26,8 +26,8 @@ class Bay:
     """Slots for robots beside a node, of which `taken` are occupied or reserved.
 
     `charges`: the kinds whose robots use its chargers; empty without chargers. `spares`: batteries to swap, by kind;
-    none where there is always a full one. `waiting`: robots in it that wait for a charger, which there may be where it
-    has fewer chargers than slots, or some that have failed.
+    none where there is always a full one. `charges_every_slot`: there is a charger at each slot. `waiting`: robots in
+    it that wait for a charger, which there may be where it has fewer chargers than slots, or some that have failed.
     """
 
     def __init__(
@@ -44,12 +44,8 @@ class Bay:
         self.chargers = chargers
         self.charges = charges
         self.spares = spares or {}
+        self.charges_every_slot = chargers is not None and chargers.capacity >= places
         self.waiting: list[Guest] = []
-
-    @property
-    def charges_every_slot(self) -> bool:
-        """Whether there is a charger at each slot."""
-        return self.chargers is not None and self.chargers.capacity >= self.places
 
     @property
     def free(self) -> int:

@@ -123,7 +123,7 @@ class Alarms:
         battery = robot.battery
         if battery.spec is None:
             return
-        if battery.rate != self._rate:  # else it is flat when it was found to be
+        if battery.rate > self._rate:  # else it is flat when the last timeout comes up, or later
             self._rate = battery.rate
             flat_at = battery.lasts_until(now, -battery.spec.reserve)
             if flat_at < self._flat_at:

@@ -118,7 +118,10 @@ class Itinerary:
 
         Where lanes close it counts when it is there, at its present speed.
         """
-        return self.routes.route(node, goal, self.body.speed, self.body.time_left + after)
+        routes, body = self.routes, self.body
+        if not routes.passes_closures:
+            return routes.route(node, goal)
+        return routes.route(node, goal, body.speed, body.time_left + after)
 
     def _on_lane(self, node: str, edge: tuple[str, str], offset: float, goal: str) -> Place | None:
         """A storage place's lane, and how far along. A two-way lane is driven from the end that is sooner to `goal`."""

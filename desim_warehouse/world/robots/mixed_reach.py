@@ -66,7 +66,7 @@ class MixedReach:
         """A robot gives a task back: how often that has happened now."""
         return next(iter(self.of.values())).give_back(task)
 
-    def taken(self, task: Task) -> None:
-        """A task is no longer open."""
+    def forget(self, task: Task) -> None:
+        """A task is done, or given back."""
         for reach in self.of.values():
-            reach.taken(task)
+            reach.forget(task)

@@ -329,9 +329,11 @@ class Reach:
         """
         travel = self.travel(robot.speed)
         driven = travel.half_turn + travel.to_edge(robot.node, task.edge)
-        return self.consumption.empty * (
-            robot.free_in + driven + self.to_charger(station, robot, choice)
-        ) + self._from_edge(robot, task, station, stops)
+        if task.is_tour:
+            way, drawn = self.to_charger(station, robot, choice), self._from_edge(robot, task, station, stops)
+        else:
+            way, drawn = self._from_edge_on(robot, task, station, choice)
+        return self.consumption.empty * (robot.free_in + driven + way) + drawn
 
     def enough(self, robot: RobotView, task: Task, station: str, levels: Levels) -> float:
         """Energy with which a robot, driving freely, does not have to give the task back on the way."""
@@ -402,7 +404,7 @@ class Reach:
     def _from_edge_on(self, robot: RobotView, task: Task, station: str, choice: str) -> tuple[float, float]:
         """Driving time to a charger after a task, and energy from the start of the good's edge until that begins.
 
-        Kept while the task is open, but not of a tour with a choice of stops, which may be others the next time.
+        Kept until the task is done, but not of a tour with a choice of stops, which may be others the next time.
         """
         known = self._onward.setdefault(task.number, {})
         key = station, robot.speed, self.loaded_speed(robot), choice, robot.home if choice == "own" else ""
@@ -414,8 +416,8 @@ class Reach:
             known[key] = way, drawn
         return known[key]
 
-    def taken(self, task: Task) -> None:
-        """A task is no longer open."""
+    def forget(self, task: Task) -> None:
+        """A task is done, or given back."""
         self._onward.pop(task.number, None)
 
     def _from_edge(self, robot: RobotView, task: Task, station: str, stops: Sequence[Stop] | None = None) -> float:

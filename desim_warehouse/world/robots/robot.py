@@ -403,10 +403,6 @@ class Robot:
         """Whether it stands in a bay with chargers for its kind."""
         return self.bay is not None and self.kind in self.bay.charges and not self.is_out
 
-    def is_connected(self, state: str) -> bool:
-        """Whether in a state it is connected to a charger: charged, or at rest in a bay with one for each slot."""
-        return state in CHARGED or (state in RESTING and self.rests_at_own_charger)
-
     @property
     def rests_at_own_charger(self) -> bool:
         """Whether it is in a bay with a charger for each slot: elsewhere robots in the bay take turns at chargers."""
@@ -504,12 +500,11 @@ class Robot:
     def enter(self, state: str) -> None:
         """Begin something else: the time goes to the old state, the battery draws the new rate."""
         now = self.env.now
-        waited_by_now = self.body.waited_by(now)
-        waited = waited_by_now - self.waited_before
-        self.time_in[self.state] += now - self.since_state - waited
+        waited = self.body.waited_by(now)
+        self.time_in[self.state] += now - self.since_state - (waited - self.waited_before)
         if self.docked is not None:
             self.docked.busy += self.served_for(now)
-        self.waited_before = waited_by_now
+        self.waited_before = waited
         self.since_state = now
         if state != self.state:
             self.state = state
@@ -523,8 +518,12 @@ class Robot:
         return now - self.since_state if self.state in SERVED else 0.0
 
     def _draw(self, state: str) -> None:
-        """From now on the battery draws what the state needs, or nothing while the robot is connected to a charger."""
-        self.battery.draw(self.env.now, 0.0 if self.is_connected(state) else self.battery.rates[state])
+        """From now on the battery draws what the state needs, or nothing while the robot is connected to a charger.
+
+        It is when it is charged, or at rest in a bay with a charger for each slot.
+        """
+        is_connected = state in CHARGED or (state in RESTING and self.rests_at_own_charger)
+        self.battery.draw(self.env.now, 0.0 if is_connected else self.battery.rates[state])
         self.alarms.watch()
 
     def record(self, kind: str, edge: tuple[str, str] | None = None) -> None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-import math
+from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.world.traffic.braking import LookAhead
@@ -121,12 +121,12 @@ class Body:
         self.ahead: Body | None = None
         self.behind: Body | None = None
         self.pos = self.target = self.goal = 0.0
-        self.since = self.until = self.entered_at = self.out_at = self.line_at = self.ready_at = -math.inf
+        self.since = self.until = self.entered_at = self.out_at = self.line_at = self.ready_at = -inf
         self.out_pace = speed
-        self.limit = self.train_pace = math.inf
+        self.limit = self.train_pace = inf
         self.look_ahead: LookAhead | None = None
         self.braking = 0.0
-        self.stands_at = -math.inf
+        self.stands_at = -inf
         self.delays = delays
         self.detours = self.moves = 0
         self.driven = 0.0
@@ -140,7 +140,7 @@ class Body:
         self.waited = 0.0
         self.waited_apart: dict[str, float] = {}
         # Of a breakdown, and a call back to a charger
-        self.recall_at = self.halts_at = math.inf
+        self.recall_at = self.halts_at = inf
         self.broken = self.cleared = False
 
     # Where it is
@@ -154,7 +154,7 @@ class Body:
     def passes(self, position: float) -> float:
         """The time at which it passes `position` on its lane, no farther than its target, or a past time."""
         if position <= self.pos:
-            return self.since if position == self.pos else -math.inf
+            return self.since if position == self.pos else -inf
         return self.until - (self.target - position) / self.pace
 
     def distance(self, now: float) -> float:
@@ -191,17 +191,21 @@ class Body:
 
         The smallest of them, from now on. A ring turns as it started, whatever holds meanwhile.
         """
-        train, self.train_pace = self.train_pace, math.inf
-        self.limit = lane.limit_at(time) if train == math.inf else min(lane.limit, train)
+        train = self.train_pace
+        if train < inf:
+            limit = self.limit = min(lane.limit, train)
+        else:
+            limit = self.limit = lane.limit_at(time) if lane.slow else lane.limit
+        self.pace = min(self.speed, limit)
         if self.look_ahead is not None:
-            self.limit = min(self.limit, self.look_ahead.limit_on(lane))
-        self._take_pace()
-        if train < math.inf:
-            self.braking = 0.0
+            self.limit = min(limit, self.look_ahead.limit_on(lane))
+            self._take_pace()
+        if train < inf:
+            self.train_pace, self.braking = inf, 0.0
 
     def pace_on(self, lane: Lane, time: float) -> float:
         """The pace that it will have on a lane that it enters at a time."""
-        pace = min(self.speed, lane.limit_at(time), self.train_pace)
+        pace = min(self.speed, lane.limit_at(time) if lane.slow else lane.limit, self.train_pace)
         return pace if self.look_ahead is None else min(pace, self.look_ahead.limit_on(lane))
 
     def _take_pace(self) -> None:
@@ -313,12 +317,12 @@ class Body:
 
     def turn_off(self) -> None:
         """It leaves its route for good, at the node that it comes to next."""
-        self.recall_at = -math.inf
+        self.recall_at = -inf
 
     @property
     def is_turned_off(self) -> bool:
         """Whether it has left its route for good, and its driver knows another."""
-        return self.recall_at == -math.inf
+        return self.recall_at == -inf
 
     def break_down_at(self, time: float) -> None:
         """From a time on it breaks down at its next decision."""
@@ -333,7 +337,7 @@ class Body:
         lane = self.lane
         if lane is not None:
             self.driven -= lane.length - self.pos
-            self.off_lane(-math.inf)  # it has not passed the lane's end
+            self.off_lane(-inf)  # it has not passed the lane's end
         self.give_up_room()
         self.into_bay(node)
         self.cleared = True
@@ -376,20 +380,21 @@ class Body:
     def begin_to_brake(self) -> None:
         """It comes to a stand at its target, even if it could go on meanwhile."""
         assert self.stretch is not None
-        self.stands_at = self.until + self.stretch.braking
-        self.stretch = self.stretch.anew()
+        braking, self.stretch = self.stretch.stopped
+        self.stands_at = self.until + braking
 
     def going_on(self, now: float) -> tuple[float, Stretch]:
         """When a robot that may go on now does, and its stretch then: if it had to stop it has braked first."""
         assert self.stretch is not None
         if now > self.until + EPS:
-            return max(now, self.until + self.stretch.braking, self.stands_at), self.stretch.anew()
+            braking, anew = self.stretch.stopped
+            return max(now, self.until + braking, self.stands_at), anew
         return max(now, self.until, self.stands_at), self.stretch
 
     def commit_stretch(self, stretch: Stretch) -> None:
         """It leaves its lane by a stretch that was worked out before."""
         self.stretch = stretch
-        if self.train_pace == math.inf:  # else the ring starts at `until`
+        if self.train_pace == inf:  # else the ring starts at `until`
             self.line_at = self.until
 
     def commit_length(self, length: float, now: float) -> float:
@@ -426,9 +431,8 @@ class Body:
         """It stops where it is, or is sure to get to; returns when it has braked."""
         if self.stretch is None:
             return now
-        braked = max(now, self.until + self.stretch.braking, self.stands_at)
-        self.stretch = self.stretch.anew()
-        return braked
+        braking, self.stretch = self.stretch.stopped
+        return max(now, self.until + braking, self.stands_at)
 
     @property
     def is_on_lanes(self) -> bool:

@@ -132,7 +132,7 @@ class Drive:
             if onward is None and self.stop is not None:
                 return True
             # A recall takes effect at the node that it comes to next, never between nodes.
-            if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
+            if onward is None or onward.short or math.inf > robot.recall_at <= self._clear_of_node(onward):
                 yield from self._to_node()
             elif not robot.detours or not self._take_detour():
                 yield from self._pass_when_free(onward)
@@ -192,11 +192,13 @@ class Drive:
 
     def _clear_of_node(self, onward: Lane) -> float:
         """When a robot that sets out from the stop line now leaves the node."""
-        robot, lane = self.robot, self.robot.lane
+        robot = self.robot
         if robot.stretch is not None:
             stop = self.stop if self.index + 1 == len(self.route) else None
-            self.crossing = self._crossing(onward, stop, self.env._now)
-            return self.crossing[2]
+            now = self.env._now
+            crossing = self.crossing = self._crossing(onward, stop, now, now)
+            return crossing[2]
+        lane = robot.lane
         clear = float(self.env._now + (lane.length - robot.pos) / robot.pace + lane.node_time)
         return clear + self._more_time(lane, onward)
 
@@ -206,48 +208,43 @@ class Drive:
         time = lane.turn_to(onward) if self.turn_time else 0.0
         return time if robot.delays is None else time + robot.delays.at(robot.moves)
 
-    def _crossing(self, onward: Lane, stop: float | None, now: float) -> tuple[float, float, float, Stretch]:
+    def _crossing(
+        self, onward: Lane, stop: float | None, now: float, entry: float
+    ) -> tuple[float, float, float, Stretch]:
         """When a robot that gathers speed sets out, is at its lane's end, leaves the node, and its stretch.
 
-        Its pace beyond the node is of the instant at which it leaves that.
-        """
-        entry = now
-        while True:
-            begin, out, clear, stretch = self._crossing_at(self.robot.pace_on(onward, entry), onward, stop, now)
-            if not onward.slow or clear <= entry:
-                break
-            entry = clear
-        more = max(entry - clear, 0.0)
-        return begin + more, out + more, clear + more, stretch
-
-    def _crossing_at(
-        self, pace: float, onward: Lane, stop: float | None, now: float
-    ) -> tuple[float, float, float, Stretch]:
-        """The same with a pace beyond the node.
-
-        Unless it stops on the node all that it loses is spent where it stands now, and it drives on at a steady pace,
-        by which its followers can plan.
+        Its pace beyond the node is of the instant at which it leaves that, not before `entry`. Unless it stops on the
+        node all that it loses is spent where it stands now, and it drives on at a steady pace, by which its followers
+        can plan.
         """
         robot, lane = self.robot, self.robot.lane
         begin, stretch = robot.going_on(now)
         # In a rotation there may be no room yet, and then there is: it loses what driving clear of the node takes.
-        ahead = onward.first_target(stop), pace, onward.headway
+        ahead = onward.first_target(stop), robot.pace_on(onward, entry), onward.headway
         if lane is None or robot.target >= lane.length:
             more, stretch = stretch.further(*ahead)
-            return now, now, begin + more, stretch
-        rest = lane.length - robot.target
-        more, stretch = stretch.further(rest, robot.pace)
-        begin += more
-        spent = lane.node_time + self._more_time(lane, onward)
-        if spent:
-            out = begin + rest / robot.pace
-            clear = out + stretch.braking + spent
-            more, stretch = stretch.anew().further(*ahead)
-            return begin, out, clear + more, stretch
-        more, stretch = stretch.further(*ahead)
-        begin += more
-        out = begin + rest / robot.pace
-        return begin, out, out, stretch
+            clear = begin + more
+            begin = out = now
+        else:
+            rest = lane.length - robot.target
+            more, stretch = stretch.further(rest, robot.pace)
+            begin += more
+            spent = lane.node_time + self._more_time(lane, onward)
+            if spent:
+                out = begin + rest / robot.pace
+                braking, stretch = stretch.stopped
+                more, stretch = stretch.further(*ahead)
+                clear = out + braking + spent + more
+            else:
+                more, stretch = stretch.further(*ahead)
+                begin += more
+                out = clear = begin + rest / robot.pace
+        if not onward.slow:
+            return begin, out, clear, stretch
+        if clear > entry:
+            return self._crossing(onward, stop, now, clear)
+        late = entry - clear
+        return begin + late, out + late, clear + late, stretch
 
     def _take_detour(self) -> bool:
         """A robot held up at an intersection takes another route from there, or not."""
@@ -343,11 +340,8 @@ class Drive:
             self.due(max(robot.until, self.there))
             return
         pos = robot.pos = robot.target  # as `arrive` does: a call for each time that a drive comes up costs 1 %
-        if robot.halts_at <= now:
-            self._wake()
-            return
-        if robot.held is not None:
-            if not self._cross_next_short(now):
+        if robot.halts_at <= now or robot.held is not None:
+            if robot.halts_at <= now or not self._cross_next_short(now):
                 self._wake()
             return
         if robot.goal - pos > EPS:
@@ -365,17 +359,18 @@ class Drive:
                 self._wake()
                 return
             onward, node, guard = self.route[index], lane.end, self.rules.guard
-            # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
-            if self.slow:
-                clear = self._clear_of_node(onward)
-            else:
-                clear = now + (lane.length - pos) / robot.pace + lane.node_time
             if (
                 onward.short
-                or robot.recall_at <= clear
                 or node.claims  # earlier claims are served first
                 or not node.is_open(robot, lane, now)
                 or not onward.has_room(robot)  # node and room in one step: no robot waits on a node for room
+                # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
+                or robot.recall_at
+                <= (
+                    clear := self._clear_of_node(onward)
+                    if self.slow
+                    else now + (lane.length - pos) / robot.pace + lane.node_time
+                )
                 or not (guard is None or guard.admit(robot, node, onward))
             ):
                 self._wake()
@@ -396,10 +391,20 @@ class Drive:
         robot, node, log = self.robot, onward.start, self.rules.log
         lane, behind = robot.lane, robot.behind
         begin = now
-        if self.slow:
-            begin, clear = self._leave(lane, onward, clear, stop, now)
+        if not self.slow:
+            if lane is not None:
+                robot.off_lane(clear - lane.node_time)
+        elif robot.stretch is not None:
+            if lane is None or robot.target >= lane.length:
+                out, (_, _, clear, stretch) = now, self._crossing(onward, stop, clear, clear)
+            else:
+                begin, out, clear, stretch = self.crossing  # of this instant: nothing crosses unless it is known when
+                lane.out_since = begin
+            robot.commit_stretch(stretch)
+            if lane is not None:
+                robot.off_lane(out)
         elif lane is not None:
-            robot.off_lane(clear - lane.node_time)
+            robot.off_lane(clear - lane.node_time - self._more_time(lane, onward))
         onward.enter(robot, clear, stop, now)
         node.passed(robot, onward, robot.since)
         if log.moves:
@@ -408,26 +413,6 @@ class Drive:
             lane.made_room(behind, now)
         if node.claims:
             node.freed(now)
-
-    def _leave(
-        self, lane: Lane | None, onward: Lane, clear: float, stop: float | None, now: float
-    ) -> tuple[float, float]:
-        """Off its lane, with the turns, and the time to gather speed: when it sets out, and when it leaves the node."""
-        robot, begin = self.robot, now
-        if robot.stretch is None:
-            if lane is not None:
-                robot.off_lane(clear - lane.node_time - self._more_time(lane, onward))
-            return now, clear
-        if lane is None or robot.target >= lane.length:
-            out = now
-            _, _, clear, stretch = self._crossing(onward, stop, clear)
-        else:
-            begin, out, clear, stretch = self.crossing  # of this instant: nothing crosses unless it is known when
-            lane.out_since = begin
-        robot.commit_stretch(stretch)
-        if lane is not None:
-            robot.off_lane(out)
-        return begin, clear
 
     # Where a robot stands on an intersection: from bays, at stations in the lane, on short lanes, when recalled
 

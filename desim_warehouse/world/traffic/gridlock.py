@@ -150,7 +150,7 @@ class Gridlock:
             robot.turn_with_ring(slowest)
         driven = [(robot, robot.stretch) for robot in ring if robot.stretch is not None]
         if driven:
-            begin = max(max(now, robot.until + stretch.braking, robot.stands_at) for robot, stretch in driven)
+            begin = max(max(now, robot.until + stretch.stopped[0], robot.stands_at) for robot, stretch in driven)
             begin += max(stretch.motion.gathers for _, stretch in driven) * slowest / 2
             for robot, stretch in driven:
                 robot.start_with_ring(begin, stretch.at_speed(slowest))

@@ -150,7 +150,7 @@ class Intersection:
         if via is None:  # out of a bay it has no heading yet: D whichever way the other went
             return self.left_at + self.rules.headway / self.left_pace
         # Behind a slower robot the gap closes on the way: the distance is larger by the ratio of their speeds.
-        ratio = min(1.0, self.left_pace / _pace_by(robot, via)) if self.rules.mixed else 1.0
+        ratio = 1.0 if self.left_pace >= robot.speed else min(1.0, self.left_pace / _pace_by(robot, via))
         distance = via.closings.get((left_on, ratio))
         if distance is None:
             distance = via.closings[left_on, ratio] = self.rules.closing_distance(via, left_on, ratio)

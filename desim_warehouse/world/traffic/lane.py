@@ -181,31 +181,27 @@ class Lane:
         if ahead is not None:
             target = min(target, max(ahead.target - self.headway, 0.0))  # in a rotation there may be no room yet
             ahead.behind = robot  # here, where there is one: this is the hot path
-        if self.rules.mixed:
-            self._enter_mixed(robot, ahead, goal, target, clear, now)
-        else:
+        if not self.rules.mixed:
             robot.onto_lane(self, ahead, goal, target, clear, clear + target / robot.pace)
+        else:  # robots differ in pace, or gather speed: not before it keeps clear of the one ahead
+            late = self._late(robot, ahead, target, clear)
+            until = clear + target / robot.pace
+            if late > EPS:
+                self._put_off(robot, ahead, robot.pace, clear, late, now + (clear + late - now))
+                clear += late
+                until += late
+            robot.onto_lane(self, ahead, goal, target, clear, until)
+            if robot.look_ahead is not None:
+                robot.look_ahead.expect()
         self.last = robot
         self.entering = None
         self.passages += 1
 
-    def _enter_mixed(
-        self, robot: Body, ahead: Body | None, goal: float, target: float, clear: float, now: float
-    ) -> None:
-        """The same where robots differ in pace, or gather speed: not before it keeps clear of the one ahead."""
-        late = self._late(robot, ahead, target, clear)
-        until = clear + target / robot.pace
-        if late > EPS:
-            self._put_off(robot, ahead, robot.pace, clear, late, now + (clear + late - now))
-            clear += late
-            until += late
-        robot.onto_lane(self, ahead, goal, target, clear, until)
-        if robot.look_ahead is not None:
-            robot.look_ahead.expect()
-
     def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:
         """How much later than at `clear` a robot enters, at the pace that it has from now on."""
         robot.take_pace_of(self, clear)
+        if ahead is None and self.out_at <= clear >= self.out_since and not robot.braking:
+            return 0.0  # the last that left is off the lane by then
         return self.free_at(robot, ahead, 0.0, target, clear) - (clear + target / robot.pace)
 
     def first_target(self, stop: float | None) -> float:

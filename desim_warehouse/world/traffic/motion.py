@@ -85,18 +85,16 @@ class Stretch(NamedTuple):
         return time, self._replace(lost=self.lost + time)
 
     @property
-    def braking(self) -> float:
-        """The time that it loses more if it stops at its end."""
-        return max(time_lost(self.pieces, self.motion, self.speed, stops=True) - self.lost, 0.0)
+    @lru_cache(maxsize=DRIVES_KEPT)  # noqa: B019 - a stretch is a value
+    def stopped(self) -> tuple[float, Stretch]:
+        """The time that it loses more if it stops at its end, and the stretch after that."""
+        lost = time_lost(self.pieces, self.motion, self.speed, stops=True)
+        return max(lost - self.lost, 0.0), Stretch(self.motion)
 
     def braking_distance(self, most: float) -> float:
         """The length over which it brakes to stop at its end: `most`, or less if it does not gather all its speed."""
         gathers, brakes = self.motion
         return min(most, sum(length for length, _ in self.pieces) * brakes / (gathers + brakes))
-
-    def anew(self) -> Stretch:
-        """After a stop."""
-        return Stretch(self.motion)
 
     def at_speed(self, limit: float) -> Stretch:
         """After a stop, when it has lost all that gathering speed up to a limit can take."""

@@ -1,0 +1,176 @@
+"""What stands behind the answer of a check, a number in each line: floor, parts of a task, energy and limits."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+from typing import TYPE_CHECKING
+
+from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
+from desim_warehouse.feasibility.estimate import APART
+from desim_warehouse.findings import amount
+from desim_warehouse.layout import checks
+from desim_warehouse.model.facts.charging import said
+from desim_warehouse.run.quick import left_out
+from desim_warehouse.values.distributions import Distribution
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.feasibility.estimate import QuickEstimate
+    from desim_warehouse.feasibility.parts import PileOn
+    from desim_warehouse.feasibility.power import Power
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Units
+    from desim_warehouse.run.quick import Choice, Nearer
+
+
+def of_model(model: Model) -> list[str]:
+    """Describe a model in lines: the layout, the lanes, what is asked for, what estimates leave out, and rings."""
+    layout, fleet, units = model.floor, model.fleet, model.units
+    graph, length, time = layout.graph, units.length, units.time
+    sizes = (len(graph), "node"), (graph.number_of_edges(), "edge"), (len(layout.storage), "storage place")
+    room = number_of(checks.room(layout, fleet.contact), "robot")
+    lines = [
+        f"{model.name}: {', '.join(number_of(*size) for size in sizes)}",
+        f"robots keep D = {fleet.contact:g} {length} and drive up to {fleet.fastest:g} {length}/{time}",
+        f"the lanes hold {room} at once, the fleet has {fleet.size:,}",
+    ]
+    if fleet.slowness:
+        stop = fleet.slowness * fleet.fastest
+        lines.append(f"a stop on the way costs up to {stop:.3g} {time} of braking and gathering speed")
+    if braking := fleet.longest_braking:
+        way = f"{braking:.3g} {length}"
+        lines.append(f"those that keep their braking distance stay up to {way} farther behind while they drive")
+    lines += [*orders_a_day(model), *orders_asked_for(model), *_times_that_vary(model), *left_out(model, layout)]
+    for ring in checks.shortest_rings(graph):
+        around = sum(graph.edges[edge]["length"] for edge in pairwise(ring))
+        lines.append(f"ring of {around:g} {length}: {' > '.join(ring)}")
+    return lines
+
+
+def of_savings(model: Model, nearer: Nearer | None, choice: Choice | None, estimate: QuickEstimate) -> list[str]:
+    """Say what other places of fast movers would save, and what a choice of tasks saves."""
+    time, lines = model.units.time, []
+    if nearer is not None:
+        saved = f"{amount(nearer.saved)} of {amount(nearer.now)} {time} a task"
+        keys = ", ".join(nearer.keys)
+        lines.append(f"fast movers nearest to the stations save {saved}, by estimate: {keys}: distance")
+    if choice is not None:
+        drives = f"{amount(choice.empty)} {time} empty for each instead of {amount(estimate.cycle.empty)}"
+        known, done = f"with {choice.waiting} tasks to choose from", estimate.can_do(model.units.hour)
+        lines.append(f"{known}, {choice.policy} drives {drives}: {done} tasks an hour")
+    return lines
+
+
+def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
+    """Describe the quick estimate in lines: the floor, a mean task, robots, stations, energy and the knee."""
+    time, hour = units.time, units.hour
+    together = "" if estimate.measured is None else f", and on {estimate.looked_at:,} of all robots together"
+    robots, limit = estimate.knee
+    return [
+        _floor(estimate, units),
+        _task(estimate, time),
+        f"measured on {estimate.sample:,} tasks of one robot of each kind, without other robots{together}",
+        *([] if estimate.pile_on is None else [_pods(estimate.pile_on, units)]),
+        _robots(estimate, time, hour),
+        _stations(estimate, hour),
+        *([] if estimate.power is None else _energy(estimate.power, time)),
+        f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}",
+    ]
+
+
+def _times_that_vary(model: Model) -> Iterator[str]:
+    """The distributions of the model."""
+    for name, time in (("loading", model.tasks.load_time), ("unloading", model.tasks.unload_time)):
+        if isinstance(time, Distribution):
+            yield f"{name} varies: {time.words(model.units.time)}"
+
+
+def _floor(estimate: QuickEstimate, units: Units) -> str:
+    width, height, metre = estimate.width, estimate.height, estimate.metre
+    line = f"floor: {amount(width)} x {amount(height)} {units.length}"
+    if metre is None or metre == 1:
+        return line
+    return f"{line} ({amount(width * metre)} x {amount(height * metre)} m)"
+
+
+def _task(estimate: QuickEstimate, time: str) -> str:
+    cycle = estimate.cycle
+    parts = [(cycle.empty, "empty"), (cycle.load, "loading"), (cycle.loaded, "loaded"), (cycle.unload, "unloading")]
+    if cycle.other:
+        parts.append((cycle.other, "other"))
+    added = " + ".join(f"{amount(part)} {name}" for part, name in parts)
+    return f"one task, measured: {amount(cycle.time)} {time} = {added}"
+
+
+def _pods(pile_on: PileOn, units: Units) -> str:
+    """What a visit of a pod serves, and what pickers can do."""
+    least, most = sorted((amount(pile_on.few), amount(pile_on.many)), key=float)
+    lines = least if least == most else f"{least} to {most}"
+    text = f"pods: {lines} lines a visit by {pile_on.policy}, measured"
+    if not pile_on.pick:
+        return text
+    an_hour = pile_on.servers * units.hour
+    text += f"; pickers: {amount(an_hour / pile_on.pick)} lines an hour at most"
+    if not pile_on.change:
+        return text
+    slow, fast = (amount(an_hour / (pile_on.pick + pile_on.change / pile)) for pile in (pile_on.few, pile_on.many))
+    rate = slow if slow == fast else f"{slow} to {fast}"
+    return f"{text}, {rate} where pods queue and are changed in {amount(pile_on.change)} {units.time}"
+
+
+def _robots(estimate: QuickEstimate, time: str, hour: float) -> str:
+    robots = number_of(estimate.robots, "robot")
+    if estimate.at_work < estimate.robots:
+        robots = f"{estimate.at_work} of {robots} (the stations have no slots for more)"
+    if estimate.most_out is not None:
+        robots += f", at most {estimate.most_out} of them under way,"
+    if estimate.on_duty < 1:
+        robots += f", able to work {amount(100 * estimate.on_duty)} % of the time,"
+    text = f"robots: {robots} can do {estimate.can_do(hour)} tasks an hour"
+    if estimate.queues.places and estimate.throughput_of_queues < APART * estimate.most:
+        text += f", as they queue for {estimate.queues.longest}"
+    if estimate.charging:
+        text += f", charging {amount(estimate.charging)} {time} for each"
+    if estimate.rate is not None and estimate.robots_needed is not None:
+        text += f"; {_need(estimate, estimate.rate * hour, estimate.robots_needed, 'asked for')}"
+        if estimate.peak is not None:
+            most = estimate.robots_for(estimate.peak, at_peak=True)
+            text += f"; {_need(estimate, estimate.peak * hour, most, 'of the busiest hour')}"
+    return text
+
+
+def _need(estimate: QuickEstimate, asked: float, robots: float, what: str) -> str:
+    if math.isfinite(robots):
+        return f"the {amount(asked)} {what} need {amount(robots)}"
+    return f"no number does the {amount(asked)} {what}, limited by {estimate.narrowest}"
+
+
+def _stations(estimate: QuickEstimate, hour: float) -> str:
+    most = estimate.station_capacity
+    if math.isinf(most):
+        return "stations: unloading takes no time"
+    text = f"stations: they can serve {amount(most * hour)} tasks an hour, shared as the tasks come"
+    worst = estimate.fullest
+    if worst is None:
+        return text
+    text += f"; asked for, {worst.node} ({worst.staff}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
+    return f"{text} in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else text
+
+
+def _energy(power: Power, time: str) -> list[str]:
+    """The energy balance, by kind where kinds differ."""
+    if power.kinds:
+        lines = [f"{said(kind)}: {line}" for kind, alone in power.kinds.items() for line in _energy(alone, time)]
+        if power.needed is not None:
+            lines.append(f"chargers: {power.chargers} in all; need at least {power.needed}")
+        return lines
+    lasts = "never runs out" if math.isinf(power.lasts) else f"lasts {amount(power.lasts)} {time} of work"
+    balance = f"chargers: {power.chargers:,}, which give {amount(power.gives)} per {time}"
+    if power.draws is not None and power.needed is not None:
+        just = power.needed > power.chargers and not power.short
+        balance += f"; the fleet draws {amount(power.draws)}, at most {amount(power.most)}: "
+        balance += "they just give what is drawn" if just else f"need at least {power.needed}"
+    return [f"energy: a task draws {amount(100 * power.share)} % of a battery; a full one {lasts}", balance]

@@ -1,0 +1,196 @@
+"""The answer of a check in the words of the trade: loads an hour, orders a day, robots, chargers and stations."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+from desim_warehouse.answer import busiest, numbers
+from desim_warehouse.answer.numbers import capital, sentence
+from desim_warehouse.errors import number_of, spoken
+from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
+from desim_warehouse.feasibility.estimate import APART, CHARGERS
+from desim_warehouse.feasibility.loads import loads
+from desim_warehouse.model.facts.workers import groups
+from desim_warehouse.run.quick import left_out
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from desim_warehouse.feasibility.estimate import QuickEstimate
+    from desim_warehouse.feasibility.parts import StationLoad
+    from desim_warehouse.feasibility.power import Power
+    from desim_warehouse.model import Model
+    from desim_warehouse.model.facts.workers import Group
+    from desim_warehouse.run.quick import Choice, Nearer
+
+_FEW, _MANY = 10.0, 1000.0
+"""Rates below have a decimal, and from the second on whole tens."""
+_ALMOST = 1e-9
+"""Part of a rate by which it may be below a whole number and count as that."""
+
+
+def load(model: Model, count: float = 1) -> str:
+    """The word for one task of a model, or for several: a load, or with pods a line."""
+    return f"{'load' if model.pods is None else 'line'}{'s' * (count != 1)}"
+
+
+def sentences(
+    model: Model, estimate: QuickEstimate | None, nearer: Nearer | None = None, choice: Choice | None = None
+) -> list[str]:
+    """The answer of a check in sentences; without an estimate only the warehouse and what is asked for."""
+    asked = [sentence(line) for line in (*orders_a_day(model), *orders_asked_for(model))]
+    if estimate is None:
+        return [_warehouse(model), *asked]
+    return [
+        _warehouse(model),
+        *asked,
+        *_robots(model, estimate),
+        *_chargers(estimate.power, model),
+        *_stations(model, estimate),
+        *_limit(estimate),
+        *_busiest(model, estimate),
+        *_savings(model, estimate, nearer, choice),
+        *(sentence(line) for line in left_out(model, model.floor)),
+    ]
+
+
+def _warehouse(model: Model) -> str:
+    """The warehouse as people count it: `W: 12 robots, 1 charger, 2 packers, 480 storage places`, as a sentence."""
+    parts = [_counted(group, group.number) for group in groups(model)]
+    parts += [number_of(len(model.floor.storage), "storage place")] if model.floor.storage else []
+    return f"{capital(model.name)}: {', '.join(parts)}."
+
+
+def _counted(group: Group, number: int) -> str:
+    """So many of a group: `1 packer`, `2 places of dock`."""
+    name, of, zone = group.name.partition(" of ")
+    return f"{number_of(number, name.removesuffix('s'))}{of}{zone}"
+
+
+def _staff(model: Model, station: StationLoad) -> str:
+    """Who limits a station, and how many of them there are."""
+    number = station.workers if station.limited_by_work else station.servers
+    for group in groups(model):
+        if station.node in group.nodes and (group.kind == "people") == station.limited_by_work:
+            return _counted(group, number)
+    return station.staff
+
+
+def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
+    """What the robots can do beside what is asked for, and how many would do."""
+    hour = model.units.hour
+    least, most = (_floor(rate * hour) for rate in estimate.range)
+    if math.isfinite(estimate.range[1]):
+        can = least if estimate.range[0] >= APART * estimate.range[1] else f"{least} to {most}"
+        line = f"{number_of(estimate.robots, 'robot')} can do about {can} {load(model, 2)} an hour"
+        if estimate.rate is not None:
+            line += f"; you need {numbers.measured(estimate.rate * hour)}"
+            peak = None if estimate.peak is None else numbers.measured(estimate.peak * hour)
+            line += "" if peak is None else f" on average and {peak} in the busiest hour"
+        yield f"{line}."
+    yield from _at_work(model, estimate)
+    if estimate.rate is not None and estimate.robots_needed is not None:
+        yield _enough(model, estimate, estimate.robots_needed)
+
+
+def _at_work(model: Model, estimate: QuickEstimate) -> Iterator[str]:
+    """How many of the robots can be at work, and for how long."""
+    if estimate.at_work < estimate.robots:
+        yield f"Only {estimate.at_work} of them work at a time: the stations have no slots for more."
+    if estimate.most_out is not None and estimate.most_out < estimate.robots:
+        yield f"At most {estimate.most_out} of them are under way at a time (traffic.most_out)."
+    if estimate.on_duty < 1:
+        end, scale = model.run.end, numbers.times(model.units.time, (estimate.on_duty * model.run.end,))
+        part = numbers.PERCENT.value(estimate.on_duty) + " of its time"
+        if math.isfinite(end):
+            part = f"{numbers.measured(scale.by * estimate.on_duty * end)} of {scale.value(end)}"
+        causes = ["hours"] * (estimate.on_duty < estimate.unbroken) + ["breakdowns"] * (estimate.unbroken < 1)
+        yield f"{capital(spoken(causes))} leave a robot {part} for work."
+
+
+def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
+    """How many robots are enough, on average and in the busiest hour."""
+    peak = mean if estimate.peak is None else estimate.robots_for(estimate.peak, at_peak=True)
+    if math.isinf(max(mean, peak)):
+        rate = estimate.rate if math.isinf(mean) else estimate.peak
+        asked, when = numbers.measured((rate or 0.0) * model.units.hour), "" if math.isinf(mean) else " then"
+        return f"Robots: no number does {asked} {load(model, 2)} an hour{when}, as {_limits(estimate.narrowest)}."
+    on_average, most = math.ceil(mean), max(math.ceil(mean), math.ceil(peak))
+    counts = f"{most:,}" if on_average == most else f"{on_average:,} on average and {most:,} in the busiest hour"
+    return f"Robots: {_are(counts, most, most <= estimate.robots)}, you have {estimate.robots:,}."
+
+
+def _are(counts: str, number: int, enough: bool) -> str:
+    return f"{counts} {'is' if number == 1 else 'are'} {'enough' if enough else 'needed'}"
+
+
+def _chargers(power: Power | None, model: Model) -> Iterator[str]:
+    """How many chargers are enough, and how long a battery lasts."""
+    if power is None:
+        return
+    lasts = numbers.duration(power.lasts, model.units.time) if math.isfinite(power.lasts) else ""
+    battery = f"a full battery lasts {lasts} of work" if lasts else "batteries never run out"
+    if power.needed is None:
+        yield sentence(battery)
+        return
+    have = f"{power.chargers:,}" if power.chargers else "none"
+    if power.needed <= power.chargers or power.short:
+        number = f"{power.needed:,}" if power.needed else "none"
+        line = f"{_are(number, power.needed or 1, power.needed <= power.chargers)}, you have {have}"
+    elif math.isinf(power.slack):
+        line = f"{have} give less than the fleet draws by day, and the night fills the batteries"
+    else:
+        line = f"{have} just give what the fleet draws"
+    yield f"Chargers: {line}; {battery}."
+
+
+def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
+    """What the stations can serve, and how busy the fullest of them is."""
+    most = estimate.station_capacity
+    if math.isinf(most):
+        return
+    line = f"Stations: they can serve about {_floor(most * model.units.hour)} {load(model, 2)} an hour"
+    if (full := estimate.fullest) is not None and full.busy is not None:
+        hours = " of its hours" if full.open < 1 else " of the time"
+        line += f"; {full.node} ({_staff(model, full)}) would be in use {busiest.whole_percent(full.busy)}{hours}"
+    yield f"{line}."
+
+
+def _limit(estimate: QuickEstimate) -> Iterator[str]:
+    robots, limit = estimate.knee
+    if limit:
+        yield f"Beyond about {number_of(robots, 'robot')} {_limits(limit)}."
+
+
+def _limits(name: str) -> str:
+    return f"{name} {'are' if name == CHARGERS else 'is'} the limit"
+
+
+def _busiest(model: Model, estimate: QuickEstimate) -> Iterator[str]:
+    """Who is busiest by the estimate; nothing where it foresees no rate."""
+    line = busiest.are(loads(model, estimate), "of the time" if estimate.on_duty == 1 else "of their hours")
+    if line:
+        yield sentence(line)
+
+
+def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choice: Choice | None) -> Iterator[str]:
+    """What a choice of tasks saves, and what fast movers nearer to the stations would."""
+    unit = model.units.time
+    if choice is not None:
+        before, after = (numbers.duration(time, unit) for time in (estimate.cycle.empty, choice.empty))
+        yield f"With many orders waiting the empty run falls from {before} to {after} a {load(model)}."
+    if nearer is not None:
+        scale = numbers.times(unit, (nearer.saved,))
+        saved, now = (
+            numbers.number(scale.by * time, 0 if scale.by * nearer.saved >= 1 else 2)
+            for time in (nearer.saved, nearer.now)
+        )
+        keys = ", ".join(f"{key}: distance" for key in nearer.keys)
+        yield f"Fast movers nearest to the stations would save {saved} of {now} {scale.unit} a {load(model)} ({keys})."
+
+
+def _floor(rate: float) -> str:
+    """A rate as it is surely reached: whole, below ten with a decimal, from 1,000 on in tens."""
+    digits = 1 if rate < _FEW else 0 if rate < _MANY else -1
+    return numbers.number(math.floor(rate * (1 + _ALMOST) * 10**digits) / 10**digits, max(digits, 0))

@@ -1,0 +1,57 @@
+"""What a terminal gets: no line longer than it is wide, and verdicts in colour; a pipe gets neither."""
+
+import os
+import re
+import sys
+
+from desim_warehouse.cli import terminal
+from tests.cli.test_commands import call
+from tests.docs.pages import run_desim
+
+LONG = "warning: somewhere: " + "words " * 30 + "[CODE]"
+COLOURS = re.compile("\x1b\\[[0-9;]*m")
+
+
+def terminal_of_80(monkeypatch):
+    """Take standard output for a terminal of 80 columns."""
+    monkeypatch.setattr(sys.stdout, "isatty", lambda: True)
+    monkeypatch.setattr(terminal.shutil, "get_terminal_size", lambda: os.terminal_size((80, 24)))
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("TERM", "xterm")
+
+
+def printed(capsys, text=LONG):
+    terminal.show(text, lambda line: terminal.DOUBTFUL if line.startswith("warning") else "")
+    return capsys.readouterr().out
+
+
+def test_a_terminal_gets_folded_lines_and_colours(capsys, monkeypatch):
+    terminal_of_80(monkeypatch)
+    out = printed(capsys, f"{LONG}\nno verdict: all is well\n  {LONG[9:]}")
+    lines = COLOURS.sub("", out).splitlines()
+    assert out.startswith("\x1b[33mwarning\x1b[0m: somewhere: words")
+    assert out.count("\x1b[33m") == 1
+    assert max(map(len, lines)) <= 80
+    assert " ".join(line.strip() for line in lines[:3]) == LONG
+    assert lines[-1].startswith("    ")
+    for name, value in (("NO_COLOR", "1"), ("TERM", "dumb")):
+        with monkeypatch.context() as inner:
+            inner.setenv(name, value)
+            assert "\x1b" not in printed(capsys)
+
+
+def test_a_pipe_gets_neither(capsys):
+    assert printed(capsys) == f"{LONG}\n"
+
+
+def test_check_of_a_first_draft_is_one_screen_of_80_by_24(tmp_path, capsys, monkeypatch):
+    path = str(tmp_path / "w.yaml")
+    assert run_desim(f"desim new {path}")[0] == 0
+    plain = call("check", path).stdout
+    terminal_of_80(monkeypatch)
+    terminal.show(plain)
+    lines = capsys.readouterr().out.splitlines()
+    assert len(lines) < 24
+    assert max(map(len, lines)) <= 80
+    assert lines[0] == "no errors"
+    assert lines[2] == "Asked for: 200 an hour = 4,800 orders a day."

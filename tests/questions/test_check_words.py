@@ -1,0 +1,70 @@
+"""What a check says first: loads an hour, robots, chargers and stations, by hand, on one screen of a terminal."""
+
+import math
+from dataclasses import replace
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.feasibility.power import Power
+from desim_warehouse.questions.check_words import sentences
+from desim_warehouse.run.quick import estimate
+from tests.world.test_hours import SQUARE
+
+DAY = {
+    **SQUARE,
+    "calendars": {"half": {"every": 40_000, "lasts": 20_000}},
+    "tasks": {**SQUARE["tasks"], "goods": {"poisson": 60}},
+    "run": {"length": 80_000},
+}
+"""One robot does a task in 75 s, of which 30 are unloading at the desk: 48 an hour."""
+
+
+def said(**changes):
+    model = dw.load(DAY, {key.replace("__", "."): value for key, value in changes.items()})
+    return sentences(model, estimate(model))
+
+
+def test_a_fleet_that_is_too_small():
+    lines = said()
+    assert lines[1] == "Asked for: 60 an hour = 1,440 orders a day."
+    assert lines[2:4] == [
+        "1 robot can do about 48 loads an hour; you need 60.",
+        "Robots: 2 are needed, you have 1.",
+    ]
+
+
+def test_hours_are_said_in_hours():
+    assert "Hours leave a robot 11.1 of 22.2 h for work." in said(fleet__hours="half")
+    broken = {"every": 9000, "repair": 1000}
+    assert "Breakdowns leave a robot 20 of 22.2 h for work." in said(fleet__robot__breakdowns=broken)
+
+
+@pytest.mark.parametrize(
+    ("chargers", "needed", "draws", "slack", "line"),
+    [
+        (4, 2, 1.0, 0.0, "2 are enough, you have 4"),
+        (1, 1, 1.0, 0.0, "1 is enough, you have 1"),
+        (2, 0, 0.0, 0.0, "none is enough, you have 2"),
+        (0, 1, 1.0, 0.0, "1 is needed, you have none"),
+        (2, 3, 2.5, 0.0, "3 are needed, you have 2"),
+        (2, 3, 2.5, 0.6, "2 just give what the fleet draws"),
+        (2, 3, 2.5, math.inf, "2 give less than the fleet draws by day, and the night fills the batteries"),
+    ],
+)
+def test_chargers_that_are_enough_and_that_are_not(chargers, needed, draws, slack, line):
+    model = dw.load(DAY)
+    power = Power(
+        task=1.0,
+        share=0.01,
+        lasts=7200.0,
+        chargers=chargers,
+        charging_rate=1.0,
+        gives=float(chargers),
+        draws=draws,
+        most=draws,
+        needed=needed,
+        slack=slack,
+    )
+    told = sentences(model, replace(estimate(model), power=power))
+    assert f"Chargers: {line}; a full battery lasts 2 h of work." in told
