@@ -9,8 +9,6 @@ COLOURS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#0
 STATE_COLOURS = {state.name: state.colour for state in sorted(TIMES.values(), key=lambda state: state.stacked)}
 """States of a robot in figures, in the order in which they are stacked."""
 INK, FAINT = "#222222", "#777777"
-MAP = "cividis"
-"""Colour map for amounts: Nuñez, Anderton & Renslow (2018), the same to readers with and without colour blindness."""
 PAGE = {
     "light": {
         "back": "#f2f4f6",

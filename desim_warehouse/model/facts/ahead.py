@@ -21,7 +21,7 @@ def free_travel(model: Model, layout: Layout) -> FreeTravel:
     cost = getattr(create("routing", policy.name, policy.params), "cost", "time")
     return travel_on(
         layout,
-        max(robot.speed for robot in fleet.distinct()),
+        fleet.fastest_empty,
         traffic.node_time,
         cost,
         (*layout.bays, *layout.stations, *destinations(model, layout)),

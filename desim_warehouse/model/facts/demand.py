@@ -41,14 +41,6 @@ def listed(model: Model) -> list[int]:
     return [item.good if isinstance(item, Good) else item for item in goods] if isinstance(goods, tuple) else []
 
 
-def asked_for(model: Model, layout: Layout) -> list[int]:
-    """The storage places that tasks fetch from."""
-    if isinstance(model.tasks.goods, tuple):
-        return list(dict.fromkeys(listed(model)))
-    drawn = place_shares(model, layout)
-    return [place.number for place in layout.storage if drawn is None or drawn[place.number] > 0]
-
-
 def demand(model: Model, layout: Layout) -> Any:
     """Each storage place's share of all tasks, a numpy array."""
     import numpy as np
