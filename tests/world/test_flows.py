@@ -547,8 +547,8 @@ def test_a_profile_of_a_day_goes_by_the_clock_and_any_other_by_the_run(rates, ev
 @pytest.mark.parametrize(
     ("rates", "length", "said"),
     [
-        ([10] * 24, "8 h", "those of a day from midnight, and the run starts at 06:00"),
-        ([10] * 24, "24 h", "those of a day from midnight, and the run starts at 06:00"),
+        ([10] * 24, "8 h", "begin at midnight, and the run starts at 06:00: it takes those from then on"),
+        ([10] * 24, "24 h", "begin at midnight, and the run starts at 06:00: it takes those from then on"),
         ([10] * 8, "24 h", "the first holds from the start of the run on, and the run starts at 06:00"),
         ([10] * 16, "16 h", None),  # as many hours as the run has: there is nothing to mistake
     ],
