@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections import Counter, defaultdict
+from collections import defaultdict
 from dataclasses import dataclass
 from functools import lru_cache
 from heapq import heapify, heappop, heappush
-from operator import add
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from desim_warehouse.model.facts.ahead import handling_of
 from desim_warehouse.model.facts.charging import chargers_at
-from desim_warehouse.model.facts.demand import asked_for, demand, flow_rates, listed
+from desim_warehouse.model.facts.demand import demand, flow_rates, listed
 from desim_warehouse.model.facts.places import own_destinations, place_shares
 from desim_warehouse.model.sections.fleet import Consumption
 from desim_warehouse.model.sections.flows import StorageEnd
@@ -83,30 +82,33 @@ def _least_needs(
     """`begun`: what has been drawn where robots come from; `ends`: where they go."""
     floor = _Floor(model, layout, draws, dict(begun), ends)
     worst, most, reach, rest, mean = "", 0.0, 0.0, 0.0, 0.0
-    least: dict[str, float] = defaultdict(lambda: math.inf)
+    least: dict[str, float] = {}
     of: dict[tuple[int, tuple[str, ...]], tuple[float, float]] = {}
     for job in jobs(model, layout):
-        for place, need, to_edge, onward in floor.tasks(job):
-            mean += place.weight * need
-            reach, rest = max(reach, to_edge), max(rest, onward)
-            least[job.flow] = min(least[job.flow], onward)
-            if need > most:
-                worst, most = f"a task of flow '{job.flow}'" if job.flow else f"good {place.number}", need
-            if isinstance(model.tasks.goods, tuple):
-                of[place.number, job.own] = need, to_edge
+        needs, reaches, onward = floor.put_away(job) if job.stores else floor.fetched(job)
+        asked = job.drops if job.stores else job.picks
+        mean += float(asked.weights @ needs)
+        reach, rest = max(reach, float(reaches.max())), max(rest, float(onward.max()))
+        least[job.flow] = min(least.get(job.flow, math.inf), float(onward.min()))
+        if needs.max() > most:
+            worst = f"a task of flow '{job.flow}'" if job.flow else f"good {asked.numbers[int(needs.argmax())]}"
+            most = float(needs.max())
+        if isinstance(model.tasks.goods, tuple):
+            both = zip(needs.tolist(), reaches.tolist(), strict=True)
+            of.update(zip(((number, job.own) for number in asked.numbers), both, strict=True))
     return Needs(worst, most, reach, rest, least, mean, of)
 
 
-class Place(NamedTuple):
-    """Where a load is picked or put down: a storage place or a station, and the part of all tasks that is for it.
+class Places(NamedTuple):
+    """Storage places by their `numbers`, or stations by their `nodes`, and the part of all tasks that is for each."""
 
-    `sides` are the edges by which robots come to it, and how far along them it is; a node is an edge to itself.
-    """
+    numbers: Sequence[int]
+    nodes: Sequence[str]
+    weights: Any
 
-    number: int
-    sides: Sequence[tuple[Edge, float]]
-    weight: float
-    station: str | None = None
+    def edges(self, layout: Layout) -> list[Edge]:
+        """The edge of each place; a station's node is one to itself."""
+        return [layout.storage[number].edge for number in self.numbers] or [(node, node) for node in self.nodes]
 
 
 class Job(NamedTuple):
@@ -117,9 +119,9 @@ class Job(NamedTuple):
     """
 
     flow: str
-    picks: Sequence[Place]
+    picks: Places
     via: Sequence[Sequence[str]]
-    drops: Sequence[Place]
+    drops: Places
     stores: bool = False
     own: tuple[str, ...] = ()
 
@@ -129,36 +131,39 @@ def jobs(model: Model, layout: Layout) -> Iterator[Job]:
     return _jobs_of_flows(model, layout) if model.tasks.flows else _jobs_of_goods(model, layout)
 
 
-def _at_nodes(nodes: Sequence[str], weight: float = 0.0) -> list[Place]:
-    """Stations as places, among which tasks are shared evenly."""
-    return [Place(-1, [((node, node), 0.0)], weight / len(nodes), node) for node in nodes]
+def _places(end: Sequence[str] | None, shares: Any, weight: float) -> Places:
+    """Stations among which tasks are shared evenly, or storage places with a share."""
+    import numpy as np
 
-
-def _in_storage(layout: Layout, weights: Mapping[int, float]) -> list[Place]:
-    storage = layout.storage
-    return [Place(i, layout.approaches(storage[i].edge, storage[i].offset), share) for i, share in weights.items()]
+    if end is not None:
+        return Places((), end, np.full(len(end), weight / len(end)))
+    numbers = np.flatnonzero(shares)
+    return Places(numbers.tolist(), (), weight * shares[numbers])
 
 
 def _jobs_of_goods(model: Model, layout: Layout) -> Iterator[Job]:
     """The goods, by their own destinations where they are listed."""
-    own = Counter(zip(listed(model), own_destinations(model, layout), strict=True))
-    shares = demand(model, layout)
-    drawn = {} if own else {(): {number: float(shares[number]) for number in asked_for(model, layout)}}
-    for (number, nodes), count in own.items():
-        drawn.setdefault(nodes, {})[number] = count / own.total()
-    for nodes, weights in drawn.items():
-        yield Job("", _in_storage(layout, weights), (), _at_nodes(nodes or model.tasks.unload_at), own=nodes)
+    import numpy as np
+
+    goods, own = listed(model), own_destinations(model, layout)
+    for nodes in dict.fromkeys(own or [()]):
+        if own:
+            drawn = [good for good, to in zip(goods, own, strict=True) if to == nodes]
+            shares = np.bincount(drawn, minlength=len(layout.storage)) / len(goods)
+        else:
+            shares = demand(model, layout)
+        yield Job("", _places(None, shares, 1.0), (), _places(nodes or model.tasks.unload_at, None, 0.0), own=nodes)
 
 
 def _jobs_of_flows(model: Model, layout: Layout) -> Iterator[Job]:
-    """The routes of the flows; of those into storage each station that they come from apart."""
+    """The routes of the flows."""
+    import numpy as np
 
-    def places(end: StorageEnd | tuple[str, ...], weight: float) -> list[Place]:
+    def places(end: StorageEnd | tuple[str, ...], weight: float) -> Places:
         if not isinstance(end, StorageEnd):
-            return _at_nodes(end, weight)
+            return _places(end, None, weight)
         shares, size = place_shares(model, layout, end), len(layout.storage)
-        each = [1 / size] * size if shares is None else shares.tolist()
-        return _in_storage(layout, {number: weight * share for number, share in enumerate(each) if share})
+        return _places(None, np.full(size, 1 / size) if shares is None else shares, weight)
 
     rates = flow_rates(model)
     total = math.fsum(rates.values())
@@ -166,10 +171,7 @@ def _jobs_of_flows(model: Model, layout: Layout) -> Iterator[Job]:
         via = [layout.nodes_of(stop) for stop in flow.via]
         for route in flow.routes:
             weight, stores = rates[name] / total * route.share, isinstance(route.target, StorageEnd)
-            one_by_one = stores and not isinstance(route.source, StorageEnd)
-            for source in [(node,) for node in route.source] if one_by_one else [route.source]:
-                part = weight / len(route.source) if one_by_one else weight
-                yield Job(name, places(source, part), via, places(route.target, part), stores)
+            yield Job(name, places(route.source, weight), via, places(route.target, weight), stores)
 
 
 class _Floor:
@@ -185,64 +187,60 @@ class _Floor:
             edge: data["length"] / self._paces[edge] + special.get(edge[1], node_time) for edge, data in edges.items()
         }
         self._back_in_time = {edge[::-1]: time for edge, time in self._times.items()}
-        self._draws, self._clear = draws, draws.empty * model.tasks.clear_time
+        self._layout, self._draws, self._clear = layout, draws, draws.empty * model.tasks.clear_time
         self._stops = handling_of(model, layout).means()
         self._reach = least_costs(self._times, draws.empty, begun)
         self._back = least_costs(self._back_in_time, draws.empty, dict.fromkeys(ends, 0.0))
 
-    def tasks(self, job: Job) -> Iterator[tuple[Place, float, float, float]]:
-        """Each place that is asked for, what a task for it draws at least, up to the edge of the good, and from there.
+    def fetched(self, job: Job) -> tuple[Any, Any, Any]:
+        """What tasks for each of the picks draw, up to the edge of the good, and from there, to the cheapest drop."""
+        handled = self._handled(job, "unload", job.drops)
+        goals = {node: self._back[node] + self._clear + handled[i] for i, node in enumerate(job.drops.nodes)}
+        to_go = self._loaded(job, self._back_in_time, goals, job.via[::-1])
+        starts, ends, before, after = self._sides(job.picks)
+        load = self._handled(job, "load", job.picks)
+        rest = self._draws.empty * before + load + self._draws.loaded * after + _costs(to_go, ends)
+        reach = _costs(self._reach, starts)
+        return (reach + rest).min(axis=0), reach.min(axis=0), rest.min(axis=0)
 
-        Where both ends are in storage the way to the edge is to the farthest, and the whole begins at the nearest.
+    def put_away(self, job: Job) -> tuple[Any, Any, Any]:
+        """What tasks for each of the drops draw, up to the edges of the picks, and from there, by the cheapest pick."""
+        starts, ends, before, after = self._sides(job.picks)
+        reach = _costs(self._reach, starts).min(axis=0)
+        picked = self._draws.empty * before + self._handled(job, "load", job.picks) + self._draws.loaded * after
+        begun: dict[str, float] = {}
+        for node, cost in zip([node for side in ends for node in side], picked.ravel().tolist(), strict=True):
+            begun[node] = min(begun.get(node, math.inf), cost)
+        so_far = self._loaded(job, self._times, begun, job.via)
+        starts, ends, before, after = self._sides(job.drops)
+        back = self._draws.empty * after + self._clear + _costs(self._back, ends)
+        rest = _costs(so_far, starts) + self._draws.loaded * before + self._handled(job, "unload", job.drops) + back
+        rest = rest.min(axis=0)
+        return reach.min() + rest, reach, rest
+
+    def _handled(self, job: Job, act: Any, places: Places) -> Any:
+        """What handling draws at each station, or at storage places alike."""
+        import numpy as np
+
+        times = [self._stops.at_stop(act, job.flow, node) for node in places.nodes or (None,)]
+        return self._draws.handling * np.array(times)
+
+    def _sides(self, places: Places) -> tuple[list[list[str]], list[list[str]], Any, Any]:
+        """The ends of the edges of places, and the times from the start of each and on over its end.
+
+        There are two rows where lanes are two-way, by which robots come to places from either side.
         """
-        return self._put_away(job) if job.stores else self._fetched(job)
+        import numpy as np
 
-    def _fetched(self, job: Job) -> Iterator[tuple[Place, float, float, float]]:
-        """Tasks for each pick, to the cheapest drop: least costs to go, back in time from there."""
-        drops = {end.station: self._handled(job, "unload", end) for end in job.drops if end.station is not None}
-        costs = {node: self._back[node] + self._clear + handled for node, handled in drops.items()}
-        to_go = self._loaded(job, self._back_in_time, costs, job.via[::-1])
-        for pick in job.picks:
-            load = self._handled(job, "load", pick)
-            reaches, rests = self._reaches(pick), []
-            for edge, offset in pick.sides:
-                before, after = self._along(edge, offset)
-                rests.append(self._draws.empty * before + load + self._draws.loaded * after + to_go[edge[1]])
-            yield pick, min(map(add, reaches, rests)), min(reaches), min(rests)
-
-    def _put_away(self, job: Job) -> Iterator[tuple[Place, float, float, float]]:
-        """Tasks for each drop, from the cheapest pick: least costs so far, from the edges of the picks on."""
-        so_far: dict[str, float] = {}
-        for pick in job.picks:
-            load = self._handled(job, "load", pick)
-            for edge, offset in pick.sides:
-                before, after = self._along(edge, offset)
-                cost = self._draws.empty * before + load + self._draws.loaded * after
-                so_far[edge[1]] = min(so_far.get(edge[1], math.inf), cost)
-        reaches = [min(self._reaches(pick)) for pick in job.picks]
-        costs = self._loaded(job, self._times, so_far, job.via)
-        for drop in job.drops:
-            unload = self._handled(job, "unload", drop)
-            rests = []
-            for edge, offset in drop.sides:
-                before, after = self._along(edge, offset)
-                back = self._draws.empty * after + self._clear + self._back[edge[1]]
-                rests.append(costs[edge[0]] + self._draws.loaded * before + unload + back)
-            yield drop, min(reaches) + min(rests), max(reaches), min(rests)
-
-    def _reaches(self, place: Place) -> list[float]:
-        """What is drawn up to the edge of a place, from each side."""
-        return [self._reach[edge[0]] for edge, _ in place.sides]
-
-    def _handled(self, job: Job, act: Any, place: Place) -> float:
-        return self._draws.handling * self._stops.at_stop(act, job.flow, place.station)
-
-    def _along(self, edge: Edge, offset: float) -> tuple[float, float]:
-        """The times from the start of an edge to a place on it, and from there over the node at its end."""
-        if edge not in self._paces:  # a place at a node
-            return 0.0, 0.0
-        before = offset / self._paces[edge]
-        return before, self._times[edge] - before
+        edges, storage = places.edges(self._layout), self._layout.storage
+        offsets = [storage[number].offset for number in places.numbers] or [0.0] * len(edges)
+        sides = [list(zip(edges, offsets, strict=True))]
+        if self._layout.two_way:
+            sides.append([self._layout.approaches(*at)[-1] for at in sides[0]])
+        before = [[offset / self._paces.get(edge, math.inf) for edge, offset in side] for side in sides]
+        whole = [[self._times.get(edge, 0.0) for edge, _ in side] for side in sides]
+        starts, ends = ([[edge[end] for edge, _ in side] for side in sides] for end in (0, 1))
+        return starts, ends, np.array(before), np.array(whole) - np.array(before)
 
     def _loaded(
         self, job: Job, times: Mapping[Edge, float], costs: Mapping[str, float], via: Sequence[Sequence[str]]
@@ -253,6 +251,12 @@ class _Floor:
             stop = self._draws.handling * self._stops.at_stop("visit", job.flow)
             least = least_costs(times, self._draws.loaded, {node: least[node] + stop for node in nodes})
         return least
+
+
+def _costs(least: Mapping[str, float], sides: Sequence[Sequence[str]]) -> Any:
+    import numpy as np
+
+    return np.array([[least[node] for node in side] for side in sides])
 
 
 def least_costs(times: Mapping[Edge, float], rate: float, begins: Mapping[str, float]) -> dict[str, float]:

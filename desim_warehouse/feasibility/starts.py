@@ -114,7 +114,7 @@ def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator
     import networkx as nx
 
     homes = model.fleet.homes(layout.bays)
-    work = {place.sides[0][0][0] for job in jobs(model, layout) for place in job.picks}
+    work = {edge[0] for job in jobs(model, layout) for edge in job.picks.edges(layout)}
     for number, start in starts.items():
         if not {homes[number], *work} <= {start.node, *nx.descendants(layout.graph, start.node)}:
             yield _finding(number, start, "cannot get to the goods, or home", "start it where all can be reached")

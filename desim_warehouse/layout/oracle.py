@@ -1,7 +1,7 @@
 """The distance oracle: directed distances and driving times between nodes, computed on demand.
 
 Each row is one search: scipy.sparse.csgraph.dijkstra towards a goal or from an origin, or Algorithm 1's breadth-first
-search either way. Only the rows used last are kept, so memory stays within KEPT numbers, also on layouts of 10,000
+search from an origin. Only the rows used last are kept, so memory stays within KEPT numbers, also on layouts of 10,000
 nodes. Routes that end at a hub (a station, a bay) are searched towards it, and routes that only begin at one from it.
 Robots drive between hubs and storage, so a row for each hub serves nearly all routes.
 """
@@ -30,16 +30,12 @@ KEPT = 24_000_000
 A decision asks for a row for each open task. Where fewer are kept than there are open tasks, every decision searches
 all of them again: on 42,000 nodes 8 million were 190 rows, and a run with 200 open tasks took ten times as long.
 """
-FOR_ESTIMATES = 3_000_000
-"""The same for an estimate, which asks for most rows once (60 MB)."""
 WAYS = 5_000
 """Routes that an oracle keeps, for runs of a small model that ask for the same ones again and again."""
 TIMES = 10_000
 """Times of routes that an oracle keeps by their ends: robots drive between few nodes, and each decision asks anew."""
 FEW = 24
 """Entries of a table that are looked up one by one, which takes less than preparing to take them row by row."""
-LARGE = 10_000
-"""Nodes beyond which SciPy counts hops, too; on smaller floors that takes less than importing SciPy."""
 TIE = 1e-9
 """Part by which lengths and times of routes may differ and still be the same: what rounding does to their sums."""
 
@@ -51,10 +47,6 @@ class RouteOracle:
     `length` is in length units. `time` includes node times and edge speed limits, but no waiting. Times of a route are
     at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes are compared
     by length or time. The lengths and times given are those driven.
-
-    Routes by hops are searched from each origin, which on large floors takes minutes for all goods. For an `estimate`
-    they are searched towards goals: the same routes, but sums of lengths and times may differ in their last bit. It
-    also keeps fewer rows.
     """
 
     def __init__(
@@ -67,12 +59,10 @@ class RouteOracle:
         turn_time: float = 0.0,
         node_times: Mapping[str, float] | None = None,
         stop_time: float = 0.0,
-        *,
-        estimate: bool = False,
     ) -> None:
         own = node_times or {}
         self.cost = cost
-        self._from_origin = cost == "hops" and not estimate
+        self._from_origin = cost == "hops"
         self.names = list(highways)
         self.index = {name: i for i, name in enumerate(self.names)}
         self._next: list[list[tuple[int, float, float]]] = [
@@ -93,7 +83,7 @@ class RouteOracle:
         self._turns = Turns(highways, edges, turn_time, self._closed, stop_time) if turn_time else None
         self._beside: dict[tuple[int, bool], tuple[Any, Any]] = {}
         self._hubs = frozenset(hubs)
-        self._keep = max((FOR_ESTIMATES if estimate else KEPT) // max(len(self.names), 1), 1)
+        self._keep = max(KEPT // max(len(self.names), 1), 1)
         self._rows: OrderedDict[tuple[int, bool], Row] = OrderedDict()
         self._way = lru_cache(WAYS)(self._searched)
         self._time = lru_cache(TIMES)(self._looked_up)
@@ -270,7 +260,7 @@ class RouteOracle:
         key = root, forward
         row = self._rows.get(key)
         if row is None:
-            row = (self._breadth_first if self.cost == "hops" else self._dijkstra)(root, forward=forward)
+            row = self._breadth_first(root) if self._from_origin else self._dijkstra(root, forward=forward)
             self._rows[key] = row
             if len(self._rows) > self._keep:
                 self._beside.pop(self._rows.popitem(last=False)[0], None)
@@ -278,8 +268,8 @@ class RouteOracle:
             self._rows.move_to_end(key)
         return row
 
-    def _breadth_first(self, root: int, *, forward: bool) -> Row:
-        lengths, times, before = self._from(root) if forward else self._to(root)
+    def _breadth_first(self, root: int) -> Row:
+        lengths, times, before = self._from(root)
         if self._turns is not None:
             import numpy as np
 
@@ -307,51 +297,6 @@ class RouteOracle:
                     times[there] = times[here] + time
                     line.append(there)
         return lengths, times, before
-
-    def _to(self, root: int) -> Found:
-        """The same routes from the goal: every node goes on to its first successor that is a hop nearer.
-
-        Of all routes with the fewest hops, a breadth-first search from the origin finds the one that takes the earliest
-        successor at the first node where they part.
-        """
-        import numpy as np
-
-        large = len(self.names) > LARGE
-        hops = self._cheapest(root, forward=False)[0] if large else np.array(self._hops_to(root))
-        source, target, length, time = self._columns
-        nearer = (hops[source] == hops[target] + 1) & np.isfinite(hops[source])
-        if self._closed:
-            nearer &= (target == root) | ~np.isin(target, list(self._closed))
-        chosen = np.flatnonzero(nearer)[::-1]  # of several assignments the last holds: the first successor
-        before = np.arange(len(hops), dtype=np.intc)
-        before[source[chosen]] = target[chosen]
-        found = []
-        for column in (length, time):
-            step = np.where(np.isfinite(hops), 0.0, np.inf)
-            step[source[chosen]] = column[chosen]
-            found.append(array("d", sums_along(before, step).tobytes()))
-        return found[0], found[1], array("i", before.tobytes())
-
-    def _hops_to(self, root: int) -> list[float]:
-        """For every node the number of edges to a goal; inf where nothing leads there."""
-        hops = [math.inf] * len(self.names)
-        hops[root] = 0
-        line, predecessors = [root], self._predecessors
-        for here in line:
-            if here == root or here not in self._closed:
-                for there in predecessors[here]:
-                    if hops[there] == math.inf:
-                        hops[there] = hops[here] + 1
-                        line.append(there)
-        return hops
-
-    @cached_property
-    def _predecessors(self) -> list[list[int]]:
-        found: list[list[int]] = [[] for _ in self.names]
-        for source, edges in enumerate(self._next):
-            for target, _, _ in edges:
-                found[target].append(source)
-        return found
 
     @cached_property
     def _columns(self) -> tuple[Any, ...]:
@@ -432,7 +377,7 @@ class RouteOracle:
 
         size = len(self.names)
         source, target, length, time = self._columns
-        cost = {"length": length, "time": time, "hops": np.ones(len(source))}[self.cost]
+        cost = length if self.cost == "length" else time
         if self._counted:
             cost = cost * np.concatenate([np.array(row) for row in self._counts])
         found = {}

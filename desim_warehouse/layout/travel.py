@@ -31,12 +31,10 @@ def travel_on(
     turn_time: float = 0.0,
     node_times: tuple[tuple[str, float], ...] = (),
     slowness: float = 0.0,
-    *,
-    estimate: bool = False,
 ) -> FreeTravel:
     """The travel times of a layout; runs of a study share them, as they do not depend on who asked before."""
     times = dict(node_times)
-    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, times, slowness, estimate=estimate)
+    return FreeTravel(layout.graph, speed, node_time, cost, hubs, turn_time, times, slowness)
 
 
 class FreeTravel:
@@ -47,8 +45,7 @@ class FreeTravel:
 
     Where robots gather speed and brake, `slowness` is how long a stop takes them for each unit of speed. A stop counts
     in full (`stop_time`): at every node where time is spent or a robot turns, and as a part of `half_turn` where a
-    drive begins. On short drives that is more than it takes. Slower lanes on the way are not counted. `estimate` as
-    for `RouteOracle`.
+    drive begins. On short drives that is more than it takes. Slower lanes on the way are not counted.
     """
 
     def __init__(
@@ -61,11 +58,8 @@ class FreeTravel:
         turn_time: float = 0.0,
         node_times: Mapping[str, float] | None = None,
         slowness: float = 0.0,
-        *,
-        estimate: bool = False,
     ) -> None:
         self.highways = highways
-        self.estimate = estimate
         self.speed = speed
         self.stop_time = speed * slowness
         self.node_time = self._with_stop(node_time)
@@ -85,7 +79,7 @@ class FreeTravel:
         """The same at another speed."""
         node_time, node_times, slowness = self._given
         ways = self.highways, speed, node_time, self.cost, (), self.turn_time, node_times, slowness
-        return FreeTravel(*ways, estimate=self.estimate)
+        return FreeTravel(*ways)
 
     def oracle(self, cost: Cost) -> RouteOracle:
         """The oracle for routes that are cheapest by a cost."""
@@ -100,7 +94,6 @@ class FreeTravel:
                 self.turn_time,
                 self.node_times,
                 self.stop_time,
-                estimate=self.estimate,
             )
         return found
 
@@ -123,10 +116,6 @@ class FreeTravel:
     def to_edges(self, nodes: Sequence[str], edges: Sequence[Edge]) -> Any:
         """`to_edge` from every node (rows) to every edge (columns)."""
         return self.between(nodes, edges)
-
-    def from_edges(self, edges: Sequence[Edge], nodes: Sequence[str]) -> Any:
-        """`from_edge` from every edge (rows) to every node (columns)."""
-        return self.between(edges, nodes)
 
     def between(self, origins: Sequence[Edge | str], goals: Sequence[Edge | str]) -> Any:
         """Times from nodes and the ends of goods' edges (rows) to nodes and the starts of goods' edges (columns).
@@ -198,19 +187,6 @@ class FreeTravel:
         data = self.highways.edges[edge]
         pace = min(self.speed, data["speed"])
         return offset / pace, (data["length"] - offset) / pace + self.time_at(edge[1])
-
-    def all_along(self, edges: Sequence[Edge], at: Any, offsets: Any) -> tuple[Any, Any]:
-        """`along` of many goods: `at` is the place in `edges` of the edge of each."""
-        import numpy as np
-
-        drawn = self.highways.edges
-        of = [
-            (0.0, math.inf, 0.0) if a == b else (drawn[a, b]["length"], drawn[a, b]["speed"], self.time_at(b))
-            for a, b in edges
-        ]
-        lengths, limits, ends = np.array(of)[at].T
-        paces = np.minimum(self.speed, limits)
-        return offsets / paces, (lengths - offsets) / paces + ends
 
     def time_at(self, node: str) -> float:
         """Time spent at a node that is reached."""

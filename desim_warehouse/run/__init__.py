@@ -78,8 +78,7 @@ class RunData:
     @classmethod
     def _of_kept(cls, kept: KeptRun) -> Self:
         run = cls(kept.model, kept.seed, kept.log, kept.layout, deterministic=kept.deterministic)
-        if kept.kpis:
-            run.kpis = indicators.RunIndicators(run.kpis | kept.kpis)  # another version may count otherwise
+        run.kpis = indicators.RunIndicators(run.kpis | kept.kpis)  # another version may count otherwise
         return run
 
     @property

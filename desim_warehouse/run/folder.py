@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple, TypeVar, get_args
 
 from desim_warehouse._version import __version__
-from desim_warehouse.errors import ReportError, reason
+from desim_warehouse.errors import ReportError, reason, spoken
 from desim_warehouse.folders import RUN, STUDY, make_folder, refuse_theirs, sha256, too_old, write_whole
 from desim_warehouse.run.spreadsheet import as_csv
 
@@ -31,6 +31,12 @@ TABLES = ("robots", "edges", "nodes")
 """Tables that are written as CSV."""
 NUMBER = "edge_number"
 """Column of the log with the edges' numbers, where two edges have one name."""
+_NEEDED = {
+    **dict.fromkeys(("parked", "docked"), ("node",)),
+    "enter": ("edge",),
+    "drive": ("edge", "value", "until"),
+}
+"""Columns that no row of a kind is without."""
 R = TypeVar("R")
 
 
@@ -170,12 +176,18 @@ def _table(folder: Path, content: dict[str, Any]) -> pd.DataFrame:
     return pd.read_parquet(folder / LOG)
 
 
-def _rows(table: pd.DataFrame, layout: Layout) -> list[Any]:
-    """The rows of a log, with the edges of the layout; raises ValueError where they name another."""
+def _rows(table: pd.DataFrame, layout: Layout, *, ours: bool) -> list[Any]:
+    """The rows of a log, with the edges of the layout; raises ValueError where they name another.
+
+    `ours`: this version wrote it, and all columns that it knows.
+    """
     import pandas as pd
 
     from desim_warehouse.outcome.log import LogRow
 
+    missing = set(LogRow._fields) - set(table) if ours else set()
+    if missing:
+        raise ValueError(f"{LOG} has no column {spoken(sorted(missing))}")
     edges = _edges(layout)
     numbers = table.pop(NUMBER) if NUMBER in table else None
     table = table.reindex(columns=list(LogRow._fields))  # a column that the saved run did not know is empty
@@ -200,10 +212,16 @@ def _check(log: Log, model: Model, layout: Layout) -> None:
         raise ValueError(f"{len(log.robots)} robots, expected the {size} of its model")
     if not (log.level in get_args(Detail) and 0 <= log.begin <= log.end < math.inf):
         raise ValueError(f"level {log.level}, from {log.begin} to {log.end}, expected those of a run")
+    if len(log.energy) not in {0, size} or not (
+        [one["edge"] for one in log.edges] and [one["node"] for one in log.nodes]
+    ):
+        raise ValueError("its tallies are not those of a run")
     nodes, robots = {None, *layout.graph}, frozenset(range(NONE, size))
     for number, row in enumerate(log.named_rows(), 1):
         if row.kind not in KINDS or row.node not in nodes or row.robot not in robots or row.task < NONE:
             raise ValueError(f"{LOG}, row {number}: no such kind of row, robot, task or node")
+        if any(getattr(row, column) is None for column in _NEEDED.get(row.kind, ())):
+            raise ValueError(f"{LOG}, row {number}: {row.kind} without {spoken(_NEEDED[row.kind])}")
         if not before <= row.time <= log.end:
             raise ValueError(f"{LOG}, row {number}: not in order of time")
         before = row.time
@@ -220,7 +238,8 @@ def read_run(folder: Path, make: Callable[[KeptRun], R]) -> R:
         content = _content(folder / RUN)
         model = load(content["model"])
         layout = model.floor
-        log = _log(content["log"], _rows(_table(folder, content), layout), content["version"])
+        version = content["version"]
+        log = _log(content["log"], _rows(_table(folder, content), layout, ours=version == __version__), version)
         _check(log, model, layout)
         kpis = {} if log.version == __version__ else _kpis(folder)
         return make(KeptRun(model, content["seed"], log, layout, content["deterministic"], kpis))

@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
     from desim_warehouse.model import Model
-    from desim_warehouse.model.sections.fleet import Consumption
+    from desim_warehouse.model.sections.fleet import Consumption, Kind
     from desim_warehouse.outcome.log import Log
 
 LOOKS, MOST = (250, 500), 1000
@@ -259,50 +259,44 @@ def log_of(
 
 def always_there(model: Model) -> Model:
     """The model with all robots and stations always on duty, never broken, without batteries; its work comes apart."""
-    fleet, unbroken = model.fleet, {"breakdowns": None}
-    stations = {name: item.model_copy(update={"hours": None}) for name, item in model.layout.stations.items()}
-    kinds = {n: k.model_copy(update={**unbroken, "hours": None, "battery": None}) for n, k in fleet.kinds.items()}
-    robot = fleet.robot.model_copy(update=unbroken)
-    changed: dict[str, Any] = {
-        "fleet": fleet.model_copy(
-            update={"robot": robot, "kinds": FrozenMap(kinds), "start_energy": 1.0, "hours": None, "start_on_lanes": ()}
-        ),
-        "layout": model.layout.model_copy(update={"stations": FrozenMap(stations)}),
-        "battery": None,
-        "traffic": model.traffic.model_copy(update={"closures": FrozenMap({})}),
-        **_of_a_probe(model),
-    }
-    return model.model_copy(update=changed)
+    kinds = {name: kind.model_copy(update={"battery": None}) for name, kind in model.fleet.kinds.items()}
+    return _undisturbed(model, kinds, {"start_energy": 1.0}).model_copy(update={"battery": None})
 
 
 def _alone(model: Model, kind: str, *, endless: bool = False) -> Model:
     """The model with one robot of a kind: always on duty, never broken; `endless`: its battery is never empty."""
     own = by_kind(model)[kind]
-    fleet, layout = own.fleet, own.layout
+    fleet, traffic = own.fleet, own.traffic.model_copy(update={"most_out": None})
     number = fleet.kinds_of_robots().index(kind)
-    unbroken = {"breakdowns": None}
-    spec = {kind: fleet.kinds[kind].model_copy(update={**unbroken, "count": 1, "hours": None})} if kind else {}
+    kinds = {kind: fleet.kinds[kind].model_copy(update={"count": 1})} if kind else {}
     margin = fleet.contact - 2 * fleet.robots()[number].radius
-    stations = {name: item.model_copy(update={"hours": None}) for name, item in layout.stations.items()}
-    changed: dict[str, Any] = {
-        "fleet": fleet.model_copy(
-            update={
-                "size": 1,
-                "kinds": FrozenMap(spec),
-                "robot": fleet.robot.model_copy(update={**unbroken, "margin": margin}),
-                "start": tuple(fleet.homes(own.floor.bays)[number : number + 1]),
-                "start_on_lanes": (),
-                "start_energy": 1.0 if own.battery is None else cycle_levels(own)[0] / own.battery.capacity,
-                "hours": None,
-            }
-        ),
-        "layout": layout.model_copy(update={"stations": FrozenMap(stations)}),
-        "traffic": own.traffic.model_copy(update={"closures": FrozenMap({}), "most_out": None}),
-        **_of_a_probe(own),
+    changed = {
+        "size": 1,
+        "robot": fleet.robot.model_copy(update={"margin": margin}),
+        "start": tuple(fleet.homes(own.floor.bays)[number : number + 1]),
+        "start_energy": 1.0 if own.battery is None else cycle_levels(own)[0] / own.battery.capacity,
     }
-    if endless:
-        changed["battery"] = None
-    return own.model_copy(update=changed)
+    alone = _undisturbed(own.model_copy(update={"traffic": traffic}), kinds, changed)
+    return alone.model_copy(update={"battery": None}) if endless else alone
+
+
+def _undisturbed(model: Model, kinds: Mapping[str, Kind], changed: Mapping[str, Any]) -> Model:
+    """The model of a probe, with some `kinds` and with changes of its fleet; nothing breaks, closes or is off duty."""
+    fleet, always = model.fleet.model_copy(update=changed), {"breakdowns": None, "hours": None}
+    new: dict[str, Any] = {
+        "robot": fleet.robot.model_copy(update={"breakdowns": None}),
+        "kinds": FrozenMap({name: kind.model_copy(update=always) for name, kind in kinds.items()}),
+        "start_on_lanes": (),
+        "hours": None,
+    }
+    stations = {name: item.model_copy(update={"hours": None}) for name, item in model.layout.stations.items()}
+    parts: dict[str, Any] = {
+        "fleet": fleet.model_copy(update=new),
+        "layout": model.layout.model_copy(update={"stations": FrozenMap(stations)}),
+        "traffic": model.traffic.model_copy(update={"closures": FrozenMap({})}),
+        **_of_a_probe(model),
+    }
+    return model.model_copy(update=parts)
 
 
 def _of_a_probe(model: Model) -> dict[str, Any]:

@@ -173,8 +173,9 @@ def changed_table(folder, change):
         (lambda table: table.assign(kind="gone"), "no such kind of row, robot, task or node"),
         (lambda table: table.assign(node="gone"), "no such kind of row, robot, task or node"),
         (lambda table: table.assign(edge="A>gone"), "'A>gone' is missing"),
-        (lambda table: table.drop(columns="time"), "not supported between"),
-        (lambda table: table.drop(columns="kind"), "no such kind of row"),
+        (lambda table: table.drop(columns="time"), "log.parquet has no column time"),
+        (lambda table: table.drop(columns="kind"), "log.parquet has no column kind"),
+        (lambda table: table.drop(columns=["node", "until"]), "log.parquet has no column node and until"),
         (lambda table: table.assign(time=table["time"] * 2), "not in order of time"),
         (lambda table: table.assign(time=float("nan")), "not supported between"),
         (lambda table: table.assign(task="one"), "not supported between"),
@@ -184,6 +185,37 @@ def test_rows_that_no_run_of_the_model_has_are_refused_where_they_are_read(tmp_p
     folder = dw.simulate(dw.load(ODD), seed=11).save(tmp_path / "run")
     changed_table(folder, change)
     with pytest.raises(dw.ReportError, match=said):
+        dw.load_run(folder)
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda table: table.assign(value=None), "drive without edge, value and until"),
+        (lambda table: table.assign(until=None), "drive without edge, value and until"),
+        (lambda table: table.assign(edge=None), "(enter without edge|drive without edge, value and until)"),
+        (lambda table: table.assign(node=None), "(parked|docked) without node"),
+        (lambda table: table[table["kind"] != "released"], "no run can be read there"),
+    ],
+)
+def test_rows_that_lack_what_others_build_on_are_refused_where_they_are_read(tmp_path, change, said):
+    """They ended `replay`, `export` and `calibrate` in a traceback."""
+    folder = dw.simulate(dw.load(ODD, {"log": "all"}), seed=11).save(tmp_path / "run")
+    changed_table(folder, change)
+    with pytest.raises(dw.ReportError, match=said):
+        dw.load_run(folder)
+
+
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("edges", []), ("edges", 1e300), ("nodes", {}), ("nodes", -1), ("energy", None), ("energy", [1.0] * 99)],
+)
+def test_tallies_that_are_not_those_of_a_run_are_refused(tmp_path, key, value):
+    folder = dw.simulate(dw.load(ODD), seed=11).save(tmp_path / "run")
+    content = json.loads((folder / "run.json").read_text())
+    content["log"][key] = value
+    (folder / "run.json").write_text(json.dumps(content))
+    with pytest.raises(dw.ReportError, match="no run can be read there"):
         dw.load_run(folder)
 
 

@@ -132,7 +132,7 @@ class Drive:
             if onward is None and self.stop is not None:
                 return True
             # A recall takes effect at the node that it comes to next, never between nodes.
-            if onward is None or onward.short or robot.recall_at <= self._clear_of_node(onward):
+            if onward is None or onward.short or math.inf > robot.recall_at <= self._clear_of_node(onward):
                 yield from self._to_node()
             elif not robot.detours or not self._take_detour():
                 yield from self._pass_when_free(onward)
@@ -364,15 +364,15 @@ class Drive:
                 or node.claims  # earlier claims are served first
                 or not node.is_open(robot, lane, now)
                 or not onward.has_room(robot)  # node and room in one step: no robot waits on a node for room
+                # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
+                or robot.recall_at
+                <= (
+                    clear := self._clear_of_node(onward)
+                    if self.slow
+                    else now + (lane.length - pos) / robot.pace + lane.node_time
+                )
+                or not (guard is None or guard.admit(robot, node, onward))
             ):
-                self._wake()
-                return
-            # Known before it sets out, as node and room are its own from the stop line on: others can plan by it.
-            if self.slow:
-                clear = self._clear_of_node(onward)
-            else:
-                clear = now + (lane.length - pos) / robot.pace + lane.node_time
-            if robot.recall_at <= clear or not (guard is None or guard.admit(robot, node, onward)):
                 self._wake()
                 return
             self.index = index = index + 1
