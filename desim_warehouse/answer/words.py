@@ -277,6 +277,16 @@ def head(indicator: str, scale: Scale) -> str:
     return with_unit(indicator_name(indicator), "" if scale.is_share else scale.unit)
 
 
+def load(model: Model) -> str:
+    """The word for a task of a model: a load, or with pods a line."""
+    return "load" if model.pods is None else "line"
+
+
+def loads(model: Model) -> str:
+    """The word for tasks of a model: loads, or with pods lines."""
+    return f"{load(model)}s"
+
+
 def money(model: Model | None) -> str:
     """The currency of a model; empty where it names none."""
     return (model.prices.currency or "") if model is not None and model.prices is not None else ""

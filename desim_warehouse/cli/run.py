@@ -20,6 +20,7 @@ from desim_warehouse.cli.options import (
     with_overrides,
     with_seed,
 )
+from desim_warehouse.cli.terminal import BAD, show
 from desim_warehouse.cli.warned import warn
 
 
@@ -42,6 +43,7 @@ def command(
 ) -> None:
     """Simulate MODEL once: what came out of it in a few sentences, and the indicators that it is judged by."""
     from desim_warehouse import __version__
+    from desim_warehouse.answer.numbers import sentence
     from desim_warehouse.errors import SimulationError
     from desim_warehouse.outcome.indicators import refuse_unknown
     from desim_warehouse.questions.run import words as run_words
@@ -77,4 +79,5 @@ def command(
             )
         )
     else:
-        click.echo(run_words.text(run, indicators, columns()))
+        bad = {sentence(verdict.text) for verdict in run.verdicts}
+        show(run_words.text(run, indicators, columns()), lambda line: BAD if line in bad else "")

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.answer import busiest, numbers
+from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.errors import number_of, spoken
 from desim_warehouse.feasibility.asked import orders_a_day, orders_asked_for
@@ -28,11 +28,6 @@ _FEW, _MANY = 10.0, 1000.0
 """Rates below have a decimal, and from the second on whole tens."""
 _ALMOST = 1e-9
 """Part of a rate by which it may be below a whole number and count as that."""
-
-
-def load(model: Model, count: float = 1) -> str:
-    """The word for one task of a model, or for several: a load, or with pods a line."""
-    return f"{'load' if model.pods is None else 'line'}{'s' * (count != 1)}"
 
 
 def sentences(
@@ -83,7 +78,7 @@ def _robots(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     least, most = (_floor(rate * hour) for rate in estimate.range)
     if math.isfinite(estimate.range[1]):
         can = least if estimate.range[0] >= APART * estimate.range[1] else f"{least} to {most}"
-        line = f"{number_of(estimate.robots, 'robot')} can do about {can} {load(model, 2)} an hour"
+        line = f"{number_of(estimate.robots, 'robot')} can do about {can} {words.loads(model)} an hour"
         if estimate.rate is not None:
             line += f"; you need {numbers.measured(estimate.rate * hour)}"
             peak = None if estimate.peak is None else numbers.measured(estimate.peak * hour)
@@ -114,8 +109,9 @@ def _enough(model: Model, estimate: QuickEstimate, mean: float) -> str:
     peak = mean if estimate.peak is None else estimate.robots_for(estimate.peak, at_peak=True)
     if math.isinf(max(mean, peak)):
         rate = estimate.rate if math.isinf(mean) else estimate.peak
-        asked, when = numbers.measured((rate or 0.0) * model.units.hour), "" if math.isinf(mean) else " then"
-        return f"Robots: no number does {asked} {load(model, 2)} an hour{when}, as {_limits(estimate.narrowest)}."
+        asked = f"{numbers.measured((rate or 0.0) * model.units.hour)} {words.loads(model)}"
+        asked = f"{asked} an hour" if math.isinf(mean) else f"the {asked} of the busiest hour"
+        return f"Robots: no number does {asked}, as {_limits(estimate.narrowest)}."
     on_average, most = math.ceil(mean), max(math.ceil(mean), math.ceil(peak))
     counts = f"{most:,}" if on_average == most else f"{on_average:,} on average and {most:,} in the busiest hour"
     return f"Robots: {_are(counts, most, most <= estimate.robots)}, you have {estimate.robots:,}."
@@ -150,7 +146,7 @@ def _stations(model: Model, estimate: QuickEstimate) -> Iterator[str]:
     most = estimate.station_capacity
     if math.isinf(most):
         return
-    line = f"Stations: they can serve about {_floor(most * model.units.hour)} {load(model, 2)} an hour"
+    line = f"Stations: they can serve about {_floor(most * model.units.hour)} {words.loads(model)} an hour"
     if (full := estimate.fullest) is not None and full.busy is not None:
         hours = " of its hours" if full.open < 1 else " of the time"
         line += f"; {full.node} ({_staff(model, full)}) would be in use {busiest.whole_percent(full.busy)}{hours}"
@@ -179,7 +175,7 @@ def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choic
     unit = model.units.time
     if choice is not None:
         before, after = (numbers.duration(time, unit) for time in (estimate.cycle.empty, choice.empty))
-        yield f"With many orders waiting the empty run falls from {before} to {after} a {load(model)}."
+        yield f"With many orders waiting the empty run falls from {before} to {after} a {words.load(model)}."
     if nearer is not None:
         scale = numbers.times(unit, (nearer.saved,))
         saved, now = (
@@ -187,7 +183,8 @@ def _savings(model: Model, estimate: QuickEstimate, nearer: Nearer | None, choic
             for time in (nearer.saved, nearer.now)
         )
         keys = ", ".join(f"{key}: distance" for key in nearer.keys)
-        yield f"Fast movers nearest to the stations would save {saved} of {now} {scale.unit} a {load(model)} ({keys})."
+        gain = f"{saved} of {now} {scale.unit} a {words.load(model)}"
+        yield f"Fast movers nearest to the stations would save {gain} ({keys})."
 
 
 def _floor(rate: float) -> str:

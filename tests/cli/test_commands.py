@@ -29,7 +29,7 @@ def test_run_prints_one_json_object():
     sentences = run_words.sentences(run)
     told = {"answer": sentences, "verdicts": [], "warnings": [], "seed": 5, "version": dw.__version__}
     assert answer == {**run.kpis, **told}
-    assert sentences[0].startswith("2 tasks delivered in 584 steps")
+    assert sentences[0].startswith("2 loads delivered in 584 steps")
     assert {"T", "S", "C", "moves", "distance", "energy", "waiting", "cost"} <= set(answer)
 
 
@@ -46,7 +46,7 @@ def test_run_prints_a_table_for_people():
     run = dw.simulate(dw.load(MODEL, {"fleet.size": 1}))
     first, busiest, title, *lines = said.stdout.splitlines()
     # the paper's step is 0.05 s, 6,377.5 steps are 318.9 s
-    assert first == "10 tasks delivered in 6,378 steps (5.3 min), 113 an hour."
+    assert first == "10 loads delivered in 6,378 steps (5.3 min), 113 an hour."
     assert busiest.startswith("The robots were the busiest, at work ")
     assert title == "MultiBots: 1 robot, seed 0"
     shown = by_name(lines)
@@ -72,7 +72,7 @@ def by_name(lines):
 
 def test_run_prints_seconds_once_and_says_where_there_is_no_value():
     said = call("run", "models/tutorial.yaml", "--set", "run.length=1", "--set", "tasks.goods={saturated: 3}")
-    assert said.stdout.startswith("0 tasks delivered in 1 s")
+    assert said.stdout.startswith("0 loads delivered in 1 s")
     assert by_name(said.stdout.splitlines())["cycle_time_mean"] == "Cycle time, mean –"
 
 

@@ -48,7 +48,7 @@ def disagreements(run):
     hold("delivered, terminal", said.startswith(f"{delivered} delivered in "), True)
     hold("delivered, story", told[-1].startswith(f"In all: {delivered} delivered"), True)
     waits = numbers.PERCENT.value(kpis["share_waiting"])
-    hold("waiting, terminal", f"Robots spent {waits} of their time waiting in traffic." in said, True)
+    hold("waiting, terminal", f"Robots waited in traffic {waits} of the time." in said, True)
     hold("waiting, story", f"robots wait in traffic {waits} of the time." in told[-1], True)
     first, lines = words.sentences(run)[0], words.sentences(run)
     hold("on time", re.findall(r"[\d.]+ % on time", first), re.findall(r"[\d.]+ % on time", told[-1]))

@@ -150,7 +150,7 @@ def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
     run = dw.simulate(model.replace({"tasks.goods": {"saturated": 12}, "run": {"length": 2000, "warm_up": 500}}))
     kpis = run.kpis
     assert kpis["throughput_per_hour"] == pytest.approx(kpis["tasks"] / (1500 * run.model.units.seconds / 3600))
-    sentence = f"{kpis['tasks']} tasks delivered in 1,500 steps (75 s) after a warm-up of 500 steps, "
+    sentence = f"{kpis['tasks']} loads delivered in 1,500 steps (75 s) after a warm-up of 500 steps, "
     assert f"{sentence}{numbers.measured(kpis['throughput_per_hour'])} an hour." in run_words.sentences(run)[0]
     shown = {row[2]: row[1] for row in run_parts.indicators(run).rows}
     assert shown == {key: words.value(key, value, run.model) for key, value in kpis.items()}
@@ -161,7 +161,7 @@ def test_what_a_run_s_report_says_is_counted_as_its_indicators_are(model):
 def test_one_task_is_not_tasks():
     flow = {"from": "dock", "to": "pack", "arrivals": {"schedule": [{"at": 0, "tasks": 1}]}}
     run = dw.simulate(dw.load(RING, {"tasks.flows": {"work": flow}}))
-    assert run_words.sentences(run)[0] == "1 task delivered in 1.5 min, 40 an hour."
+    assert run_words.sentences(run)[0] == "1 load delivered in 1.5 min, 40 an hour."
 
 
 def test_the_work_of_flows_is_what_the_demand_makes_of_it():
@@ -299,7 +299,7 @@ def test_the_facts_of_a_model_say_who_keeps_which_hours_and_what_goes_wrong():
 
 def test_the_first_page_of_a_run_has_large_numbers(tmp_path, lifelong):
     said = run_words.numbers_of(lifelong)
-    assert said[0].what == "tasks an hour"
+    assert said[0].what == "loads an hour"
     page = report(lifelong, tmp_path / "run.html").read_text(encoding="utf-8").partition("<details")[0]
     assert all(f"<dt>{tile.what}</dt><dd>{tile.value}" in page for tile in said)
     assert run_words.waited(lifelong)[0] in Page(page).text.replace("\u00a0", " ")

@@ -431,7 +431,7 @@ def test_check_says_what_is_cut_off_and_for_how_long(tasks, said):
     over = {"traffic.closures": closure, "run.length": 1000}
     [found] = [item for item in check(behind(LOOP, (100, 400), (900, 1200), **over)).findings if "works" in item.place]
     assert found.code == "CLOSED_GOODS"
-    assert "while it is closed, 400 s of the run and up to 300 s at a time" in found.text
+    assert "closed 6.667 min of the run and up to 5 min at a time: " in found.text
     assert "1 storage place, with 100 % of the tasks, and D cannot be reached" in found.text
     assert said in found.text
 

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
     from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
+    from desim_warehouse.model.schema import Units
     from desim_warehouse.model.sections.flows import FlowSpec
     from desim_warehouse.values.calendars import Stretch
 
@@ -168,7 +169,7 @@ def _within(model: Model) -> list[tuple[str, float, str | None]]:
 
 def _breaks(model: Model) -> Iterator[Finding]:
     """Tasks that come in a break which is longer than the time until they are due."""
-    end, unit = model.run.end, model.units.time
+    end, units = model.run.end, model.units
     due = _within(model)
     gaps = list(nobody_at_work(model)) if due else []
     for place, within, calendar in due:
@@ -177,12 +178,13 @@ def _breaks(model: Model) -> Iterator[Finding]:
         late = sum(hours.open_time(b) - hours.open_time(a) for a, b in lost)
         if late > 0:
             longest = max(b - a for a, b in gaps)
+            first, whole, allowed = (_lasts(time, units) for time in (longest - within, longest, within))
             share = late / hours.open_time(end)
             yield Finding(
                 "BREAK_BEYOND_DUE",
                 place,
-                f"tasks are due after {amount(within)} {unit}, and for up to {amount(longest)} {unit} no robot works "
-                f"or no station is open: what comes in {amount(100 * share)} % of the time is late whatever the fleet",
+                f"for up to {whole} no robot works or no station is open, and what comes in the first {first} of that "
+                f"cannot be done within {allowed}: {amount(100 * share)} % of the time, late with any fleet",
                 "hours for the tasks, later due times, or robots with breaks at other times (fleet.kinds)",
             )
 
@@ -270,8 +272,10 @@ def _profiles(model: Model) -> Iterator[Finding]:
         if clock_of(model.run.start) and (rates.by_clock or not math.isclose(whole, end)):  # else they are the run's
             text = f"its rates cover {amount(whole / hour)} h, not a day: the first holds from the start of the run on"
             if rates.by_clock:
-                text = "its rates cover 24 h: they are those of a day from midnight"
+                text = "its rates cover 24 h and begin at midnight"
             text += f", and the run starts at {model.run.start}"
+            if rates.by_clock:
+                text += ": it takes those from then on"
             yield Finding("PROFILE_CLOCK", f"tasks.{place}", text)
 
 
@@ -308,19 +312,27 @@ def _closed_goods(model: Model, layout: Layout) -> Iterator[Finding]:
             yield Finding(
                 "CLOSED_GOODS",
                 f"traffic.closures.{name}",
-                f"while it is closed, {_how_long(model, closure.hours)}, {' and '.join(behind)} cannot be reached: "
-                + then,
+                f"closed {_how_long(model, closure.hours)}: {' and '.join(behind)} cannot be reached; {then}",
                 "hours for these tasks, or other members",
             )
 
 
 def _how_long(model: Model, calendar: str) -> str:
     """For how long a calendar is open in a run."""
-    hours, end, unit = model.hours(calendar), model.run.end, model.units.time
+    hours, end = model.hours(calendar), model.run.end
     if math.isinf(end):
         return "at times"
-    longest = max(until - since for since, until in hours.between(0.0, end))
-    return f"{amount(hours.open_time(end))} {unit} of the run and up to {amount(longest)} {unit} at a time"
+    longest, whole = max(until - since for since, until in hours.between(0.0, end)), hours.open_time(end)
+    once = _lasts(whole, model.units)
+    return once if longest >= whole else f"{once} of the run and up to {_lasts(longest, model.units)} at a time"
+
+
+def _lasts(time: float, units: Units) -> str:
+    """A time of a day in hours or minutes; in the unit of a model whose unit is not known in seconds."""
+    if not units.has_seconds:
+        return f"{amount(time)} {units.time}"
+    hours = time / units.hour
+    return f"{amount(hours)} h" if hours >= 1 else f"{amount(60 * hours)} min"
 
 
 def _fetches(model: Model) -> bool:

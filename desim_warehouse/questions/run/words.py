@@ -7,11 +7,12 @@ from collections.abc import Sequence
 
 from desim_warehouse.answer import busiest, numbers, words
 from desim_warehouse.answer.course import stood_still
-from desim_warehouse.answer.numbers import sentence
+from desim_warehouse.answer.numbers import capital, sentence
 from desim_warehouse.answer.parts import BigNumber
 from desim_warehouse.answer.root_words import root as in_words
 from desim_warehouse.answer.text import WIDTH, printed_table
 from desim_warehouse.errors import number_of
+from desim_warehouse.feasibility.asked import orders_a_day
 from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.halts import Halt, halts
 from desim_warehouse.outcome.indicators import chosen, judged_by
@@ -35,19 +36,30 @@ def sentences(run: RunData) -> list[str]:
     """The run in a few sentences."""
     wrong = [sentence(verdict.text) for verdict in run.verdicts] + _left_open(run)
     lasts = wrong or [*_keeps_up(run), *_departures(run)]
-    return [_delivered(run), *_halts(run), *lasts, _busiest(run), *_pods(run), *_breakdowns(run), *_cost(run)]
+    return [
+        _delivered(run),
+        *_asked(run),
+        *_halts(run),
+        *lasts,
+        _busiest(run),
+        *_pods(run),
+        *_breakdowns(run),
+        *_cost(run),
+    ]
 
 
 def numbers_of(run: RunData) -> list[BigNumber]:
     """The three numbers of a run that come first."""
     kpis, model = run.kpis, run.model
-    pairs = [(numbers.measured(kpis["throughput_per_hour"]), "tasks an hour")]
+    pairs = [(numbers.measured(kpis["throughput_per_hour"]), f"{words.loads(model)} an hour")]
     if piles_up(run.verdicts):
-        pairs.append((number_of(kpis["backlog"], "task"), "open at the end: it cannot keep up"))
+        pairs.append((number_of(kpis["backlog"], words.load(model)), "open at the end: it cannot keep up"))
     elif math.isfinite(kpis.get("on_time", math.nan)):
         pairs.append((numbers.PERCENT.value(kpis["on_time"]), "on time"))
     else:
-        pairs.append((words.value("cycle_time_p95", kpis["cycle_time_p95"], model), "95 % of tasks done within"))
+        pairs.append(
+            (words.value("cycle_time_p95", kpis["cycle_time_p95"], model), f"95 % of {words.loads(model)} done within")
+        )
     if "annual_cost" in kpis:
         pairs.append((words.scale("annual_cost", model).value(kpis["annual_cost"]), "a year"))
     else:
@@ -80,7 +92,7 @@ def counted_time(run: RunData) -> str:
 
 def _delivered(run: RunData) -> str:
     kpis = run.kpis
-    said = f"{number_of(kpis['tasks'], 'task')} delivered in {counted_time(run)}"
+    said = f"{number_of(kpis['tasks'], words.load(run.model))} delivered in {counted_time(run)}"
     if math.isfinite(kpis["throughput_per_hour"]):
         said += f", {numbers.measured(kpis['throughput_per_hour'])} an hour"
     share = kpis.get("on_time", math.nan)
@@ -88,13 +100,18 @@ def _delivered(run: RunData) -> str:
     return f"{said}, {numbers.PERCENT.value(share)} on time." if told else f"{said}."
 
 
+def _asked(run: RunData) -> list[str]:
+    """How many orders a day are asked for, where they come at a rate."""
+    return [sentence(line) for line in orders_a_day(run.model)]
+
+
 def _left_open(run: RunData) -> list[str]:
     """What cycle times leave out, where that grows."""
     left = int(run.kpis["backlog"])
     if not left or not piles_up(run.verdicts):
         return []
-    are = "is" if left == 1 else "are"
-    return [f"Cycle times are of tasks done: the {number_of(left, 'task')} still open {are} in none of them."]
+    are, still = "is" if left == 1 else "are", number_of(left, words.load(run.model))
+    return [f"Cycle times are of {words.loads(run.model)} done: the {still} still open {are} in none of them."]
 
 
 def _keeps_up(run: RunData) -> list[str]:
@@ -102,7 +119,7 @@ def _keeps_up(run: RunData) -> list[str]:
     judged = lasting(run)
     if judged is None:
         return []
-    left = f"{number_of(run.kpis['backlog'], 'task')} open at the end"
+    left = f"{number_of(run.kpis['backlog'], words.load(run.model))} open at the end"
     if judged.keeps_up and not judged.piles_up_at_peak:
         return [f"It keeps up: {left}."]
     if judged.keeps_up:
@@ -130,8 +147,9 @@ def _departures(run: RunData) -> list[str]:
     if not math.isfinite(lead):
         return []
     if not lead:
-        return ["No task missed its departure."]
-    return [f"Tasks that came more than {numbers.duration(lead, run.model.units.time)} before a departure made it."]
+        return [f"No {words.load(run.model)} missed its departure."]
+    before = numbers.duration(lead, run.model.units.time)
+    return [f"{capital(words.loads(run.model))} that came more than {before} before a departure made it."]
 
 
 def _halts(run: RunData) -> list[str]:
@@ -153,7 +171,7 @@ def _busiest(run: RunData) -> str:
     if not run.history.counted:
         return "No time was counted."
     waited = numbers.PERCENT.value(run.kpis["share_waiting"])
-    return f"{said} Robots spent {waited} of their time waiting in traffic.".strip()
+    return f"{said} Robots waited in traffic {waited} of the time.".strip()
 
 
 def _pods(run: RunData) -> list[str]:
