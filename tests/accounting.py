@@ -5,8 +5,10 @@ simulator keeps without the log.
 """
 
 import math
+from collections import Counter
 
 from desim_warehouse.outcome.chains import QUEUES, TRAFFIC
+from desim_warehouse.outcome.pieces import pieces
 
 STATES = ("idle", "empty", "loading", "loaded", "unloading", "returning", "charging")
 
@@ -43,10 +45,25 @@ def faults(run):
         for state in (*STATES, *({"broken"} & set(robots.columns))):
             same(f"robot {number} {state}", row[state], tally[state], 1e-6)
         same(f"robot {number} queueing", row["queueing_server"] + row["queueing_charger"], tally["queueing"], 1e-6)
-        same(f"robot {number} waiting", row["behind_robot"] + row["before_intersection"], tally["waiting"], 1e-6)
-        same(f"robot {number}, other waits", row[apart].sum(), tally[apart].sum(), 1e-6)
-    for edge, tally in run.edges.iterrows():
-        same(f"edge {edge}", edges.loc[edge, "behind_robot"], tally["blocked"], 1e-6)
-    for node, tally in run.nodes.iterrows():  # intersections of several nodes wait at the first of them
-        same(f"node {node}", nodes.loc[node.split("+")[0], "before_intersection"], tally["blocked"], 1e-6)
+        waited = row[[*TRAFFIC, *apart]].sum()  # by the root in the account, by what the robot itself met in the tally
+        same(f"robot {number}, all waits", waited, tally[["waiting", *apart]].sum(), 1e-6)
+    met = _met(history)
+    tallies = {
+        **{("robot", number): tally["waiting"] for number, tally in run.robots.iterrows()},
+        **{("edge", edge): tally["blocked"] for edge, tally in run.edges.iterrows()},
+        # intersections of several nodes wait at the first of them
+        **{("node", node.split("+")[0]): tally["blocked"] for node, tally in run.nodes.iterrows()},
+    }
+    for place, tally in tallies.items():
+        same(f"waiting, {place}", met[place], tally, 1e-6)
     return found
+
+
+def _met(history):
+    """Counted time of waits for other robots, whatever those wait for, by robot, edge and node."""
+    waited = Counter()
+    for piece in (piece for robot in pieces(history) for piece in robot if piece.part in TRAFFIC):
+        time = max(piece.end - max(piece.start, history.begin), 0.0)
+        waited["robot", piece.robot] += time
+        waited[("edge", piece.edge) if piece.edge else ("node", piece.node)] += time
+    return waited

@@ -106,7 +106,7 @@ class PairGrid(_Plain):
     panels: dict[str, tuple[tuple[Standing, ...], ...]]
 
 
-class Point(_Plain):
+class Dot(_Plain):
     """An option by two of its means; `name` and `standing` only of one that stands out."""
 
     x: float
@@ -127,7 +127,7 @@ class Points(_Plain):
     at: float
     at_words: str
     ends: tuple[str, str, str, str]
-    points: tuple[Point, ...]
+    points: tuple[Dot, ...]
 
 
 class Folded(_Plain):

@@ -10,6 +10,8 @@ from typing import TYPE_CHECKING
 
 import click
 
+from desim_warehouse.cli.answers import is_terminal
+
 if TYPE_CHECKING:
     from collections.abc import Callable
 
@@ -19,7 +21,7 @@ GOOD, DOUBTFUL, BAD = "green", "yellow", "red"
 
 def is_coloured() -> bool:
     """Whether verdicts are in colour: on a terminal that knows colours, unless NO_COLOR is set (no-color.org)."""
-    return sys.stdout.isatty() and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+    return is_terminal(sys.stdout) and not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
 
 
 def show(text: str, colour: Callable[[str], str] = lambda _: "") -> None:
@@ -29,11 +31,11 @@ def show(text: str, colour: Callable[[str], str] = lambda _: "") -> None:
         text: lines without colours.
         colour: finds the colour of a line, which holds up to its first colon; "" for none.
     """
-    if sys.stdout.isatty():
+    if is_terminal(sys.stdout):
         width = shutil.get_terminal_size().columns
         paint = colour if is_coloured() else lambda _: ""
         text = "\n".join(_folded(line, width, paint(line)) for line in text.splitlines())
-    click.echo(text, color=sys.stdout.isatty())
+    click.echo(text, color=is_terminal(sys.stdout))
 
 
 def _folded(line: str, width: int, colour: str) -> str:

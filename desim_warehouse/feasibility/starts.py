@@ -8,6 +8,7 @@ turn, however they came about.
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -111,12 +112,10 @@ def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], 
 
 def _cut_off(model: Model, layout: Layout, starts: dict[int, Start]) -> Iterator[Finding]:
     """Robots from which no route leads to work or home."""
-    import networkx as nx
-
-    homes = model.fleet.homes(layout.bays)
-    work = {edge[0] for job in jobs(model, layout) for edge in job.picks.edges(layout)}
+    travel, homes = free_travel(model, layout), model.fleet.homes(layout.bays)
+    work = sorted({edge[0] for job in jobs(model, layout) for edge in job.picks.edges(layout)})
     for number, start in starts.items():
-        if not {homes[number], *work} <= {start.node, *nx.descendants(layout.graph, start.node)}:
+        if math.isinf(travel.times([start.node], [homes[number], *work]).max()):
             yield _finding(number, start, "cannot get to the goods, or home", "start it where all can be reached")
 
 

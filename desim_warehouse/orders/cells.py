@@ -12,7 +12,7 @@ import datetime as dt
 import math
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
-from desim_warehouse.model.sections.order_lines import Problems, Reading, Rows
+from desim_warehouse.model.sections.order_lines import OrderRows, Problems, Reading
 from desim_warehouse.orders.export import Export
 from desim_warehouse.values.dates import (
     SLASHES,
@@ -46,7 +46,7 @@ class _Times(NamedTuple):
     dates: pd.Series[Any]
 
 
-class ExportRows(Rows):
+class ExportRows(OrderRows):
     """Rows of an export; `assumed` has how its cells are read, where they may be meant otherwise."""
 
     quantity: ClassVar = "a whole number of at least 1, alone or with ST or pcs"

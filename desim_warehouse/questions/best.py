@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, overload
 from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.numbers import capital, number, sentence
-from desim_warehouse.answer.parts import Bar, BigNumber, Folded, Option, Point, Points, Rows, SaidNumber
+from desim_warehouse.answer.parts import Bar, BigNumber, Dot, Folded, Option, Points, Rows, SaidNumber
 from desim_warehouse.answer.standing import BY_VERDICT, Standing
 from desim_warehouse.errors import StudyError, number_of, spoken
 from desim_warehouse.model import Source, as_model
@@ -243,7 +243,7 @@ def _points(found: SearchedDesigns, goal: Target) -> Points | None:
     judged_ones = (found.best, *found.cheaper, *filter(None, [found.runner_up]))
     fresh = {design(one): one for one in judged_ones if one.value is not None and one.reached is not None}
     points = [
-        Point(x=one.reached, y=one.mean)
+        Dot(x=one.reached, y=one.mean)
         for one in found.tried
         if one.reached is not None and math.isfinite(one.reached + one.mean) and design(one) not in fresh
     ]
@@ -251,7 +251,7 @@ def _points(found: SearchedDesigns, goal: Target) -> Points | None:
         assert one.value is not None
         assert one.reached is not None
         kind = "met" if one.verdict == "meets" else "not met" if one.verdict == "fails" else "open"
-        points.append(Point(x=one.reached.mean, y=one.value.mean, name=name, standing=kind))
+        points.append(Dot(x=one.reached.mean, y=one.value.mean, name=name, standing=kind))
     if not points:
         return None
     ends = []

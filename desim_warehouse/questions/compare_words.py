@@ -13,12 +13,12 @@ from desim_warehouse.answer.standing import Standing
 from desim_warehouse.questions import judged
 from desim_warehouse.questions.sentences import apart_from, name_of
 from desim_warehouse.study.results import ResultsData
-from desim_warehouse.study.statistics.comparison import Comparison, Difference
+from desim_warehouse.study.statistics.comparison import Difference, Differences
 
 _STANDING: dict[bool | None, Standing] = {True: "differs", False: "alike", None: "open"}
 
 
-def answer(study: ResultsData, found: Mapping[str, Comparison]) -> Answer:
+def answer(study: ResultsData, found: Mapping[str, Differences]) -> Answer:
     """The differences of all designs to one of them, in each indicator."""
     base = baseline_of(study, next(iter(found.values())))
     statements = dict.fromkeys(
@@ -43,7 +43,7 @@ def answer(study: ResultsData, found: Mapping[str, Comparison]) -> Answer:
     )
 
 
-def baseline_of(study: ResultsData, found: Comparison) -> str:
+def baseline_of(study: ResultsData, found: Differences) -> str:
     """What designs are compared with: a design, or what those have in common that are matched with them."""
     bases = list(dict.fromkeys(map(str, found.against.values())))
     if len(bases) == 1:
@@ -64,7 +64,7 @@ def difference(study: ResultsData, indicator: str, row: Difference, *, turned: b
     return shown.model_copy(update={"text": f"{scale.value(0.0)} (the same in all {one.n} runs)"}) if equal else shown
 
 
-def _most(study: ResultsData, indicator: str, found: Comparison, base: str) -> str:
+def _most(study: ResultsData, indicator: str, found: Differences, base: str) -> str:
     """The design that differs most, of those that are shown to differ."""
     told = [row for row in found.differences if row.differs]
     if not told:
@@ -76,7 +76,7 @@ def _most(study: ResultsData, indicator: str, found: Comparison, base: str) -> s
     return f"{name}: {by} {'less' if down else 'more'} with {name_of(study, str(most.design))} than with {base}."
 
 
-def _options(study: ResultsData, indicator: str, found: Comparison, base: str) -> Iterator[Option]:
+def _options(study: ResultsData, indicator: str, found: Differences, base: str) -> Iterator[Option]:
     """A row for each design, those whose runs are equal once; of copies of the baseline that they are."""
     group = f"{words.indicator_name(indicator)}, compared with {base}"
     first = {design: study.same.get(design, design) for design in study.designs}

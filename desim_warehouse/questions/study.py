@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison(Answering, comparison.Comparison):
+class Comparison(Answering, comparison.Differences):
     """Designs against a baseline, on the same days: what `compare` of a study found.
 
     Attributes:
@@ -79,7 +79,7 @@ class Comparison(Answering, comparison.Comparison):
 
 
 @dataclass(frozen=True, repr=False)
-class MainEffects(screening.MainEffects):
+class MainEffects(screening.Effects):
     """Which factor matters: what `main_effects` of a study found, the largest swing first.
 
     Attributes:

@@ -315,7 +315,7 @@ class ResultsData:
         indicator: str,
         baseline: Mapping[str, Any] | None = None,
         method: comparison.Method = "bonferroni",
-    ) -> comparison.Comparison:
+    ) -> comparison.Differences:
         """Paired differences of designs to a baseline; the arguments are those of `questions.study.Results.compare`.
 
         Raises:
@@ -346,7 +346,7 @@ class ResultsData:
             against[str(point)] = base
         return against
 
-    def compare_finished(self, indicator: str, baseline: str | None = None) -> comparison.Comparison | None:
+    def compare_finished(self, indicator: str, baseline: str | None = None) -> comparison.Differences | None:
         """The same for the designs that have replications in common with the baseline, None where none has.
 
         `baseline`: a design by its text (default: the study's).
@@ -433,7 +433,7 @@ class ResultsData:
 
     def _compared(
         self, table: Mapping[str, Any], against: Mapping[str, str], method: comparison.Method
-    ) -> comparison.Comparison:
+    ) -> comparison.Differences:
         """The differences of designs to the baseline of each; pairs whose runs are equal count once."""
         every = {design: base for design, base in against.items() if design != base}
         if not every:
@@ -448,7 +448,7 @@ class ResultsData:
         found = comparison.compare_pairs(table, pairs, method, self.plan.confidence, deterministic=exact)
         return replace(found, against=every)
 
-    def main_effects(self, indicator: str) -> screening.MainEffects:
+    def main_effects(self, indicator: str) -> screening.Effects:
         """The main effect of each factor."""
         return screening.main_effects(self.frame([indicator]), self.factors, indicator)
 

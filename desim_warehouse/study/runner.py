@@ -31,14 +31,13 @@ from desim_warehouse.study.table import Row
 T = TypeVar("T")
 LOG = logging.getLogger("desim_warehouse")
 _WRITE_EVERY = 10.0  # seconds between writes of the table
+_CANNOT_GO_ON = tuple(f"{kind.__name__}: " for kind in SimulationError.__subclasses__())
+_CANNOT_WORK = tuple(f"{kind.__name__}: " for kind in (CheckError, LayoutError, ModelError))
 
 
 def ran_flat(row: Row) -> bool:
     """Whether a run ended because a robot ran flat."""
     return (row.outcome.error or "").startswith(f"{BatteryError.__name__}: ")
-
-
-_CANNOT_GO_ON = tuple(f"{kind.__name__}: " for kind in SimulationError.__subclasses__())
 
 
 def could_not_go_on(row: Row) -> bool:
@@ -51,9 +50,6 @@ def is_refused(outcome: Outcome) -> bool:
     error = outcome.error or ""
     unmade = error.startswith(f"{PolicyError.__name__}: ") and " at time " not in error
     return unmade or error.startswith(_CANNOT_WORK)
-
-
-_CANNOT_WORK = tuple(f"{kind.__name__}: " for kind in (CheckError, LayoutError, ModelError))
 
 
 class _MissingError(Exception):

@@ -9,7 +9,7 @@ from desim_warehouse.feasibility.hours import on_duty
 from desim_warehouse.model.facts.hours import longest_closed
 from desim_warehouse.outcome.resources import resources
 from desim_warehouse.questions.check import check
-from desim_warehouse.questions.check_details import of_estimate
+from desim_warehouse.questions.check.details import of_estimate
 from desim_warehouse.run.quick import estimate
 from tests.world.test_hours import SQUARE
 

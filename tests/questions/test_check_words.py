@@ -7,7 +7,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.feasibility.power import Power
-from desim_warehouse.questions.check_words import sentences
+from desim_warehouse.questions.check.words import sentences
 from desim_warehouse.run.quick import estimate
 from tests.world.test_hours import SQUARE
 

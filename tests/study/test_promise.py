@@ -3,6 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.model.facts.workers import Group, Load
 from desim_warehouse.outcome.targets import parse_target
 from desim_warehouse.questions.plan import worded
 from desim_warehouse.report.example import example
@@ -14,7 +15,7 @@ from desim_warehouse.study.statistics.procedure import follow
 from desim_warehouse.study.target import Days, days_of, read_target
 from tests.study.statistics.coverage import TWO_KINDS
 
-BUSY = {"robots": Estimate(10, 0.8, (0.75, 0.85), 0.01, 0.8, {}, False, 0.95)}
+BUSY = {Load(Group("robots"), 0.8): Estimate(10, 0.8, (0.75, 0.85), 0.01, 0.8, {}, False, 0.95)}
 COUNTS = tuple((robots, 1) for robots in range(1, 5))
 
 

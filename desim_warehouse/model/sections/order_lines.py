@@ -156,7 +156,7 @@ class Problems:
 
 
 @dataclass(eq=False)
-class Rows:
+class OrderRows:
     """Rows of a table of orders, which are checked and made lines.
 
     Attributes:

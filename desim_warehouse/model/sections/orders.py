@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 from desim_warehouse.errors import ModelError, first_of, got, nearest, reason
 from desim_warehouse.layout import Layout
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS, STORAGE, FlowSpec, OrdersArrivals, OrdersFile
-from desim_warehouse.model.sections.order_lines import BEYOND, ISO, OrderLine, Problems, Reading, Rows
+from desim_warehouse.model.sections.order_lines import BEYOND, ISO, OrderLine, OrderRows, Problems, Reading
 from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
@@ -329,7 +329,7 @@ def _checked(spec: OrdersFile, how: Reading, problems: Problems) -> Iterator[lis
         raise ModelError([f"{near(path)}: no plain table of orders (got {'; '.join(ways)})"])
     midnight = how.day or _first_day(path, check_there(path))
     for cells in _chunks(path):
-        rows = Rows(cells, how, problems, midnight)
+        rows = OrderRows(cells, how, problems, midnight)
         rows.check()
         yield rows.lines()
 

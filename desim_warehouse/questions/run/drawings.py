@@ -35,6 +35,10 @@ _LANES = 3000
 """Of more lanes the drawing is a picture."""
 _LETTER = 0.45
 """Width of a letter in the names of zones, as a part of the room around the floor."""
+_SIDES = {"end": -1, "middle": 0, "start": 1}
+"""Where a text lies beside its point, by its anchor."""
+_LEAST = 0.005
+"""Part of a task's time from which on it has a bar of its own."""
 
 
 def drawings(run: RunData) -> list[Rows | Markup]:
@@ -144,10 +148,6 @@ def _step(run: RunData, waited: float) -> int:
     return bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0))
 
 
-_SIDES = {"end": -1, "middle": 0, "start": 1}
-"""Where a text lies beside its point, by its anchor."""
-
-
 def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str, str]]:
     """Kind, point, name and anchor of each zone: beyond its slots as seen from its node, else away from the middle."""
     names = []
@@ -163,10 +163,6 @@ def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list
             edge = max(ys) if y > node["y"] else min(ys)
             names.append((zone.kind, x, edge + (away if edge > middle else -away), zone.name, "middle"))
     return names
-
-
-_LEAST = 0.005
-"""Part of a task's time from which on it has a bar of its own."""
 
 
 def account(run: RunData) -> Rows | None:

@@ -47,7 +47,7 @@ class Difference:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class Differences:
     """Each design against its baseline; `statement` says in words what the intervals and p-values promise.
 
     `against`: the baseline of each design, also of designs that have no difference of their own as their runs are
@@ -101,7 +101,7 @@ def compare(
     confidence: float = 0.95,
     *,
     deterministic: bool | Collection[D] = False,
-) -> Comparison:
+) -> Differences:
     """Every design minus the baseline: see `compare_pairs`.
 
     Raises:
@@ -122,7 +122,7 @@ def compare_pairs(
     confidence: float = 0.95,
     *,
     deterministic: bool | Collection[D] = False,
-) -> Comparison:
+) -> Differences:
     """Designs minus the baseline of each, with intervals and p-values that hold for all of them at once.
 
     Args:
@@ -168,7 +168,7 @@ def compare_pairs(
     )
     statement = STATEMENTS[method] if m > 1 else "1 difference, its interval holds with {c:g} %"
     statement = statement.format(m=m, c=100 * confidence, a=100 * (1 - confidence), e=100 * each)
-    return Comparison(dict(against), method, confidence, differences, statement)
+    return Differences(dict(against), method, confidence, differences, statement)
 
 
 def holm(p_values: Sequence[float], family: int | None = None) -> list[float]:

@@ -30,7 +30,7 @@ class MainEffect:
 
 
 @dataclass(frozen=True)
-class MainEffects:
+class Effects:
     """All factors, the largest swing first.
 
     `left_out` counts rows without a value (failed runs).
@@ -42,7 +42,7 @@ class MainEffects:
     left_out: int
 
 
-def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bins: int = 5) -> MainEffects:
+def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bins: int = 5) -> Effects:
     """The mean of an indicator at each level of each factor, minus the grand mean over all runs.
 
     Args:
@@ -67,7 +67,7 @@ def main_effects(table: pd.DataFrame, factors: Sequence[str], indicator: str, bi
         runs = {level: int(count) for level, count in groups.size().items()}
         found.append(MainEffect(factor, effects, runs, max(effects.values()) - min(effects.values())))
     found.sort(key=lambda effect: -effect.swing)  # stable: equal swings stay in the order given
-    return MainEffects(indicator, grand_mean, tuple(found), left_out)
+    return Effects(indicator, grand_mean, tuple(found), left_out)
 
 
 def _clean(table: pd.DataFrame, factors: Sequence[str], indicator: str) -> tuple[pd.DataFrame, int]:

@@ -38,7 +38,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.layout.way_home import room
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.events import AFTER_DECISIONS, end_of_instant
-from desim_warehouse.world.traffic.home_plan import Declared, DeclaredRoute, Plan, trail_of
+from desim_warehouse.world.traffic.home_plan import Declared, DeclaredRoute, HomePlan, trail_of
 from desim_warehouse.world.traffic.intersection import Claim, Intersection
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.zones import Exit, ZoneDirection
@@ -144,7 +144,7 @@ class Avoidance:
         self.has_zones = has_zones
         self.patience = patience
         self.declared = Declared()
-        self.test: Acyclic | Plan = Acyclic(self.declared)
+        self.test: Acyclic | HomePlan = Acyclic(self.declared)
         # Refused claims: the robots that made the step unsafe. While none of them moves they are not looked at again.
         self._witness: dict[Body, tuple[Stand, frozenset[Body]]] = {}
         self._asks_again: dict[Body, dict[Body, None]] = defaultdict(dict)
@@ -161,7 +161,7 @@ class Avoidance:
             lane: room(lane.length, lane.headway) for lane in lanes if lane.twin is None and not lane.short
         }
         if refuges:
-            self.test = Plan(self.declared, refuges)
+            self.test = HomePlan(self.declared, refuges)
 
     # Routes
 

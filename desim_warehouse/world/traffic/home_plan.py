@@ -116,7 +116,7 @@ def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection
     return trail
 
 
-class Plan:
+class HomePlan:
     """Whether a state is safe, where robots can make way for others on one-way lanes (a `Test` of the guard).
 
     `moves` are those of every robot that is out, the last of them home. A robot under way stands where it is going to.

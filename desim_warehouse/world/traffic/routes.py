@@ -8,7 +8,9 @@ from dataclasses import replace
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.errors import shown
+import networkx as nx
+
+from desim_warehouse.errors import nearest, shown
 from desim_warehouse.layout import Layout
 from desim_warehouse.layout.travel import FreeTravel
 from desim_warehouse.policies import Roads
@@ -17,13 +19,15 @@ from desim_warehouse.policies.routing import DETOURS, LESS, time_along
 from desim_warehouse.world.traffic.body import Body
 from desim_warehouse.world.traffic.closures import Restrictions
 from desim_warehouse.world.traffic.lane import Lane
-from desim_warehouse.world.traffic.strict_graph import strict_graph
 
 if TYPE_CHECKING:
     from simpy import Environment
 
 
 Edge = tuple[str, str]
+_ATTRIBUTES = ("length", "speed")
+_USUAL = "weight"
+"""The weight that networkx looks for where nobody names one."""
 
 
 class PassageMeans(Mapping[Edge, float]):
@@ -81,7 +85,7 @@ class Routes:
             lanes, lambda lane: lane.waits / (lane.passages + 1) + lane.end.waits / (lane.end.passages + 1)
         )
         self.roads = Roads(
-            graph=layout.graph if is_ours(policy) else strict_graph(layout.graph),
+            graph=layout.graph if is_ours(policy) else _strict(layout.graph),
             oracle=travel.oracle,
             waits=self.waits,
             queued=self._queued,
@@ -227,3 +231,26 @@ def wait_at(lane: Lane, after: float, now: float) -> float:
     """How long a robot is expected to wait before a lane if it comes there `after` from now."""
     time = now + after
     return max([0.0, *(closure.expected_until(time, now) - time for closure in lane.closures)])
+
+
+class _EdgeData(dict[str, Any]):
+    """An edge as a policy of the user's own sees it: a misspelt attribute is an error.
+
+    Algorithms of networkx take 1 for a weight that an edge does not have: `weight="lenght"` counts edges unnoticed.
+    """
+
+    def get(self, key: str, default: Any = None) -> Any:
+        """The attribute; raises KeyError for one that no edge has."""
+        if key not in self and key not in _ATTRIBUTES and key != _USUAL:
+            near = nearest(key, _ATTRIBUTES)
+            raise KeyError(f"edges have no {key!r}, {f'did you mean {near!r}?' if near else 'but length and speed'}")
+        return super().get(key, default)
+
+
+def _strict(graph: nx.DiGraph) -> nx.DiGraph:
+    """Copy a graph, with edges that know only the attributes that they have, length and speed."""
+    strict = nx.DiGraph()
+    strict.edge_attr_dict_factory = _EdgeData
+    strict.add_nodes_from(graph.nodes(data=True))
+    strict.add_edges_from(graph.edges(data=True))
+    return strict

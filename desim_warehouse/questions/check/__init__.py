@@ -95,8 +95,8 @@ def check(model: Source) -> Check:
     Raises:
         ModelError: a model that cannot be read.
     """
-    from desim_warehouse.questions import check_details as details
-    from desim_warehouse.questions.check_words import sentences
+    from desim_warehouse.questions.check import details
+    from desim_warehouse.questions.check.words import sentences
     from desim_warehouse.run.examined import examined
     from desim_warehouse.run.quick import choice, with_nearer
 
