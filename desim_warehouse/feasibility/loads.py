@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, peak_factor
+from desim_warehouse.model.facts.workers import Group, Load, at_nodes, groups, in_peak, peak_factor
 
 if TYPE_CHECKING:
     from desim_warehouse.feasibility.estimate import QuickEstimate
@@ -26,7 +26,7 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
     of_people = {item.node: rate * item.share / item.work_capacity for item in estimate.stations if item.workers}
     for group in (*groups(model), *_places(model, estimate.stations)):
         if group.kind == "robots":
-            foreseen.append(_of_robots(group, estimate, rate))
+            foreseen.append(_of_robots(group, estimate, rate, factor))
         elif group.kind == "chargers":
             power = estimate.power
             if power is not None and power.gives and power.draws is not None:
@@ -37,13 +37,12 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
     return tuple(load for load in foreseen if load is not None)
 
 
-def _of_robots(group: Group, estimate: QuickEstimate, rate: float) -> Load | None:
-    """Robots that slots of stations keep from work give nothing."""
+def _of_robots(group: Group, estimate: QuickEstimate, rate: float, factor: float | None) -> Load | None:
+    """Foresee the load of robots by what they can do alone, whatever stations let through in the busiest hour."""
     if not estimate.fleet_capacity or not math.isfinite(estimate.fleet_capacity):
         return None
     mean = rate / estimate.fleet_capacity
-    peak = None if estimate.peak is None else estimate.peak / estimate.peak_capacity
-    return Load(group, mean, peak, mean)
+    return Load(group, mean, in_peak(group, mean, factor), mean)
 
 
 def _places(model: Model, stations: tuple[StationLoad, ...]) -> list[Group]:

@@ -7,7 +7,7 @@ from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from desim_warehouse.answer import numbers
+from desim_warehouse.answer import numbers, words
 from desim_warehouse.answer.busiest import was
 from desim_warehouse.answer.course import stood_still
 from desim_warehouse.answer.root_words import root as in_words
@@ -124,7 +124,7 @@ def _most(queue: Steps, scale: MapScale) -> tuple[int, float, float]:
 
 
 def _totals(history: History, at_end: Mapping[str, float]) -> str:
-    parts = [f"{number_of(int(at_end['tasks']), 'task')} delivered"]
+    parts = [f"{number_of(int(at_end['tasks']), words.load(history.model))} delivered"]
     if "on_time" in at_end and not _falls_behind(history):
         parts.append(f"{numbers.PERCENT.value(at_end['on_time'])} on time")
     if "share_waiting" in at_end:

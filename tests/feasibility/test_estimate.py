@@ -6,6 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.model import load
+from desim_warehouse.questions.check.details import of_estimate
 from desim_warehouse.run.quick import estimate
 
 # A > B > C > D > A, 20 apart, speed 1. The good is on B > C, 5 from B; unloading at C; a charger at A.
@@ -101,7 +102,7 @@ def test_a_fleet_of_two_speeds_does_most_tasks_with_the_fast_ones():
 def test_the_floor_in_metres():
     found = by_hand({"units": {"length": "mm"}})
     assert (found.width, found.height, found.metre) == (20, 20, 0.001)
-    assert "floor: 20 x 20 mm (0.02 x 0.02 m)" in found.lines(load(RING, {"units": {"length": "mm"}}).units)
+    assert "floor: 20 x 20 mm (0.02 x 0.02 m)" in of_estimate(found, load(RING, {"units": {"length": "mm"}}).units)[0]
     assert by_hand({"units": {"length": "px"}}).metre is None
 
 

@@ -6,6 +6,7 @@ import pytest
 
 import desim_warehouse as dw
 from desim_warehouse.answer import numbers
+from desim_warehouse.answer.words import load
 from desim_warehouse.errors import number_of
 from desim_warehouse.questions.run import words
 from desim_warehouse.replay.payload import payload
@@ -44,7 +45,7 @@ def disagreements(run):
     for tile in tiles(run.history):
         if tile.key in kpis and tile.form in {"count", "share", "time", "open"} and tile.curve[1]:
             hold(f"tile {tile.key}", round(float(tile.curve[1][-1]), 9), round(float(kpis[tile.key]), 9))
-    delivered = number_of(kpis["tasks"], "task")
+    delivered = number_of(kpis["tasks"], load(run.model))
     hold("delivered, terminal", said.startswith(f"{delivered} delivered in "), True)
     hold("delivered, story", told[-1].startswith(f"In all: {delivered} delivered"), True)
     waits = numbers.PERCENT.value(kpis["share_waiting"])

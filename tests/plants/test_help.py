@@ -19,7 +19,7 @@ def test_help_names_every_format_and_the_options_of_each():
     for one in FORMATS:
         assert all(re.search(rf"--{option.replace('_', '-')} [^-]*{one.name}", shown) for option in one.options), one
         assert one.name in dw.read_layout.__doc__
-        assert all(f"`{option}`" in dw.read_layout.__doc__ for option in one.options), one
+        assert all(f" {option}: " in dw.read_layout.__doc__ for option in one.options), one
 
 
 def test_export_offers_what_can_be_written():

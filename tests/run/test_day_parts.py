@@ -130,7 +130,7 @@ def test_a_part_is_an_indicator_as_any_other():
     assert counted_in(name, [name, "tasks_due@11:00-12:00", "tasks_due"]) == ["tasks_due@11:00-12:00"]
     assert read_target(f"{name} >= 90 %").indicator == name
     assert words.target(read_target(f"{name} >= 90 %")) == "at least 90 % on time, 11:00 to 12:00"
-    for wrong in ("on_time@11", "on_time@", "T@11:00-12:00"):
+    for wrong in ("on_time@", "T@11:00-12:00"):
         assert look_up(wrong) is None
     with pytest.raises(NoIndicatorError, match="does not have it"):
         dw.simulate(ring(QUIET_THEN_BUSY)).kpis["on_time@03:00-04:00"]
