@@ -44,7 +44,7 @@ def test_a_target_that_cannot_be_read_says_what_was_expected(text):
 def test_an_unknown_indicator_is_answered_by_the_nearest_one():
     with pytest.raises(StudyError, match="did you mean 'throughput_per_hour'"):
         parse_target("thruput_per_hour >= 1")
-    with pytest.raises(StudyError, match=r"unknown indicator 'qqqq', expected one of C, S, T, annual_cost"):
+    with pytest.raises(StudyError, match=r"unknown indicator 'qqqq', expected one of T, S, C, tasks"):
         parse_target("qqqq >= 1")
 
 
