@@ -288,6 +288,9 @@ class _Planned:
 
     def _promise(self) -> str:
         plan = self.plan
+        judged_fleets = [fleet for one in self.demands for fleet in (one.best, *one.below) if fleet is not None]
+        if judged_fleets and all(fleet.verdict.deterministic for fleet in judged_fleets):
+            return "Nothing in the model is left to chance, so each number above is exact."
         sure = f"{100 * plan.confidence:g} % confidence{' for each demand' * (self.key is None)}"
         if plan.ended or self.answered is None:
             return f"Each answer above holds with {sure}."

@@ -16,7 +16,6 @@ from tests.docs.pages import ROOT
 
 READ = (
     "gallery",
-    "how-to/own-layout",
     "reference/indicators",
     *(
         pytest.param(page, marks=pytest.mark.long)
@@ -26,6 +25,7 @@ READ = (
             "plan-a-warehouse",
             "examples",
             "how-to/breakdowns",
+            "how-to/own-layout",
             "reference/check",
             "source/CONTRIBUTING",
         )

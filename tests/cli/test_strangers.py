@@ -78,6 +78,7 @@ def test_no_file_of_a_stranger_s_folder_runs(stranger, tmp_path, within):
         assert not ran.exists(), (words, ran.read_text())
 
 
+@pytest.mark.long
 def test_the_processes_of_dask_run_none_either(stranger, tmp_path):
     folder, ran, vary = stranger
     pytest.importorskip("distributed")

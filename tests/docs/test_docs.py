@@ -47,6 +47,7 @@ TAKE_LONG = {
         "import-a-grid",
         "my-own-day",
         "open-rmf-fleet",
+        "several-stops",
         "shifts",
         "ten-questions",
     )

@@ -30,7 +30,13 @@ def errors_and_slips(model):
     return [str(item) for item in found if item.level == "error" or item.code in SLIPS]
 
 
-@pytest.mark.parametrize("file", sorted((pages.ROOT / "models").rglob("*.yaml")), ids=lambda file: file.stem)
+@pytest.mark.parametrize(
+    "file",
+    [
+        pytest.param(file, id=file.stem, marks=[pytest.mark.long] * (file.stem == "large"))
+        for file in sorted((pages.ROOT / "models").rglob("*.yaml"))
+    ],
+)
 def test_nothing_is_said_of_the_shipped_models(file):
     assert errors_and_slips(dw.load(file)) == []
 

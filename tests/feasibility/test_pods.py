@@ -92,7 +92,7 @@ def test_energy_is_said_by_line():
 
 def test_the_policy_that_the_model_names_is_estimated():
     """Many lines wait: the pod with most of them saves visits, so that fewer robots are needed."""
-    many = {"tasks.flows.picks.arrivals": {"saturated": 100}, "tasks.flows.picks.lines": 1, "run.length": "3 h"}
+    many = {"tasks.flows.picks.arrivals": {"saturated": 100}, "tasks.flows.picks.lines": 1, "run.length": "1 h"}
     models = [dw.load(HALL, {**many, "policies.pod": name}) for name in ("random", "most-lines")]
     random, most = (check(model).calculation for model in models)
     assert most.pile_on.many > 1.2 * random.pile_on.many

@@ -250,7 +250,7 @@ def drafts(count):
         yield words, changes
 
 
-@pytest.mark.parametrize("count", [6, pytest.param(45, marks=pytest.mark.long)])
+@pytest.mark.parametrize("count", [3, pytest.param(45, marks=pytest.mark.long)])
 def test_nothing_is_said_of_random_drafts(count):
     for words, changes in drafts(count):
         model = Model.model_validate(read_yaml(draft(words), "draft").data).replace(changes)

@@ -252,6 +252,7 @@ def test_lines_inside_blocks_are_lanes(tmp_path, drawn):
     assert made.in_short().startswith("7 nodes, 7 edges, ")
 
 
+@pytest.mark.slow
 def test_blocks_that_hold_thousands_of_others_each_are_refused(tmp_path):
     ezdxf = pytest.importorskip("ezdxf", reason="ezdxf, the extra dxf, is not installed")
     path = in_a_block(tmp_path)

@@ -93,7 +93,9 @@ def test_check_run_and_replay_name_the_planted_bottleneck(case):
     assert all(("busiest hour" in line) == (case == "the peak alone") for line in lines)
 
 
-@pytest.mark.parametrize("case", [pytest.param(case, marks=pytest.mark.slow) for case in CASES])
+@pytest.mark.parametrize(
+    "case", [pytest.param(case, marks=pytest.mark.long if case == "chargers" else pytest.mark.slow) for case in CASES]
+)
 def test_plan_names_the_planted_bottleneck(case):
     model, planted = hall(case).replace({"log": "tasks"}), CASES[case][1]
     robots = [model.fleet.size]

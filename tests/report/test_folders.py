@@ -32,7 +32,10 @@ TURNED = "orient turned.yaml -o better.yaml --indicator throughput_per_hour --ru
         f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --vary policies.allocation=nearest {SHORT}",
         f"plan w.yaml --target 'on_time >= 50 %' --robots 1..2 --chargers 1 --runs 4 {SHORT}",
         f"why w.yaml --first 2 --cap 2 {SHORT}",
-        "size jammed.yaml --range 30,60 --target 'throughput_per_hour >= 9000' --first 2 --cap 2 --quiet",
+        pytest.param(
+            "size jammed.yaml --range 30,60 --target 'throughput_per_hour >= 9000' --first 2 --cap 2 --quiet",
+            marks=pytest.mark.long,
+        ),
         "warm-up w.yaml --set run.length=3600 --set 'tasks.goods={saturated: 8}' --replications 2 --observations 50",
         "fit times.csv --column load_s",
         TURNED,

@@ -6,7 +6,7 @@ from click.testing import CliRunner
 import desim_warehouse as dw
 from desim_warehouse.cli import desim
 from desim_warehouse.model import Model
-from desim_warehouse.study.procedures import race, smallest
+from desim_warehouse.study.procedures import race
 
 from .conftest import ROOT
 
@@ -60,7 +60,7 @@ def study(changes):
 def test_one_storage_place_is_compared_exactly():
     """Whatever is drawn is the same good: sixteen replications could say no more than one."""
     only = {"tasks.goods": {"saturated": 4}, "tasks.popularity": {"weights": [1, *[0] * 11]}, "run.length": 900}
-    found = smallest(study(only), "throughput_per_hour >= 10")
+    found = dw.size(study(only), "throughput_per_hour >= 10")
     assert all(decision.deterministic and decision.n == 1 for decision in found.decisions)
     assert race(study(only), "throughput_per_hour").selection.deterministic
 
@@ -69,7 +69,7 @@ def test_runs_show_that_no_chance_was_used_where_a_model_cannot_say():
     """People who come when all is done: which aisle they choose is drawn, but never for this work."""
     late = {"tasks.goods": [0, 3], "people.p": {"times": [10_000], "stay": 5}}
     assert not dw.load(TUTORIAL, late).is_deterministic
-    found = smallest(study(late), "T <= 1000", search=dw.Search(first=4))
+    found = dw.size(study(late), "T <= 1000", search=dw.Search(first=4))
     assert all(decision.deterministic for decision in found.decisions)
     assert race(study(late), "T", 1).selection.deterministic
 

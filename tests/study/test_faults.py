@@ -225,7 +225,7 @@ def test_sigterm_during_start_up_ends_with_143(tmp_path, monkeypatch, workers, p
     assert not children(os.getpid())
 
 
-@pytest.mark.parametrize("workers", [1, 2])
+@pytest.mark.parametrize("workers", [1, pytest.param(2, marks=pytest.mark.long)])
 def test_sigterm_at_any_instant_of_the_start_ends_with_143(tmp_path, workers):
     """Before the command listens the system ends the process, which a shell tells as 143 too."""
     chance = random.Random(workers)

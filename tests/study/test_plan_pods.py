@@ -86,7 +86,7 @@ def test_a_plan_says_where_more_do_worse():
     assert plan.answer.model_dump()["today"]["most"]["robots"] == 4
 
 
-@pytest.mark.slow
+@pytest.mark.long
 def test_single_loads_are_searched_as_ever():
     plan = dw.plan(HALL.replace({**SHORT, "pods": None}), "throughput_per_hour >= 100", robots=[2, 3], strategies={})
     assert plan.today.most is None

@@ -49,10 +49,12 @@ def shown(run, start=None, end=None):
 
 
 def delivered(said):
-    return int(re.search(r"In all: ([\d,]+) tasks? delivered", said)[1].replace(",", ""))
+    return int(re.search(r"In all: ([\d,]+) (?:load|line)s? delivered", said)[1].replace(",", ""))
 
 
-@pytest.mark.parametrize("name", LENGTHS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.long] * (name == "goods-to-person")) for name in LENGTHS]
+)
 def test_a_window_that_is_the_whole_run_shows_the_run_s_own_indicators(name):
     run = short(name)
     at_end, said = shown(run, None, run.record.end)
@@ -64,7 +66,7 @@ def test_a_window_that_is_the_whole_run_shows_the_run_s_own_indicators(name):
     assert (at_end, said) == shown(run)
 
 
-@pytest.mark.parametrize("name", ["sorting", "e-commerce"])
+@pytest.mark.parametrize("name", [pytest.param("sorting", marks=pytest.mark.long), "e-commerce"])
 def test_a_saved_run_cut_short_shows_what_a_run_of_that_length_has(name, tmp_path):
     run = short(name)
     cut = LENGTHS[name] * 0.8

@@ -180,7 +180,7 @@ def test_a_story_has_the_longest_wait_and_the_busiest_place():
     assert busiest.keys() == {"said", "time"}, "robots are the busiest, wherever they are"
     wait = max(run.history.waits, key=lambda one: one.end - one.start)
     assert (longest["robots"], longest["time"]) == ([wait.robot], (wait.start + wait.end) / 2)
-    assert totals["said"].startswith(f"In all: {run.kpis['tasks']} tasks delivered")
+    assert totals["said"].startswith(f"In all: {run.kpis['tasks']} loads delivered")
 
 
 def test_of_two_runs_the_better_one_is_named():
