@@ -9,7 +9,7 @@ import math
 import networkx as nx
 
 from desim_warehouse.world.traffic.avoidance import Avoidance
-from desim_warehouse.world.traffic.home_plan import Plan
+from desim_warehouse.world.traffic.home_plan import HomePlan
 from desim_warehouse.world.traffic.lane import Lane
 from desim_warehouse.world.traffic.zones import ZoneDirection
 
@@ -55,7 +55,7 @@ class Watched(Avoidance):
     def compare(self):
         """What the guard relies on now is true."""
         self.compared += 1
-        if isinstance(self.test, Plan):
+        if isinstance(self.test, HomePlan):
             self.carry_out_plan()
         else:
             assert not self.has_cycle()

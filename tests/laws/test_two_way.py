@@ -3,7 +3,7 @@
 import pytest
 
 import desim_warehouse as dw
-from desim_warehouse.world.traffic.home_plan import Plan
+from desim_warehouse.world.traffic.home_plan import HomePlan
 from tests.laws.two_way import KINDS, Slots
 
 
@@ -30,7 +30,7 @@ def test_robots_on_five_thousand_networks_all_come_home(kind, first):
 @pytest.mark.parametrize(("kind", "seed"), [("ring", 6), ("bridges", 28)])
 def test_the_claim_that_the_plan_begins_with_must_be_looked_at_again(kind, seed, monkeypatch):
     """Those whose moves come first by the plan may have been refused for robots that have not moved since."""
-    monkeypatch.setattr(Plan, "first", lambda _: None)
+    monkeypatch.setattr(HomePlan, "first", lambda _: None)
     assert Slots(kind, seed).run().stalled
 
 

@@ -27,6 +27,8 @@ from desim_warehouse.study.table import Row
 TRIP = "cycle_time_mean"
 """What a task takes: little more than the trip of its robot where nothing is scarce."""
 _PICKERS_IDLE = "station_idle"
+_BEYOND = 1.05
+"""The load from which on the estimate, good to five per cent, says that robots and chargers are asked for too much."""
 
 
 def indicators_of(model: Model) -> tuple[str, ...]:
@@ -58,7 +60,7 @@ def loads(runs: Sequence[Row], model: Model, confidence: float) -> dict[Load, Es
         if not values or not all(map(math.isfinite, values)):
             continue
         mean, more = fmean(values), beyond.get(group)
-        if more is not None and more.mean > max(mean, 0.0 if group.zone else 1.0):
+        if more is not None and more.mean > max(mean, 0.0 if group.zone else _BEYOND):
             measured[more] = estimate([more.mean], confidence, deterministic=True)
             continue
         back = fmean(time.back for time in times) if group.kind == "robots" else 0.0
