@@ -90,6 +90,7 @@ def test_energy_is_said_by_line():
     assert many.power.task < few.power.task / 2
 
 
+@pytest.mark.long
 def test_the_policy_that_the_model_names_is_estimated():
     """Many lines wait: the pod with most of them saves visits, so that fewer robots are needed."""
     many = {"tasks.flows.picks.arrivals": {"saturated": 100}, "tasks.flows.picks.lines": 1, "run.length": "1 h"}

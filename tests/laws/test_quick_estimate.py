@@ -16,6 +16,7 @@ from desim_warehouse.model.schema import Model
 from desim_warehouse.questions.run import simulate
 from desim_warehouse.run.quick import BY_TIME, UNKNOWN, estimate, left_out
 from desim_warehouse.values.distributions import Distribution
+from tests.daily import some
 
 CLOSE = 0.03
 WAITING = 8
@@ -188,7 +189,7 @@ def named(model, of):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", [*MOVED, *sorted(PLACES)])
+@pytest.mark.parametrize("name", some([*MOVED, *sorted(PLACES)], 2))
 def test_what_moves_a_run_moves_the_estimate(name):
     of, changes = MOVED[name] if name in MOVED else (goods, _places()[name])
     model = of().replace(changes)

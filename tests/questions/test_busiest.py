@@ -16,6 +16,7 @@ from desim_warehouse.questions.run import words
 from desim_warehouse.questions.why import why
 from desim_warehouse.replay.payload import payload
 from desim_warehouse.run.quick import estimate
+from tests.daily import some
 
 HALL = {
     "name": "hall",
@@ -93,9 +94,8 @@ def test_check_run_and_replay_name_the_planted_bottleneck(case):
     assert all(("busiest hour" in line) == (case == "the peak alone") for line in lines)
 
 
-@pytest.mark.parametrize(
-    "case", [pytest.param(case, marks=pytest.mark.long if case == "chargers" else pytest.mark.slow) for case in CASES]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("case", some(CASES, 3))
 def test_plan_names_the_planted_bottleneck(case):
     model, planted = hall(case).replace({"log": "tasks"}), CASES[case][1]
     robots = [model.fleet.size]

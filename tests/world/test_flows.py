@@ -17,6 +17,7 @@ from desim_warehouse.world.orders.flows import _Flow
 from tests import little
 from tests.accounting import faults
 from tests.auditor import audit
+from tests.daily import some
 
 RING = {
     "name": "ring",
@@ -346,7 +347,7 @@ def drawn(run, flow):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", CHANGES, ids=str)
+@pytest.mark.parametrize("changes", some(CHANGES, 3), ids=str)
 def test_what_a_flow_draws_does_not_depend_on_anything_else(changes, plain):
     """All other flows have the same tasks, each of which takes as long to load and unload."""
     run = day(changes)
