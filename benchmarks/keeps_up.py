@@ -15,27 +15,17 @@ from copy import deepcopy
 import desim_warehouse as dw
 from desim_warehouse.outcome.verdicts import piles_up
 from desim_warehouse.questions.run.lasting import lasting
+from tests.run.test_lasting import RING
 
-HALL = {
-    "layout": {
-        "nodes": {"A": [0, 0], "B": [20, 0], "C": [20, 10], "D": [0, 10]},
-        "edges": [["A", "B"], ["B", "C"], ["C", "D"], ["D", "A"]],
-        "storage": [{"node": "A"}, {"node": "B"}],
-        "bays": {"parking": {"at": ["D"], "places": 10, "chargers": 0}},
-        "stations": {"packing": {"at": ["C"], "places": 6}},
-    },
-    "fleet": {"size": 6, "robot": {"radius": 0.4, "speed": 1.5}},
-    "tasks": {"unload_at": ["packing"], "load_time": 10, "unload_time": 10},
-    "log": "tasks",
-}
 SHORT = "4 h"
 
 
 def hall(number: int, hours: str) -> dw.Model:
     """A hall by number: what limits it, and at which load, are drawn."""
-    drawn, content = random.Random(number), deepcopy(HALL)
+    drawn, content = random.Random(number), deepcopy(RING) | {"log": "tasks"}
     load, limit = drawn.uniform(0.7, 1.3), drawn.choice(["packer", "worker", "robots"])
     time = drawn.uniform(40, 150)
+    content["tasks"]["unload_time"] = 10
     if limit == "packer":
         content["tasks"]["unload_time"], most = (
             {"lognormal": {"mean": time, "cv": drawn.uniform(0.1, 1.0)}},

@@ -93,16 +93,15 @@ def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
 
 def worst(day: Day, model: Model, chargers: int) -> str:
     """Say what the worst stretch of a run was, or that none stands out."""
-    one = day.worst
-    if one is None:
+    worst = day.worst
+    if worst is None:
         return "No stretch stands out."
-    if isinstance(one, Halt):
-        return stood_still(one, model, chargers)
-    most, usual = (numbers.number(round(value)) for value in (one.most, one.usual))
-    do = f"{numbers.PERCENT.value(one.share)} of the robots were {DOING[one.doing]}"
-    return (
-        f"Most tasks were open from {moment(model, one.start)} to {moment(model, one.end)}: {most}, else {usual}. {do}."
-    )
+    if isinstance(worst, Halt):
+        return stood_still(worst, model, chargers)
+    most, usual = (numbers.number(round(value)) for value in (worst.most, worst.usual))
+    do = f"{numbers.PERCENT.value(worst.share)} of the robots were {DOING[worst.doing]}"
+    begin, end = moment(model, worst.start), moment(model, worst.end)
+    return f"Most tasks were open from {begin} to {end}: {most}, else {usual}. {do}."
 
 
 def flag(day: Day) -> str:
@@ -152,18 +151,18 @@ def by_robot(shares: dict[str, Numbers]) -> Markup:
 def curves(day: Day, model: Model, chargers: int) -> list[Curve]:
     """The curves that a run has below the lane of robots."""
     most = float(day.queue.max())
-    workers = any(one.work_time is not None for one in model.layout.stations.values())
-    found = [Curve("Delivered", "an hour", "delivered", day.delivered, _top(day.delivered))]
+    workers = any(station.work_time is not None for station in model.layout.stations.values())
+    listed = [Curve("Delivered", "an hour", "delivered", day.delivered, _top(day.delivered))]
     if not isinstance(model.tasks.goods, SaturatedGoods):
-        found.append(Curve("Open tasks", "at a time", "open", day.open, _top(day.open)))
+        listed.append(Curve("Open tasks", "at a time", "open", day.open, _top(day.open)))
     if most >= _SEEN * model.fleet.size:
         who = "loads before workers" if workers else "robots at stations"
-        found.append(Curve("Queue", who, "queue", day.queue, most))
+        listed.append(Curve("Queue", who, "queue", day.queue, most))
     if day.chargers is not None:
-        found.append(Curve("Chargers", f"in use, of {chargers}", "charging", day.chargers, float(chargers)))
+        listed.append(Curve("Chargers", f"in use, of {chargers}", "charging", day.chargers, float(chargers)))
     if day.battery is not None:
-        found.append(Curve("Battery", "mean", "battery", day.battery, 1.0))
-    return found
+        listed.append(Curve("Battery", "mean", "battery", day.battery, 1.0))
+    return listed
 
 
 def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> list[CourseLane]:
@@ -177,9 +176,9 @@ def lanes(day: Day, model: Model, chargers: int, start: float, end: float) -> li
             layers.append(Layer(name, DOING[name], _area(below, ends, fleet)))
     who = f"what all {fleet} do" if fleet > 1 else "what it does"
     every = [CourseLane("Robots", who, str(fleet), tuple(layers[::-1]))]
-    for one in curves(day, model, chargers):
-        area = Layer(one.kind, None, _area(one.values[inside], ends, one.top, _LOW))
-        every.append(CourseLane(one.name, one.unit, one.top_text, (area,)))
+    for curve in curves(day, model, chargers):
+        area = Layer(curve.kind, None, _area(curve.values[inside], ends, curve.top, _LOW))
+        every.append(CourseLane(curve.name, curve.unit, curve.top_text, (area,)))
     return every
 
 
@@ -192,18 +191,18 @@ def ticks(model: Model, start: float, end: float) -> list[tuple[float, str]]:
     seconds, begin = model.units.seconds, clock_of(model.run.start)
     first, last = begin + start * seconds, begin + end * seconds
     step = next(
-        (one for one in _STEPS if (last - first) / one <= _TICKS), _STEPS[-1] * max(int((last - first) / 1e6), 1)
+        (each for each in _STEPS if (last - first) / each <= _TICKS), _STEPS[-1] * max(int((last - first) / 1e6), 1)
     )
     by_hours = begin > 0 or last - begin >= _BY_HOURS
     by_minutes = last - begin >= _BY_MINUTES
-    found, now = [], -(-first // step) * step
+    placed, now = [], -(-first // step) * step
     while now <= last + 1e-6:
         minutes = round(now / 60)
         text = f"{minutes // 60 % (24 if begin else 10**6):02d}:{minutes % 60:02d}" if by_hours else ""
         text = text or (f"{minutes} min" if by_minutes else f"{now:g} s")
-        found.append((round(100 * (now - first) / (last - first or 1.0), 2), text))
+        placed.append((round(100 * (now - first) / (last - first or 1.0), 2), text))
         now += step
-    return found
+    return placed
 
 
 def _across(time: float, start: float, end: float) -> int:
