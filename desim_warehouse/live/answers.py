@@ -64,7 +64,7 @@ def by_hand(model: Model, design: str) -> ByHand:
     calculation = estimate(model)
     return ByHand(
         _sentence(calculation, model.units.hour, design),
-        "Quick estimate, ignoring traffic and randomness. The simulation follows.",
+        "A quick estimate. The simulation follows.",
         _needed(calculation, model),
     )
 

@@ -27,8 +27,8 @@ from tests.report.replay.floors import (
     people_run,
     spurs_run,
 )
+from tests.run.halls import RING
 from tests.run.test_halts import LOW_TOGETHER
-from tests.run.test_lasting import RING
 
 ESCAPE = "\ue00c"
 
