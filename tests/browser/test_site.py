@@ -24,7 +24,7 @@ READ = (
             "pages",
             "plan-a-warehouse",
             "examples",
-            "how-to/breakdowns",
+            "how-to/robots",
             "how-to/own-layout",
             "reference/check",
             "source/CONTRIBUTING",
@@ -65,7 +65,7 @@ def test_every_public_name_is_in_the_full_reference():
 @pytest.mark.parametrize(
     ("words", "page"),
     [
-        ("breakdown", "how-to/breakdowns"),
+        ("breakdown", "how-to/robots"),
         ("night shift", "how-to/shifts"),
         ("LIF", "how-to/from-lif-to-a-fleet-size"),
         ("on_time", "reference/indicators"),

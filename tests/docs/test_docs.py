@@ -33,9 +33,6 @@ TAKE_LONG = {
     f"docs/how-to/{name}.md"
     for name in (
         "a-working-day",
-        "acceleration",
-        "batteries",
-        "breakdowns",
         "calibrate",
         "find-the-bottleneck",
         "fleet-size",
@@ -47,7 +44,7 @@ TAKE_LONG = {
         "import-a-grid",
         "my-own-day",
         "open-rmf-fleet",
-        "several-stops",
+        "robots",
         "shifts",
         "ten-questions",
     )
