@@ -95,21 +95,21 @@ class Layout:
     @cached_property
     def called(self) -> dict[int, str]:
         """What people call storage places, by number: their first names; empty where they have none."""
-        found: dict[int, str] = {}
+        names: dict[int, str] = {}
         for name, number in self.place_names.items():
-            found.setdefault(number, name)
-        return found
+            names.setdefault(number, name)
+        return names
 
     @cached_property
     def names_at(self) -> dict[str, tuple[str, ...]]:
         """The names of storage places at a node, beside an edge (`A>B`) or a lane (`A-B`), in the order along it."""
-        found: defaultdict[str, list[str]] = defaultdict(list)
+        names_by_position: defaultdict[str, list[str]] = defaultdict(list)
         for place in sorted(self.storage, key=attrgetter("offset")) if self.called else ():
             a, b = place.edge
             edges = {">".join(edge) for edge, _ in self.approaches(place.edge, place.offset)}
-            for at in {a} if a == b else {*edges, "-".join(sorted(place.edge))}:
-                found[at] += [self.called[place.number]] if place.number in self.called else []
-        return {at: tuple(names) for at, names in found.items()}
+            for position in {a} if a == b else {*edges, "-".join(sorted(place.edge))}:
+                names_by_position[position] += [self.called[place.number]] if place.number in self.called else []
+        return {position: tuple(names) for position, names in names_by_position.items()}
 
     @property
     def two_way(self) -> list[Edge]:
@@ -161,13 +161,13 @@ class Layout:
         return {edge: length for edge, length, _, two_way in self.edges if two_way}
 
     def nodes_of(self, name: str) -> tuple[str, ...]:
-        """The node of this name, or those of the station of this name."""
+        """The node, or the nodes of the station, that has this name."""
         if name in self.graph:
             return (name,)
         return tuple(node for node, station in self.stations.items() if station.zone == name)
 
     def position(self, edge: Edge, offset: float) -> tuple[float, float]:
-        """The point `offset` length units along an edge drawn straight; of a storage place at a node, that node."""
+        """The point `offset` length units along an edge drawn straight; the node of a storage place at a node."""
         source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
         if source is target:
             return source["x"], source["y"]

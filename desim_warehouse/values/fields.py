@@ -67,7 +67,9 @@ def wrong(text: str, *below: str | int) -> PydanticCustomError:
 
 def all_wrong(problems: Sequence[PydanticCustomError]) -> ValidationError:
     """The error that a validator raises where several things are wrong."""
-    return ValidationError.from_exception_data("values", [InitErrorDetails(type=one, input=None) for one in problems])
+    return ValidationError.from_exception_data(
+        "values", [InitErrorDetails(type=problem, input=None) for problem in problems]
+    )
 
 
 def at_most(limit: str, value: float, *below: str) -> None:
@@ -138,7 +140,7 @@ class Quantity(Unit):
         return core_schema.with_info_before_validator_function(convert, handler(source))
 
     def __get_pydantic_json_schema__(self, core: CoreSchema, handler: GetJsonSchemaHandler) -> dict[str, Any]:
-        """Text with a unit is as good as a number."""
+        """Allow a number, or text with a unit."""
         units = "|".join(re.escape(unit) for unit in TABLE[self.kind]).replace("/", " ?/ ?")
         written = {"type": "string", "pattern": rf"^\s*[+-]?[\d.]+\s*({units})\s*$", "examples": [EXAMPLES[self.kind]]}
         return {"anyOf": [handler(core), written]}
