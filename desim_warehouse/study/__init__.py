@@ -1,1 +1,1 @@
-"""What-if studies: a design of many runs, carried out by one or many processes, kept on disk, judged by statistics."""
+"""What-if studies: designs of many runs, done by one or many processes, kept on disk, judged by statistics."""

@@ -47,7 +47,7 @@ def count(factors: Sequence[Factor], rule: Rule) -> int:
 
 
 def baseline_point(among: Sequence[Point], wanted: Mapping[str, Label] | None) -> Point:
-    """The point that others are compared with: the first one with these values of factors.
+    """The point that others are compared with: the first point that has these values of factors.
 
     Raises:
         StudyError: where no point has these values.
@@ -55,8 +55,8 @@ def baseline_point(among: Sequence[Point], wanted: Mapping[str, Label] | None) -
     for point in among:
         if all(point.labels.get(key) == value for key, value in (wanted or {}).items()):
             return point
-    said = ", ".join(f"{key}={readable(value)}" for key, value in (wanted or {}).items())
-    raise StudyError(f"baseline: no design with {said}, expected values of the factors such as {among[0]}")
+    levels = ", ".join(f"{key}={readable(value)}" for key, value in (wanted or {}).items())
+    raise StudyError(f"baseline: no design with {levels}, expected values of the factors such as {among[0]}")
 
 
 def _point(number: int, factors: Sequence[Factor], levels: Sequence[Level]) -> Point:

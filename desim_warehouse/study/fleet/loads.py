@@ -1,4 +1,4 @@
-"""How busy everybody is at a design, by its runs: the loads of `model.facts.workers`, means over them.
+"""How busy each group is at a design, by its runs: the loads of `model.facts.workers`, as means over runs.
 
 Runs of a study keep indicators alone. Of robots and chargers these say all; the time of servers and of people is that
 of all stations together, and is shared among them as the quick estimate shares the work. The estimate stands where a
@@ -92,7 +92,7 @@ def _values(
 
 
 def _parts(model: Model, quick: QuickEstimate) -> dict[Group, float]:
-    """How many times the load of all of its kind together is that of a group at a station, by what a task takes there.
+    """The load of a whole kind as a multiple of one group's load at a station, by the time a task takes there.
 
     That of a kind has the hours of all its groups as its time, those without work too.
     """
@@ -117,7 +117,7 @@ def _parts(model: Model, quick: QuickEstimate) -> dict[Group, float]:
 
 @lru_cache(maxsize=64)
 def _quick_estimate(model: Model) -> QuickEstimate | None:
-    """The quick estimate; None where a robot by itself does no task, so that nothing is foreseen."""
+    """The quick estimate; None where a robot by itself does no task, so that there is no estimate."""
     try:
         return quick_estimate(model)
     except SimulationError:

@@ -1,4 +1,4 @@
-"""With pods more robots may do worse, as each visit of a pod serves fewer lines: which fleet does most.
+"""The fleet that does most: with pods more robots may do worse, as each visit of a pod serves fewer lines.
 
 Fleets are judged beside each other, by a few runs of some of them, then of those beside the best. Up to it, more does
 not do worse, as everywhere, and a plan searches there. The runs are not those that judge.
@@ -35,9 +35,9 @@ class Most:
 
 
 def most_steps(robots: Sequence[int], target: Target, zone: float, budget: Budget) -> Procedure[Most | None]:
-    """The fleet that does most, among numbers of `robots` in order; None where the largest does not do worse.
+    """Find the fleet that does most, among numbers of `robots` in order; None where the largest does not do worse.
 
-    So it is where the runs allowed end before.
+    None, too, where the runs allowed end before.
     """
     last = len(robots) - 1
     means: dict[int, float] = {}

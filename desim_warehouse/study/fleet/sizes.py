@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Shown:
-    """A design that was judged: its counts (`Designs`), what changes the model into it, and what its runs say.
+    """A design that was judged: its counts (`Designs`), its changes to the model, and the result of its runs.
 
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
     None where all runs failed. `vetoed`: why it fails in any case. `cost`: of a year, by its runs where these have a
@@ -54,7 +54,7 @@ class Shown:
     @property
     def wrong_for_good(self) -> bool:
         """Whether the time to come is worse than the time simulated."""
-        return any(one.is_lasting for one in self.wrong)
+        return any(verdict.is_lasting for verdict in self.wrong)
 
     @property
     def robots(self) -> int:
@@ -74,7 +74,7 @@ class Shown:
 
 @dataclass(frozen=True)
 class Sized:
-    """The answer for one demand: the cheapest design shown to meet the target, and those that rule out cheaper ones.
+    """The answer for one demand: the cheapest design shown to meet the target, and designs that rule out cheaper ones.
 
     `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
     failed. `rate`: tasks an hour, None where the demand has none. `loads`: how busy everybody is at `best`, or at the
@@ -123,14 +123,14 @@ class Sized:
 
     @property
     def undecided(self) -> bool:
-        """Whether the runs do not tell that all are too small, the largest for all where more never does worse."""
+        """Whether the runs leave open if all designs are too small; where larger does no worse, the largest decides."""
         telling = self.below[-1:] if self.ordered else self.below
-        return self.best is None and any(one.is_open for one in telling)
+        return self.best is None and any(design.is_open for design in telling)
 
 
 @dataclass(frozen=True)
 class Strategy:
-    """Another strategy at designs that are too small with the model's own: whether they would do with it.
+    """Another strategy at designs that are too small with the model's own: whether they meet the target with it.
 
     `same`: the counts of those whose first runs it leaves as they are, in every indicator; only the others
     were judged with it.
@@ -144,7 +144,7 @@ class Strategy:
     @property
     def saves(self) -> bool:
         """Whether a cheaper design meets the target with it."""
-        return any(one.verdict.verdict == "meets" for one in self.shown)
+        return any(design.verdict.verdict == "meets" for design in self.shown)
 
 
 @dataclass(frozen=True)
@@ -171,7 +171,7 @@ class FleetSizes:
 
     @property
     def targets(self) -> tuple[Target, ...]:
-        """All that a fleet has to meet."""
+        """All targets that a fleet has to meet."""
         return self.target, *(goal for goal, _ in self.beside)
 
     @property
@@ -191,7 +191,7 @@ class FleetSizes:
 
     @property
     def undecided(self) -> bool:
-        """Whether for some demand it is not known if any fleet is enough."""
+        """Whether for some demand it is open if any fleet is enough."""
         return any(sized.undecided for sized in self.demands)
 
     @property
