@@ -37,7 +37,7 @@ SHARPEST_MERGE = math.radians(60)
 
 @dataclass(frozen=True, slots=True)
 class Use:
-    """What a model does with a layout: D, the number of robots, where they may start and do, where they unload."""
+    """The use of a layout by a model: D, the number of robots, where they may start and do, where they unload."""
 
     contact: float
     robots: int

@@ -21,7 +21,7 @@ Edge = tuple[str, str]
 
 @dataclass(frozen=True, slots=True)
 class StoragePlace:
-    """Where a good is picked: `offset` length units from the start of an edge; (x, y) is the good's own centre.
+    """A place where a good is picked: `offset` length units from the start of an edge; (x, y) is the good's own centre.
 
     One that is picked standing on a node has that node for both ends of its edge, and offset 0.
     """
@@ -54,7 +54,7 @@ class BayPlaces:
     kinds: tuple[str, ...] = ()
 
     def charges(self, kind: str) -> bool:
-        """Whether it has chargers for robots of a kind ("": ordinary ones)."""
+        """Whether the bay has chargers for robots of a kind ("": ordinary ones)."""
         return self.chargers != 0 and (not self.kinds or kind in self.kinds)
 
     def slots(self, homes: int) -> int:
@@ -94,7 +94,7 @@ class Layout:
 
     @cached_property
     def called(self) -> dict[int, str]:
-        """What people call storage places, by number: their first names; empty where they have none."""
+        """The first name of storage places by number; empty where they have no names."""
         names: dict[int, str] = {}
         for name, number in self.place_names.items():
             names.setdefault(number, name)
@@ -144,7 +144,7 @@ class Layout:
 
     @cached_property
     def points(self) -> dict[str, complex]:
-        """Where the nodes are: x + iy."""
+        """The positions of nodes: x + iy."""
         return {node: complex(place["x"], place["y"]) for node, place in self.graph.nodes.items()}
 
     def length(self, edge: Edge) -> float:

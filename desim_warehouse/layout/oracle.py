@@ -179,7 +179,7 @@ class RouteOracle:
         )
 
     def _every_edge(self) -> list[tuple[int, int, float, float, float]]:
-        """All edges by the numbers of their nodes, with length, time and what routes are compared by."""
+        """All edges by the numbers of their nodes, with length, time and the cost by which routes are compared."""
         return [
             (source, target, length, time, count * time)
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True))
@@ -187,7 +187,7 @@ class RouteOracle:
         ]
 
     def _tied(self, row: Row, node: int, root: int, tie: int, *, forward: bool) -> int:
-        """The next node towards the root on a route drawn from those of equal cost, length and time."""
+        """The next node towards the root on a route drawn from the routes of equal cost, length and time."""
         lengths, times, _, costs = row
         length, time, cost = lengths[node] * TIE, times[node] * TIE, costs[node] * TIE
         nexts = [
@@ -202,7 +202,7 @@ class RouteOracle:
         return nexts[_drawn(tie, node, root) % len(nexts)] if nexts else int(row[2][node])
 
     def _towards(self, *, forward: bool) -> list[list[tuple[int, float, float, float]]]:
-        """By node the nodes that a route to the root may lead to, with length, time and cost of the edge between."""
+        """By node the nodes that a route to the root may go on to, with length, time and cost of the edge to them."""
         if forward not in self._steps:
             neighbours: list[list[tuple[int, float, float, float]]] = [[] for _ in self.names]
             for source, (edges, counts) in enumerate(zip(self._next, self._counts, strict=True)):
@@ -224,9 +224,9 @@ class RouteOracle:
         return self._table(origins, goals, lambda root, forward: np.frombuffer(self._row(root, forward=forward)[part]))
 
     def _table(self, origins: Sequence[str], goals: Sequence[str], read: Callable[[int, bool], Any]) -> Any:
-        """A row for each origin and a column for each goal, of what is `read` for all nodes of routes from or to one.
+        """A row for each origin and a column for each goal, from values that are `read` for all nodes at once.
 
-        That one is where the search began: the origin (True) or the goal.
+        `read` has a root, and whether the search begins there: at the origin (True) or the goal.
         """
         import numpy as np
 
@@ -256,7 +256,7 @@ class RouteOracle:
         return self._row(self.index[goal], forward=False), self.index[origin]
 
     def _row(self, root: int, *, forward: bool) -> Row:
-        """Lengths, times and next nodes (towards the root) of all nodes, and what the routes count."""
+        """Lengths, times and next nodes (towards the root) of all nodes, and the costs of the routes."""
         key = root, forward
         row = self._rows.get(key)
         if row is None:
@@ -279,7 +279,7 @@ class RouteOracle:
         return lengths, times, before, lengths
 
     def _from(self, root: int) -> Found:
-        """Algorithm 1: every node is reached from the first of those found before it that lead there."""
+        """Algorithm 1 (breadth first): every node is reached from the first node found before it that leads there."""
         size = len(self.names)
         lengths, times = array("d", [math.inf]) * size, array("d", [math.inf]) * size
         before = array("i", range(size))

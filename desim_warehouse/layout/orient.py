@@ -85,7 +85,7 @@ def orient_lanes(
 
 
 class _Floor:
-    """The arcs of a floor as arrays; two for each lane, of which an orientation leaves one."""
+    """The arcs of a floor as arrays; each lane has two, and an orientation leaves one of them."""
 
     def __init__(
         self,

@@ -1,4 +1,4 @@
-"""What a model file says about a layout: blocks to generate, or nodes and edges, and what stands there."""
+"""The layout section of a model file: blocks to generate, or nodes and edges, and what stands there."""
 
 from __future__ import annotations
 
@@ -268,7 +268,7 @@ class PlacesSpec(Part):
     every: Count = Field(1, description="with along: every n-th node")
 
     def nodes(self, positions: Positions) -> list[str]:
-        """The nodes it stands at: those named, then every n-th along its side (west to east, north to south)."""
+        """The nodes of the places: nodes by name, then every n-th along a side (west to east, north to south)."""
         nodes = list(self.at)
         if self.along is not None:
             axis, pick = {"north": (1, min), "south": (1, max), "west": (0, min), "east": (0, max)}[self.along]

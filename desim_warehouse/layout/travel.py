@@ -99,7 +99,7 @@ class FreeTravel:
 
     @property
     def half_turn(self) -> float:
-        """The longest that a robot turns on a node where it sets out, and what it takes to stop and start."""
+        """The longest turn of a robot on a node where it sets out, and the time to stop and start."""
         return 2 * self.turn_time + self.stop_time
 
     def to_edge(self, node: str, edge: Edge) -> float:
@@ -206,7 +206,7 @@ class FreeTravel:
         return self.oracle("time").time(origin, goal)
 
     def _by_time(self, origin: str, nodes: tuple[str, ...]) -> tuple[str, ...]:
-        """Some nodes, the one first to which a robot drives in the least time; those as near in their order."""
+        """Some nodes, the node first to which a robot drives in the least time; equally near ones in their order."""
         times = self.times([origin], nodes)[0]
         return tuple(nodes[i] for i in times.argsort(kind="stable").tolist())
 

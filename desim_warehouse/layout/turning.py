@@ -1,4 +1,4 @@
-"""Free driving where robots take time to turn on nodes: what a route costs depends on which edges follow each other.
+"""Free driving where robots take time to turn on nodes: the cost of a route depends on which edges follow each other.
 
 So the fastest route is searched over edges, not over nodes, towards a goal or from an origin. Each step is an edge with
 the turn from the one before. Turns before the first edge and after the last are not in the time of a route, as a node
@@ -39,7 +39,7 @@ def turn_times(quarters: Any, turn_time: float, stop_time: float) -> Any:
 
 
 class Turns:
-    """The turns on all nodes of some Highways; edges are given by node numbers, with what routes are compared by.
+    """The turns on all nodes of some Highways; edges are given by node numbers, with the costs of routes.
 
     No route leads through a node that is `closed`. Besides, each turn takes `stop_time`: a robot stops for it.
     """
@@ -136,7 +136,7 @@ class Turns:
 
 
 def sums_along(steps: Any, first: Any) -> Any:
-    """Sum of `first` along the chains of `steps`, each of which ends where it leads to itself, with 0 there."""
+    """Sum of `first` along each chain of `steps`; a chain ends where it leads to itself, with 0 there."""
     total = first
     while True:
         further = steps.take(steps)

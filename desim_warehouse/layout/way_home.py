@@ -1,4 +1,4 @@
-"""How robots that stand in each other's way all come home: searched for before a run, and at steps during it.
+"""Plans by which robots that stand in each other's way all come home: searched for before a run, and during it.
 
 Each robot has a trail of stands that it still has to use, which ends in a slot off the lanes. A *move* takes the first
 robot of a stand on along its trail, over stands that are free by then: home, or to a *refuge*. That is a one-way lane
@@ -29,11 +29,11 @@ class Way(Protocol[T_co]):
 
     @property
     def at(self) -> int:
-        """Where on it the robot stands."""
+        """The position on the trail where the robot stands."""
 
 
 def room(length: float, headway: float) -> int:
-    """How many robots can stand on a lane: D (`headway`) apart, and D clear of its ends."""
+    """The number of robots that can stand on a lane: D (`headway`) apart, and D clear of its ends."""
     return math.floor(length / headway + 1e-9) - 1
 
 
@@ -152,7 +152,7 @@ class HomeSearch(Generic[R, S]):
             self._leave(robot)
 
     def _leave(self, robot: R) -> None:
-        """Drive a robot off from the head of its stand: one robot less in the way of those behind, and of users."""
+        """Drive a robot off from the head of its stand: it is out of the way of robots behind it, and of users."""
         blocked, free, left, own = self.blocked, self.free, self.left, self.own[robot]
         held = self.stands.held[robot]
         for stand in held if held[0] is own else (own,):  # a refuge is in no zone
@@ -198,7 +198,7 @@ class HomeSearch(Generic[R, S]):
         return refuge
 
     def _move(self, robot: R, index: int) -> None:
-        """Move a robot to a refuge, behind the robots there, of which as many are in its way as before."""
+        """Move a robot to a refuge, behind the robots there; as many robots as before are in its way."""
         self.moves.append((robot, index))
         trail = self.stands.ways[robot].trail
         passed, refuge = trail[self.at[robot] + 1 : index + 1], trail[index]

@@ -217,7 +217,7 @@ class Desk:
             design.outcomes[r] = outcome
 
     def _recall_designs(self) -> None:
-        """List the designs that were tried in this folder before, the last of those still on offer."""
+        """List the designs that were tried in this folder before, the latest of the ones still on offer."""
         if not (self.folder / STUDY).exists():
             return
         try:

@@ -69,7 +69,7 @@ def page(
     tried = [design for design in designs[0][1].tried if design.id in {asked.id for asked, _ in designs}]
     data = {
         "about": about.model_copy(update={"knobs": knobs, "colours": {}}).model_dump(),
-        "tried": [one.model_dump() for one in tried],
+        "tried": [design.model_dump() for design in tried],
         "designs": [
             [asked.model_dump(), answer.model_copy(update={"tried": [], "floor": False}).model_dump()]
             for asked, answer in designs

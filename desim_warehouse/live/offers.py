@@ -1,4 +1,4 @@
-"""The keys that a live page offers to change: robots, chargers, demand and allocation, or those its user names."""
+"""The keys that a live page offers to change: robots, chargers, demand and allocation, or keys that its user names."""
 
 from __future__ import annotations
 

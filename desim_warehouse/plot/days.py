@@ -84,9 +84,9 @@ def real_day(
     return axes
 
 
-def farthest(found: Validation) -> int:
-    """The number of the real day whose drops lie out farthest, in bounds of its band."""
-    return int(np.argmax([np.abs(ranks.off).max() / (ranks.bound or 1.0) for ranks in found.drops]))
+def farthest(validation: Validation) -> int:
+    """The number of the real day whose drops lie out farthest, relative to the bound of its band."""
+    return int(np.argmax([np.abs(ranks.off).max() / (ranks.bound or 1.0) for ranks in validation.drops]))
 
 
 def passages(
@@ -176,9 +176,9 @@ def residuals(
     return axes
 
 
-def of_edges(found: Validation, by: By) -> Ranked:
+def of_edges(validation: Validation, by: By) -> Ranked:
     """The counts on edges; raises ReportError where the logs do not have them."""
-    ranks = found.passed if by == "passed" else found.stood
+    ranks = validation.passed if by == "passed" else validation.stood
     if ranks is None:
         raise ReportError("logs of trips do not say where robots drove, expected messages or runs")
     return ranks

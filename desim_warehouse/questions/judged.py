@@ -59,7 +59,7 @@ _ONE_IN = {1: "once", 2: "one in two", 5: "one in five", 10: "one in ten", 20: "
 
 
 def rarest(days: int) -> str:
-    """How often days come at the rarest that so many days cover: `one in ten`."""
+    """The frequency of the rarest days that so many days cover: `one in ten`."""
     return _ONE_IN.get(one_in(days), f"one in {one_in(days)}")
 
 

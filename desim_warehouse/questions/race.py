@@ -1,4 +1,4 @@
-"""Which design of a study is best: a race between all of them, and its answer, the best and those as good."""
+"""Which design of a study is best: a race between all of them, and its answer, the best and the designs as good."""
 
 from __future__ import annotations
 

@@ -37,14 +37,14 @@ _UNNAMED = ("what-if", "size", "best", "study", "why")
 
 
 def answer(study: ResultsData, indicators: Sequence[str] = ()) -> Answer:
-    """The answer of a study; `indicators`: those to show, instead of the usual ones."""
+    """The answer of a study; `indicators`: the indicators to show, instead of the usual ones."""
     if all(row.outcome.error is not None for row in study.rows):
         return _nothing(study)
     return _Studied(study, indicators).answer()
 
 
 def _nothing(study: ResultsData) -> Answer:
-    """The answer of a study none of whose runs finished."""
+    """The answer of a study without a finished run."""
     errors = [row.outcome.error for row in study.rows]
     return Answer(
         kind="study",
@@ -162,7 +162,7 @@ class _Studied:
         return self.options[design].said or "no value" if value is None else value.text
 
     def _did_not_run(self) -> list[str]:
-        """The designs none of whose runs finished, with the first error."""
+        """The designs without a finished run, with the first error."""
         errors = {design: [row.outcome.error for row in self.study.runs(design)] for design in self.tried}
         dead = {design: design_errors[0] for design, design_errors in errors.items() if None not in design_errors}
         return (

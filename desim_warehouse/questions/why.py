@@ -116,12 +116,12 @@ def why(
 
 
 def worded(costs: HeldUp, search: Search = USUAL) -> Why:
-    """Add the answer to what the suspects cost, and write it to the folder of the search."""
+    """Add the answer to the costs of the suspects, and write it to the folder of the search."""
     return Why(**vars(costs), answer=answer(costs).keep(search.out, search.command))
 
 
 def answer(costs: HeldUp) -> Answer:
-    """Put into words what relieving the suspects gains."""
+    """Put into words the gains of relieving the suspects."""
     return _Held(costs).answer()
 
 
@@ -340,7 +340,7 @@ class _Held:
 
 
 def dose(suspect: Suspect) -> str:
-    """A change as a share of what the model has."""
+    """A change as a share of the model's value."""
     if suspect.dose is None:
         return "all"
     percent = 100 * suspect.dose

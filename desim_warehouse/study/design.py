@@ -19,7 +19,7 @@ Rule: TypeAlias = Literal["grid", "paired"]
 
 @dataclass(frozen=True)
 class Point:
-    """One design point: what tables show for each factor, and the changes it makes to the model."""
+    """One design point: its labels in tables, and its changes to the model."""
 
     number: int
     labels: Mapping[str, Label]
@@ -41,7 +41,7 @@ def points(factors: Sequence[Factor], rule: Rule) -> list[Point]:
 
 
 def count(factors: Sequence[Factor], rule: Rule) -> int:
-    """How many points there are, without making them."""
+    """The number of points, without making them."""
     lengths = [len(factor.levels) for factor in factors]
     return min(lengths, default=1) if rule == "paired" else math.prod(lengths)
 

@@ -1,4 +1,4 @@
-"""Factors: what a study varies, and the values it takes, as users write them and as tables show them."""
+"""Factors: the keys that a study varies, and their values, as users write them and as tables show them."""
 
 from __future__ import annotations
 

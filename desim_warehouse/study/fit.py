@@ -144,7 +144,7 @@ class Family:
 
 
 def clock_step(times: NDArray[np.float64]) -> float:
-    """To what times were rounded, if that matters beside their spread; else 0."""
+    """The step to which times were rounded, if that matters beside their spread; else 0."""
     for step in STEPS:
         if np.allclose(times / step, np.round(times / step), rtol=0.0, atol=1e-6):
             return step if step > COARSE * times.std() else 0.0

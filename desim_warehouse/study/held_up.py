@@ -1,4 +1,4 @@
-"""Why a warehouse does no better: what each suspect costs, by relieving it in the model and simulating that.
+"""Why a warehouse does no better: the cost of each suspect, by simulating the model with its relief.
 
 Suspects come from the account of time of a run: who waits long is looked at first. A wait at one point need not cost
 anything, as a queue elsewhere might grow instead. So every suspect is relieved in the model's own keys, on the same
@@ -43,7 +43,7 @@ MOST_LATE = 0.02
 
 @dataclass(frozen=True)
 class Failure:
-    """How many of the runs of a design could not go on, and the error of one of them."""
+    """The number of runs of a design that could not go on, and the error of one of them."""
 
     failed: int
     runs: int

@@ -1,4 +1,4 @@
-"""The plan of a study, checked: what is simulated, how often, and which indicators count."""
+"""The plan of a study, checked: designs, replications, and the indicators that count."""
 
 from __future__ import annotations
 

@@ -112,7 +112,7 @@ class ResultsData:
         return tuple(dict.fromkeys(name for row in self.rows for name in row.indicators))
 
     def chosen(self, wanted: Sequence[str] | None = None) -> list[str]:
-        """The indicators to show: those given, else the study's, else all that any run has.
+        """The indicators to show: given ones, else the study's, else all that any run has.
 
         Raises:
             StudyError: for one that no run has.
@@ -421,7 +421,7 @@ class ResultsData:
         return fixed or _deterministic(self.runs(design))
 
     def _least(self, design: str, most: int) -> int:
-        """How many runs a search asks of a design before it meets the target, where it asks so many at most."""
+        """The fewest runs of a design that can meet the target in a search that asks for so many at most."""
         model = self.models.get(design)
         return 0 if model is None else rare.days_needed(model, cap=most).least
 

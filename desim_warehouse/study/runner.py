@@ -98,7 +98,7 @@ class StudyRunner:
         self.points.append(point)
 
     def replicate(self) -> Iterator[Row]:
-        """Do all replications of all points: their rows as they end, first those that are there."""
+        """Do all replications of all points, and yield their rows as they end, finished ones first."""
         rule = self.plan.replications
         if isinstance(rule, Until):
             yield from self._until(rule)

@@ -1,4 +1,4 @@
-"""How a question that chooses its own runs does them, and when it stops."""
+"""Settings of a question that chooses its own runs: how they are done, and when it stops."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ class Search:
     crew: Crew | None = field(default=None, repr=False, compare=False)
 
     def __post_init__(self) -> None:
-        """Refuse what no search can do."""
+        """Refuse settings that no search can have."""
         if self.first is not None and self.cap is not None and not 2 <= self.first <= self.cap:  # noqa: PLR2004
             raise StudyError(f"first {self.first}, cap {self.cap}: expected 2 <= first <= cap")
         check_confidence(self.confidence)

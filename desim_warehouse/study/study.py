@@ -346,7 +346,7 @@ class StudyEngine:
 
     @property
     def results(self) -> ResultsData:
-        """The finished runs, and what follows from them. They do not change when the study runs on.
+        """The finished runs, and the results that follow. They do not change when the study runs on.
 
         Raises:
             StudyError: where the study has not been run.

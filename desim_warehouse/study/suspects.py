@@ -164,7 +164,7 @@ def _queued(nodes: pd.DataFrame, queue: Queue, members: list[str]) -> float:
 
 
 def _stations(run: RunData) -> dict[str, list[str]]:
-    """The nodes of each station that is used and whose name can stand in a dotted key."""
+    """The nodes of each used station whose name can stand in a dotted key."""
     nodes_of: dict[str, list[str]] = {}
     for node in destinations(run.model, run.layout):
         if node in run.layout.stations:
@@ -444,7 +444,7 @@ def _tenth(count: int) -> int:
 
 
 def _fewer_places(model: Model) -> Iterator[Suspect]:
-    """Fewer pods at a time at the stations, each for more lines, down to one that is picked and one that comes."""
+    """Yield fewer pods at a time at the stations, each for more lines, down to one picked and one on its way."""
     layout = model.floor
     used = [layout.stations[node] for flow in model.tasks.flows.values() for node in stations_of(flow)]
     least = {item.zone: item.places - 1 for item in used if item.places - 1 > item.servers and "." not in item.zone}

@@ -34,7 +34,7 @@ class Row(NamedTuple):
 
     @property
     def indicators(self) -> Mapping[str, float]:
-        """Its indicators by name, none where it failed."""
+        """The indicators of the run by name, none where it failed."""
         return self.outcome.values  # noqa: PD011 - not a DataFrame
 
     def value(self, indicator: str) -> float:

@@ -36,7 +36,7 @@ def read_target(text: str, units: UnitNames | None = None) -> Target:
 
 
 def read_targets(texts: str | Sequence[str], units: UnitNames | None = None) -> tuple[Target, ...]:
-    """Read one target or several, all of which are to be met.
+    """Read a target, or several that are all to be met.
 
     Args:
         texts: a target, or a sequence of them.
@@ -79,7 +79,7 @@ def check_zone(measure: Indicator, zone: float, aim: float | None = None) -> Non
 
 
 def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> float:
-    """The indifference zone of a target: as given, or 0.01 of a share and else 1 %; at most half of what is possible.
+    """The indifference zone of a target: as given, or 0.01 of a share and else 1 %; at most half the way to the limit.
 
     Raises:
         StudyError: no amount of the indicator, or one in which nearly all designs lie.

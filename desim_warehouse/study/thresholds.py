@@ -39,7 +39,7 @@ _LEVEL = 0.995
 
 @dataclass(frozen=True)
 class InputThreshold:
-    """Where an input makes a fleet too small within its range, all else as the model has it.
+    """The value at which an input makes a fleet too small within its range, all else as the model has it.
 
     `enough`: whether the fleet is enough at the lowest and at the highest value. `at`: where that turns, with the ends
     of its interval in `within`; both None where it does not. `confirmed`: runs tell on both sides of it; without a
@@ -116,7 +116,7 @@ def _range(model: Model, key: str, ends: tuple[float, float]) -> tuple[float, fl
 
 
 class _Input:
-    """An input, the probes around its threshold, and what the fleet does at each of them day by day."""
+    """An input, the probes around its threshold, and the target's indicator at each probe day by day."""
 
     def __init__(self, key: str, low: float, high: float, goal: Target) -> None:
         self.key, self.low, self.high, self.goal = key, low, high, goal

@@ -45,7 +45,7 @@ class Hours:
     since: float = -math.inf
 
     def is_open(self, time: float) -> bool:
-        """Whether a time is in one of them."""
+        """Whether a time is in one of the stretches."""
         begin, _ = self.following(time)
         return begin <= time
 
@@ -63,12 +63,12 @@ class Hours:
         return (begin, end) if end - begin < self.period else (begin, math.inf)
 
     def changes(self, time: float) -> float:
-        """When it opens or closes next, after a time, or inf if never again."""
+        """The next time after a given one at which it opens or closes, or inf."""
         begin, end = self.following(time)
         return end if begin <= time else begin
 
     def open_time(self, time: float) -> float:
-        """How long it has been open from the start of the run to a time."""
+        """The time for which it has been open from the start of the run to a time."""
         total, now = 0.0, 0.0
         if math.isfinite(self.period) and time - max(self.since, 0.0) > self.period:
             start = max(self.since, 0.0)
@@ -217,7 +217,7 @@ class Shifts(Part):
         return Hours([(a * second, b * second) for a, b in left], 7 * DAY * second, phase * second)
 
     def words(self, unit: str) -> str:  # noqa: ARG002 - by the clock
-        """It in a few words."""
+        """The shifts in a few words."""
         breaks = f" without {', '.join(self.breaks)}" if self.breaks else ""
         days = f" on {', '.join(self.days)}" if set(self.days) != set(DAYS) else ""
         return f"{', '.join(self.open)}{breaks}{days}"
@@ -253,7 +253,7 @@ class Pattern(Part):
         return Hours([(0.0, self.lasts)], self.every, -self.first, self.first)
 
     def words(self, unit: str) -> str:
-        """It in a few words."""
+        """The pattern in a few words."""
         first = f", from {self.first:g} on" if self.first else ""
         return f"{self.lasts:g} of every {self.every:g} {unit}{first}"
 
@@ -279,7 +279,7 @@ class Stretches(Part):
         return Hours(merged(self.between))
 
     def words(self, unit: str) -> str:
-        """It in a few words."""
+        """The stretches in a few words."""
         return f"{', '.join(f'{begin:g} to {end:g}' for begin, end in self.between)} {unit}"
 
 
@@ -344,13 +344,13 @@ def merged(stretches: Iterable[Stretch]) -> list[Stretch]:
 
 
 def wrapped(stretches: Iterable[Stretch], period: float) -> list[Stretch]:
-    """Stretches of one period, with what ends beyond it moved to its beginning."""
+    """Stretches of one period, with the part beyond its end moved to its beginning."""
     cut = [(begin, min(end, period)) for begin, end in stretches]
     return merged([*cut, *((0.0, end - period) for _, end in stretches if end > period)])
 
 
 def without(stretches: Iterable[Stretch], others: Iterable[Stretch]) -> list[Stretch]:
-    """What is left of stretches when others are cut out of them."""
+    """The rest of stretches when others are cut out of them."""
     left = []
     gaps = merged(others)
     for begin, end in stretches:

@@ -143,7 +143,7 @@ def of_excel(text: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def hours_between(zone: str, other: str) -> float:
-    """By how many hours clocks of one offset from UTC, such as `+02:00` or `Z`, are ahead of those of another."""
+    """The hours by which clocks of one offset from UTC, such as `+02:00` or `Z`, are ahead of clocks of another."""
     return _hours(zone) - _hours(other)
 
 

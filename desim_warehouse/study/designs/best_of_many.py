@@ -155,7 +155,7 @@ def are_few(factors: Sequence[Factor], runs: int) -> bool:
 
 
 def _factor(model: Model, key: str, values: Any, seed: int) -> Factor:
-    """A factor, each of whose values makes a model by itself."""
+    """A factor; each of its values alone makes a model."""
     (factor,) = StudyEngine(model, {key: values}, seed=seed).plan.factors
     return factor
 

@@ -178,7 +178,7 @@ def search_directions(model: Model, indicator: str, search: Search = USUAL) -> S
 
 
 def _found(floor: Floor, indicator: str, runs: int, search: Search, *, maximise: bool) -> SearchedDirections:
-    """The best directions of a floor, judged where they differ from those drawn."""
+    """The best directions of a floor, judged where they differ from the drawn ones."""
     model = floor.model
     judged = runs // _JUDGED
     scout = _study(model, {_DRAWN: {}}, "search", search.seed + 1, search)

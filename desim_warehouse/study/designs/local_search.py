@@ -78,7 +78,7 @@ class _SpentError(Exception):
 
 
 class LocalSearch(Generic[D]):
-    """One search: `steps` is a procedure that asks for runs and returns the finalists, the best first."""
+    """A local search: `steps` is a procedure that asks for runs and returns the finalists, the best first."""
 
     def __init__(
         self,

@@ -187,7 +187,7 @@ class Planner:
     def _sizes(
         self, times: Sequence[float], changes: Mapping[str, Any], suffix: str, *, yearly: bool
     ) -> tuple[Sized, ...]:
-        """The answers for today's demand and those after it, of years the last one before those between."""
+        """The answers for today's demand and the later ones; the last year is planned before the years between."""
         if not yearly:
             today = self.size(1.0, changes, f"today{suffix}")
             return today, *(self.size(growth, changes, f"growth{suffix}") for growth in times)

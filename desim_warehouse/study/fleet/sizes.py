@@ -48,7 +48,7 @@ class Shown:
 
     @property
     def is_open(self) -> bool:
-        """Whether it was neither shown to meet the target nor to miss it."""
+        """Whether the design was neither shown to meet the target nor to miss it."""
         return self.vetoed is None and not self.wrong_for_good and self.verdict.verdict == "undecided"
 
     @property
@@ -58,17 +58,17 @@ class Shown:
 
     @property
     def robots(self) -> int:
-        """How many robots it has."""
+        """The number of robots."""
         return self.counts[0]
 
     @property
     def chargers(self) -> int:
-        """How many chargers, 0 where they are not sized."""
+        """The number of chargers, 0 where they are not sized."""
         return self.counts[1]
 
     @property
     def packers(self) -> int:
-        """How many packers at each node of the station, 0 where they are not sized."""
+        """The number of packers at each node of the station, 0 where they are not sized."""
         return self.counts[2] if len(self.counts) > 2 else 0  # noqa: PLR2004
 
 
@@ -149,7 +149,7 @@ class Strategy:
 
 @dataclass(frozen=True)
 class FleetSizes:
-    """The sizes for each demand; `strategy` is the better one that they are for, None: the model's own.
+    """The sizes for each demand; `strategy` is the better strategy that they are for, None: the model's own.
 
     `demands`: today's first. `untried`: strategies for which the runs allowed did not suffice. `beside`: further
     targets that a fleet has to meet, with their indifference zones.

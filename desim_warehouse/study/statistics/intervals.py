@@ -326,7 +326,7 @@ class TaskShare(float):
 
 
 def tasks_of(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float64] | None:
-    """How many tasks each value is a share of, shape (n,); None unless all are shares of tasks."""
+    """The number of tasks of each share, shape (n,); None unless all values are shares of tasks."""
     counts = [value.of for value in values if isinstance(value, TaskShare) and value.of > 0]
     return np.array(counts) if counts and len(counts) == len(values) else None
 
