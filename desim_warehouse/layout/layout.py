@@ -60,7 +60,7 @@ class BayPlaces:
     def slots(self, homes: int) -> int:
         """The slots of a bay where this many robots start: by default one for each of them and each shared charger."""
         if self.places is not None:
-            spare = self.chargers == 0  # where a robot may park that leaves its slot at a charger to another
+            spare = self.chargers == 0  # room to park for a robot that leaves its slot at a charger to another
             return max(self.places, homes + spare, self.chargers or 0) if self.grows else self.places
         return max(homes, (self.chargers or 0) if self.shared else 0)
 

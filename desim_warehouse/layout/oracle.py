@@ -332,7 +332,7 @@ class RouteOracle:
         here = np.arange(len(costs))
         steps = np.where(steps < 0, here, steps)
         edges, moved = begins.copy(), np.flatnonzero(steps != here)
-        left = moved  # of each node's edges, which are few, the one that its route takes
+        left = moved  # nodes still without the edge that their route takes; each has few edges to try
         while len(left := left[beside[edges[left]] != steps[left]]):
             edges[left] += 1
 

@@ -154,7 +154,7 @@ class _Floor:
         for lane in apart.tolist():
             ends = int(self.tails[lane]), int(self.heads[lane])
             for way in (preferred[lane], preferred[lane] ^ _BOTH):
-                tail, head = ends[::-1] if way == _AS_LISTED else ends  # of the direction to do without
+                tail, head = ends[::-1] if way == _AS_LISTED else ends  # ends of the direction to do without
                 onward[tail].discard(head)
                 if _reaches(onward, tail, head):
                     ways[lane] = way

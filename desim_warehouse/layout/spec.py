@@ -48,7 +48,7 @@ from desim_warehouse.values.fields import (
 Side = Literal["north", "south", "east", "west"]
 
 _SHOWN = 12  # node names in a message
-_COMPARED = 1000  # node names in which one like another is looked for
+_COMPARED = 1000  # node names among which the nearest is looked for
 _EDGE = "an edge: [A, B] or a section with from and to"
 _PAIR = {"type": "array", "items": {"type": "string"}, "minItems": 2, "maxItems": 2}
 
@@ -185,7 +185,7 @@ def _straight(*ends: Any) -> float | None:
     """The distance between two nodes, if both have coordinates."""
     try:
         return math.dist(*ends)
-    except (TypeError, ValueError, OverflowError):  # which is told where the coordinates are checked
+    except (TypeError, ValueError, OverflowError):  # reported where the coordinates are checked
         return None
 
 

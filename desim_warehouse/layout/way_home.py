@@ -16,7 +16,7 @@ from typing import Generic, Protocol, TypeVar
 R = TypeVar("R")
 """A robot."""
 S = TypeVar("S")
-"""A stand: a node or a lane; or the mark of one direction of a zone, on which those stand that drive the other way."""
+"""A stand: a node or a lane; or the mark of one direction of a zone, on which robots stand that drive the other way."""
 T_co = TypeVar("T_co", covariant=True)
 
 
@@ -98,7 +98,7 @@ class HomeSearch(Generic[R, S]):
         self.at: dict[R, int] = {}
         self.own: dict[R, S] = {}  # where a robot stands
         self.blocked: dict[R, int] = {}  # how often others are in the way of a robot
-        self.waiting: dict[S, dict[R, None]] = {}  # by stand, who has still to use it
+        self.waiting: dict[S, dict[R, None]] = {}  # robots that have still to use a stand, by stand
         self._gather(robots)
         # Robots with the shortest way left come first: likely to be home first, they keep the plan valid for longer.
         ways, positions = stands.ways, self.at
@@ -202,13 +202,13 @@ class HomeSearch(Generic[R, S]):
         self.moves.append((robot, index))
         trail = self.stands.ways[robot].trail
         passed, refuge = trail[self.at[robot] + 1 : index + 1], trail[index]
-        # There before it has left: none may come free that it blocks again.
+        # In its new place before it leaves the old: no robot may come free that it blocks again.
         line = self.lines.setdefault(refuge, [])
         waiting = self._waiting_for(refuge)
         for other in waiting:
             if other is not robot and other in self.left:
                 self.blocked[other] += 1
-        if refuge in trail[index + 1 :]:  # to be used once more: those ahead are in its way twice
+        if refuge in trail[index + 1 :]:  # to be used once more: robots ahead are in its way twice
             self.blocked[robot] += sum(other is not robot for other in line)
         line.append(robot)
         for step in passed:

@@ -39,7 +39,7 @@ from desim_warehouse.study.table import Row
 
 CONFIDENCE = 0.95
 FEWEST = 5
-"""Runs of a design that cannot last, or of which some fail, before it is given up."""
+"""Runs after which a design that cannot last, or some of whose runs fail, is given up."""
 _SHOWN = 6
 """Indicators on the page."""
 

@@ -1,8 +1,8 @@
 """The designs of a live page and their runs: who listens to which, what is simulated next, and results so far.
 
-A run is simulated only while somebody listens to its design. Of all that is wanted the design with the fewest runs is
-next, and of those the one that was asked for last: so a pinned design and the one beside it grow together, and of many
-listeners none waits for all the others.
+A run is simulated only while somebody listens to its design. Next comes the wanted design with the fewest runs, among
+equals the design asked for last: so a pinned design and the design beside it grow together, and of many listeners none
+waits for all the others.
 """
 
 from __future__ import annotations
@@ -138,7 +138,7 @@ class Desk:
         """Start the workers, with the first runs of the model as it is today."""
         try:
             today = self.design({})
-        except WarehouseError as error:  # which the page says, too
+        except WarehouseError as error:  # the page says so, too
             self.notes.append(str(error))
         else:
             self.listen(Listener(today, None, self.target, 0, most=2))
@@ -341,7 +341,7 @@ class Desk:
         if outcome.floor is not None:
             design.floor = outcome.floor
             self._forget_floors(design)
-        outcome = outcome._replace(floor=None)  # which is kept once for its design
+        outcome = outcome._replace(floor=None)  # the floor is kept once for a design
         if r not in design.outcomes:
             try:
                 self.store.add(design.digest, run_seed(self.seed, r), outcome)

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from desim_warehouse.outcome.day import Day, Numbers
 
 _HIGH, _GAP = 3.2, 0.55
-"""Height of the lane of robots, and of the gaps between lanes, in heights of the others."""
+"""Height of the lane of robots, and of the gaps between lanes, as multiples of the height of a lane."""
 
 
 def day(run: RunData, *, title: str | None = None, style: look.Style = "light", ax: Axes | None = None) -> Axes:

@@ -110,7 +110,7 @@ def best(
 ) -> Best | BestOfMany: ...
 
 
-def best(  # half of it says what its arguments mean
+def best(  # half of it documents its arguments
     what: Study | Source,
     indicator: str,
     delta: float | None = None,

@@ -337,11 +337,11 @@ def fit(times: Sequence[float] | NDArray[np.float64]) -> Fitted:
     """Fit exponential, gamma, lognormal, Weibull, uniform and triangular distributions to measured times.
 
     Times that a clock has rounded, to whole seconds or tenths, are taken for what they are: somewhere between half a
-    step below and half a step above. Their likelihood is that of these intervals. Where the steps are small beside the
-    spread, that is the same as the density.
+    step below and half a step above. Their likelihood is the probability of these intervals. Where the steps are small
+    beside the spread, it equals the density.
 
     The p-value is Monte Carlo with the parameters fitted anew to every sample, which is rounded as the times were (as
-    Lilliefors has it): that of a test with parameters given beforehand would be far too large.
+    Lilliefors has it): the p-value of a test with parameters given beforehand would be far too large.
 
     Raises:
         StudyError: fewer than 20 times, one that is negative or not finite, or all alike.

@@ -113,7 +113,7 @@ class HeldUp:
 def usual_indicator(run: RunData) -> str:
     """The indicator that costs are counted in by default: throughput where work always waits, else time.
 
-    Where loads pile up before workers, it is those that are worked on.
+    Where loads pile up before workers, it is the number of loads worked on.
     """
     overloaded = any(verdict.code == "CANNOT_KEEP_UP" for verdict in run.verdicts)
     tasks = run.model.tasks
@@ -166,7 +166,7 @@ def _relieved(run: RunData, name: str, search: Search) -> HeldUp:
     ranked = gains(first if well else cap)
     as_it_is = [row.indicators for row in study.rows if not row.point.number and row.outcome.error is None]
     state = _state(as_it_is, untaken) if lasts and as_it_is else None
-    if well and (state is None or state.is_held_up):  # on other days it is not as well as on the first
+    if well and (state is None or state.is_held_up):  # on other days it does worse than on the first
         ranked = gains(cap)
     failures = _failures(study)
     if ranked.failed and 0 not in failures:

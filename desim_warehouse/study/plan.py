@@ -33,9 +33,9 @@ class StudyPlan:
     name: str = "study"
     description: str = ""
     warm_up: Literal["auto"] | tuple[float, ...] | None = None  # auto: found by pilot runs; then point by point
-    target: str = ""  # that designs should meet; empty: none
+    target: str = ""  # to be met by designs; empty: none
     own: tuple[OwnIndicator, ...] = ()  # indicators of the user's own
-    scouts: bool = False  # its runs only point the way: batteries need not settle before them
+    scouts: bool = False  # runs of scouts: batteries need not settle before them
 
     def points(self) -> list[Point]:
         """The design points, with the warm-up of each where that is known."""

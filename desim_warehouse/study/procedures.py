@@ -30,7 +30,7 @@ from desim_warehouse.study.target import check_zone, first_look
 
 FLEET = "fleet.size"
 """The key of which indicators say which way they usually move with it."""
-_AHEAD = 4  # replications of each design that are asked for at a time: enough to keep workers busy
+_AHEAD = 4  # replications of each design requested at a time: enough to keep workers busy
 ZONE = 0.01
 """The indifference zone, as a share of the largest of the first means."""
 
@@ -129,8 +129,8 @@ def scouted(
 
     Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    None: the runs allowed ended before. `told`: what was known before, for those who watch the progress. `beside`:
-    further targets.
+    None: the runs allowed ended before. `note`: results before, shown with the progress. `beside`: further
+    targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())

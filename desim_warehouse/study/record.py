@@ -106,7 +106,7 @@ def recorded_warm_up(plan: StudyPlan, folder: Path) -> tuple[float, ...] | None:
             return None
         settled = replace(plan, warm_up=times)
         keys = {number: settled.run_name(model) for number, model in models(settled, settled.points()).items()}
-    except (StudyError, ModelError, ValueError):  # none there, damaged, or of other designs
+    except (StudyError, ModelError, ValueError):  # no record, a damaged one, or one of other designs
         return None
     return times if keys == record.keys else None
 

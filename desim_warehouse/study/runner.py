@@ -77,7 +77,7 @@ class StudyRunner:
         self.progress = progress or Progress(plan.name, shown=False)
         self.write = write
         self.repeats = repeats
-        self.refused: set[str] = set()  # models of which no run can work, by what they are known by
+        self.refused: set[str] = set()  # names of models that no run can simulate
         self.own: dict[int, list[str]] = {}  # policies of the user's own, by point
         self.deterministic = False  # chance plays no part in any design, by what the models say
         if keys is None:
@@ -85,7 +85,7 @@ class StudyRunner:
             keys = {number: plan.run_name(model) for number, model in made.items()}
             self.deterministic = all(model.is_deterministic for model in made.values())
             self.own = {number: model.policies.own() for number, model in made.items()}
-        self.keys = dict(keys)  # what the model of a point is known by in the store
+        self.keys = dict(keys)  # the name of a point's model in the store
         self.replications = dict.fromkeys(self.keys, 0)  # asked for, by point
         self.written = monotonic()
 

@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 T = TypeVar("T")
 LOG = logging.getLogger("desim_warehouse")
-LOG.addHandler(logging.NullHandler())  # whoever wants to read it says so
+LOG.addHandler(logging.NullHandler())  # silent unless a program adds a handler
 
 
 class StudyEngine:

@@ -51,15 +51,15 @@ if TYPE_CHECKING:
     import pandas as pd
 
 DOSE = 0.1
-"""The part of a capacity, or of the work, by which gains are compared."""
+"""The common dose: the share of a capacity, or of the work, by which gains are compared."""
 MOST_UNTAKEN = 0.1
 """Part of their time that tasks may wait to be taken up without robots being scarce."""
 MOST_NODES = 5
-"""Intersections that are looked at: those with the most waiting before them."""
+"""Number of intersections to look at: the ones with the most waiting before them."""
 LEAST_WAITING = 0.002
 """Part of the fleet's time that must be waited before an intersection for it to be looked at."""
 MOST_LANES = 3
-"""Two-way lanes that are looked at one by one: those on which robots spend most time."""
+"""Number of two-way lanes to look at one by one: the lanes on which robots spend most time."""
 ROUNDING = 1e-9
 CLEARED = 120.0
 """Seconds after which a broken robot is off the lanes, as a relief."""
@@ -70,17 +70,17 @@ LEAST_CHARGING = 0.05
 """Part of the fleet's time on chargers from which the charging policy is looked at, where tasks wait for robots."""
 HALF = 0.5
 DECISIONS = {"pod": "pods called by", "order_station": "orders to stations by"}
-"""Those by which lines of a visit are many or few; where pods are stored hardly moves them."""
+"""Decisions that move the lines for each visit of a pod; where pods are stored hardly does."""
 
 
 @dataclass(frozen=True)
 class Suspect:
     """Something that may hold the warehouse up: its name, the relief in words and in keys of the model.
 
-    `waited`: the part of the fleet's time that robots waited there, in the run that was looked at, None where robots do
-    not wait for it, such as handling. `dose`: the relief as a part of what is there, 1 for one server beside another;
-    None where something in the way is taken away as a whole. `beside`: it is no resource but the work itself, less of
-    which always gains: it stands beside the contest. Of one name there may be several, such as other policies.
+    `waited`: the share of the fleet's time that robots waited there, in the run that was looked at, None where robots
+    do not wait for it, such as handling. `dose`: the relief as a share of the present capacity, 1 for one server beside
+    another; None where something in the way is taken away as a whole. `beside`: it is no resource but the work itself,
+    less of which always gains: it stands beside the contest. Several may have one name, such as other policies.
     """
 
     name: str

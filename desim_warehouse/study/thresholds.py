@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
 DAYS, EXACT_DAYS = 10, 2
-"""Runs at each probe, and those where nothing is random."""
+"""Runs at each probe; and where nothing is random."""
 HALVINGS = 4
 """Probes between the ends of a range at most, so that the last two around a threshold are a sixteenth of it apart."""
 MOST_RUNS = (2 + HALVINGS) * DAYS
@@ -154,7 +154,7 @@ class _Input:
             return InputThreshold(self.key, self.low, self.high, enough, None, None, are_told)
         probes = [self.below, self.middle, self.above]
         turn = crossing(probes, np.array([self.days[probe] for probe in probes]).T, self.goal.value, _LEVEL)
-        assert turn is not None  # the ends lie on either side
+        assert turn is not None  # the ends lie on different sides of the target
         within = max(turn.low, self.low), min(turn.high, self.high)
         confirmed = math.isfinite(turn.low) and math.isfinite(turn.high)
         return InputThreshold(self.key, self.low, self.high, enough, turn.at, within, confirmed)

@@ -107,8 +107,8 @@ def settle_designs(
 ) -> tuple[tuple[float, ...], list[str]]:
     """The warm-up of each design from five pilot runs of it, and remarks on designs without a finished pilot run.
 
-    It is the longer one of those by throughput and by cycle time. A design that has not settled by the middle of its
-    runs is counted from there on, and one of which no pilot run is finished as its model says.
+    It is the longer of the warm-ups by throughput and by cycle time. A design that has not settled by the middle of its
+    runs is counted from there on, and a design without a finished pilot run as its model says.
 
     Args:
         plan: of the study. Run seeds are those of its first replications.

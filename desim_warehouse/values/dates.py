@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Slashes = Literal["us", "uk"]
 """Whether 03/02/2026 is March 2, or 3 February."""
 EXCEL = dt.datetime(1899, 12, 30)  # noqa: DTZ001 - wall clock
-"""The day from which Excel counts days, but for those before March 1900."""
+"""The day from which Excel counts days, except for days before March 1900."""
 _EXCEL_DAYS, _MOST_DAYS = (36_526.0, 73_050.0), 31.0
 """The years 2000 to 2099 in days of Excel, and the longest stretch of days that is taken for such."""
 _PARTS = re.compile(r"(\d{1,2})([/-])(\d{1,2})\2\d{2}")

@@ -50,9 +50,9 @@ LIMITS: dict[str, tuple[int, str]] = {
 SMALLEST = 1e-9
 """The smallest number where one above 0 is expected."""
 TOP = "\0top"
-"""Among the keys of `wrong`: those that follow are counted from the top of the file, not below the value."""
+"""A mark among the keys of `wrong`: keys after it are counted from the top of the file, not below the value."""
 _UNSEEN = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u202a-\u202e\u2066-\u2069]")
-"""Control characters but tab and line end, and those that turn the direction of text around."""
+"""Control characters except tab and line end, and characters that turn the direction of text around."""
 _EMPTY: tuple[Any, ...] = (None, (), {})
 """Defaults of keys that hold nothing unless the file says so."""
 _EXACT = 2.0**53  # up to here every whole number is a float
@@ -220,7 +220,7 @@ class Part(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, defer_build=True)
 
     def content(self) -> Any:
-        """The section as plain JSON values: defaults too, but no keys that are empty (none) both by default and here."""
+        """The section as plain JSON values: with defaults, but without keys empty (none) by default and here."""
         return {
             field.alias or name: as_json(value)
             for name, field in type(self).model_fields.items()

@@ -39,7 +39,7 @@ FEWEST_RUNS = 50
 _JUDGED = 5
 """One run in five is done on days that the search did not use."""
 _CANDIDATES = 4
-"""Designs that are judged on those days at most."""
+"""The most designs that are judged on those days."""
 _FIRST = 10
 """Replications at the first look at a candidate, or of each design where few are raced."""
 
@@ -74,8 +74,8 @@ class SearchedDesigns:
     """The best design found, with its value on fresh days.
 
     `shown`: whether it was shown to meet the target, None without one. Two designs lead the search: where fresh days
-    show which is better, that one is `best`, and the other is `runner_up`, whose indicator is `apart` by so much in
-    pairs of runs. Differences below `delta` do not matter. `cheaper` have the candidates that did better in the search,
+    show which is better, it is `best`, and the other is `runner_up`; `apart`: the difference of its indicator, by pairs
+    of runs. Differences below `delta` do not matter. `cheaper` have the candidates that did better in the search,
     but were not shown to meet the target. `tried` are all designs simulated, of `many` that there are.
     """
 

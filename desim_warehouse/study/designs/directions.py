@@ -33,9 +33,9 @@ LONGEST_WALK = 120
 _JUDGED = 5
 """One run in five is done on days that the search did not use."""
 _PAIRS, _PAIRS_ELSEWHERE = 20, 5
-"""On those days, the most pairs that compare both floors, and those for each other fleet or demand."""
+"""The most pairs of runs that compare both floors on those days, and for each other fleet or demand."""
 _FLEETS, _DEMANDS = (0.5, 0.75, 1.25, 1.5), (0.8, 1.2)
-"""Fleets and demands for which the gain is looked at, too, in times those of the model."""
+"""Other fleets and demands for which the gain is measured, as multiples of the model's."""
 _DRAWN = "as drawn"
 
 

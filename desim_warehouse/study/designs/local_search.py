@@ -27,18 +27,18 @@ if TYPE_CHECKING:
 
 D = TypeVar("D")
 Score: TypeAlias = tuple[float, ...]
-"""What designs are compared by: larger for better ones."""
+"""The key by which designs are compared: larger for better ones."""
 
 _FIRST, _AGAIN = 20, 8
-"""Designs looked at before the first climb, and before every other one."""
+"""Designs looked at before the first climb, and before every later one."""
 _LOOK, _SURE = 2, 4
-"""Replications of a neighbour, and of one that seems better before the search moves to it."""
+"""Replications of a neighbour, and of a neighbour that seems better before the search moves to it."""
 _AT_ONCE = 4
 """Neighbours whose runs are asked for together."""
 _FINALISTS, _LAP = 8, 3
 """Designs in the race, and the replications that each does in a lap."""
 _HOPE, _LADDER = 1.0, (0.0, -1.0, -2.0)
-"""Standard errors granted to what a design reaches of a target: in the race, and of those that are judged next."""
+"""Standard errors granted to a design in its target's indicator: in the race, and in the order of judgement."""
 
 
 @dataclass(frozen=True)

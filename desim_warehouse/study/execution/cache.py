@@ -7,7 +7,7 @@ The folder is named by the variable DESIM_CACHE, else it is `desim-warehouse` wh
 
 PROGRAM is the digest of our code and of the packages that results depend on, MODEL that of a model and the code of its
 own policies. Files are only appended to, a whole line at a time, so commands may share the folder, and a kill loses
-nothing. They take 1 GB at most: those that were not used for longest go first. Whatever goes wrong here costs time, and
+nothing. They take 1 GB at most: the files unused for longest go first. Whatever goes wrong here costs time, and
 never an answer: runs that cannot be read are simulated again.
 """
 
@@ -128,7 +128,7 @@ class Cache:
         if self.folder is None:
             return
         flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND | getattr(os, "O_BINARY", 0)
-        whole = b"\n" + line  # on a line of its own, even after one that was cut short by a full disk
+        whole = b"\n" + line  # on a line of its own, even after a line cut short by a full disk
         try:
             file = os.open(self.folder / f"{model}.jsonl", flags, 0o600)
             try:

@@ -30,7 +30,7 @@ class Batches:
     """The runs still to be handed out; runs lost with a worker are handed out one by one.
 
     One by one, because any run of the lost batch may be the one that kills workers. Any thread may add runs. All else
-    is for the one that hands them out.
+    is for the thread that hands them out.
     """
 
     def __init__(self) -> None:

@@ -75,8 +75,8 @@ class Packers:
 class Designs:
     """The designs that could be built of a model, by their counts: robots, chargers and, where asked for, packers.
 
-    Chargers are those in the bays that have most of them, 0 where there are none. Robots that are bought are of no
-    kind, so chargers are too, where some are for kinds alone. Packers are those at each node of one station.
+    Chargers are counted in the bays that have most of them, 0 where there are none. Robots that are bought are of no
+    kind, and so are chargers, where some are for kinds alone. Packers are counted at each node of one station.
     """
 
     scan = False

@@ -11,8 +11,8 @@ from desim_warehouse.study.statistics.cheapest import Cost, Counts, within_count
 def first_answer(designs: Sequence[Counts], cost: Cost, doubted: Collection[int], name: Callable[[int], str]) -> str:
     """The first answer, by the scouts of a plan, in a line.
 
-    Judged are the cheapest fleet that they do not doubt, and of the cheaper ones those that rule out all others, unless
-    their verdicts turn out otherwise.
+    The plan goes on to judge the cheapest fleet that scouts do not doubt, and the cheaper fleets that rule out all
+    others, unless their verdicts turn out otherwise.
 
     Args:
         designs: all counts that could be built.

@@ -1,7 +1,7 @@
-"""Named options, such as the robots of two vendors: each is planned, and those that are enough meet on the same days.
+"""Named options, such as the robots of two vendors: each is planned, and sufficient ones meet on the same days.
 
-Where prices have nothing to do with chance, what a year costs follows from the counts. Then the one thing that is not
-known is whether fewer would do: how far the cost could fall to that of a fleet that is not shown to miss the target.
+Where no price depends on chance, the cost of a year follows from the counts. Then the only uncertainty is whether fewer
+would do: how far the cost could fall to the cost of a fleet that is not shown to miss the target.
 """
 
 from __future__ import annotations
@@ -46,8 +46,8 @@ class Against:
 class ComparedOptions:
     """The plans of named options, and the cheapest option that is enough, `first`, against each of the others.
 
-    `indicator`: in which they are compared: what a year costs. Where there are no prices it is that of the target, and
-    `first` has the fewest robots.
+    `indicator`: the one compared: the cost of a year or, without prices, the target's indicator; then `first` has the
+    fewest robots.
     """
 
     plans: Mapping[str, FleetSizes]

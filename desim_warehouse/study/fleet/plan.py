@@ -65,13 +65,13 @@ from desim_warehouse.study.target import days_of, first_look
 STRATEGIES = ("nearest", "hungarian", "earliest-due")
 """Allocation policies that are tried by default."""
 ENDS = 2
-"""Years, the first and the last, that are planned before those between."""
+"""The first and the last year, which are planned before the years between."""
 CAPPED = 20
 """Most replications of each cap on the robots under way."""
 _COUNTED = {"fleet.size": "robot", "chargers": "charger", "packers": "packer"}
 """Factors of a plan, and what each counts."""
 SAME = 0.2
-"""Part of the zone by which days with another strategy may differ from those with the model's own and be alike."""
+"""Share of the zone within which days with another strategy count as equal to days with the model's own."""
 
 
 @dataclass(frozen=True)
@@ -142,7 +142,7 @@ class Planner:
 
     def follow(self, study: StudyEngine, make: Callable[[Judge, StudyRunner], Procedure[Any]]) -> Any:
         """Carry out a procedure that is made with the judge of the designs of a study, and with its runner."""
-        where = self.search.under(study.plan.name) if self.of_key is None else self.search  # which is a study's folder
+        where = self.search.under(study.plan.name) if self.of_key is None else self.search  # has a folder
         with study.session(where) as runner:
             if self.believed:
                 runner.progress.print(f"{study.plan.name}: {self.believed}")
@@ -214,7 +214,7 @@ class Planner:
             self._share(growth, cheapest, doubts, counts)
         self.sized[name] = {counts[number]: study.results.by_point[number] for number in cheapest.verdicts}
         too_small = cheapest.below
-        if of_key is not None:  # all that were looked at, as each is a row of the answer
+        if of_key is not None:  # all designs judged, as each is a row of the answer
             too_small = tuple(sorted(n for n, verdict in cheapest.verdicts.items() if verdict.verdict != "meets"))
         shown = {
             number: self._shown(study, number, counts[number], cheapest.verdicts[number], cheapest.vetoed.get(number))
@@ -301,7 +301,7 @@ class Planner:
         number = {design: n for n, design in enumerate(counts)}
         enough = [number[demand.best] for demand in self.shared if demand.growth >= growth and demand.best in number]
 
-        largest = max(counts)  # which is judged each year, for its number
+        largest = max(counts)  # judged each year, for its figures
 
         def among(designs: Iterable[Counts]) -> frozenset[int]:
             smaller = (
@@ -408,7 +408,7 @@ class Planner:
     def _shown(
         self, study: StudyEngine, number: int, counts: Counts, verdict: DesignVerdict[int], vetoed: str | None
     ) -> Shown:
-        rows = [row for row in study.results.by_point[number] if row.replication < verdict.n]  # those it rests on
+        rows = [row for row in study.results.by_point[number] if row.replication < verdict.n]  # the runs of the verdict
         mean = study.results.estimate(rows, self.target.indicator)
         if mean is not None and mean.interval is not None and verdict.low is not None and verdict.high is not None:
             mean = replace(mean, interval=(verdict.low, verdict.high))

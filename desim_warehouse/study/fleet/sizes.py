@@ -27,9 +27,9 @@ class Shown:
     """A design that was judged: its counts (`Designs`), its changes to the model, and the result of its runs.
 
     `estimate`: of the target's indicator, with the bounds of the verdict, which allow for looking after every stage;
-    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of a year, by its runs where these have a
-    part in it; None where nothing that is sized has a price. `wrong`: the verdicts on its runs. `delivered`: tasks an
-    hour, which is what counts of one that cannot keep up. `days`: the worst of its days, and how many missed the
+    None where all runs failed. `vetoed`: why it fails in any case. `cost`: of a year, by its runs where these
+    affect it; None where nothing that is sized has a price. `wrong`: the verdicts on its runs. `delivered`: tasks an
+    hour, the figure for a design that cannot keep up. `days`: the worst of its days, and how many missed the
     target. `to_tell`: how many runs in all would probably tell, where these did not. `flat`: the error of the first run
     in which a robot ran flat.
     """
@@ -76,20 +76,19 @@ class Shown:
 class Sized:
     """The answer for one demand: the cheapest design shown to meet the target, and designs that rule out cheaper ones.
 
-    `name`: of the study that shows it. `best` is None if none was shown to, and `below` are then the largest that
-    failed. `rate`: tasks an hour, None where the demand has none. `loads`: how busy everybody is at `best`, or at the
-    largest design, the largest first (`fleet.loads`). With hours (`in_hours`) only the time within them counts. They
-    follow from the indicators `shown_by`; there are none where no design was judged.
-    `open`: designs of which nothing is known, as the runs allowed ended before; `best` may not be the cheapest then.
-    `worse`: designs that do worse than one with fewer robots or chargers, with that one, by how much, and for which
-    target; None: their robots ran flat.
-    `capped`: what a cap on its robots under way gives the largest design, where none is enough for their waiting.
-    `counts`: those of all designs searched. `hours`: how the target is met by the hour at `best`.
-    `year`: from today, where years are planned. `failed_before`: those that failed in an earlier year.
+    `name`: of its study. `best` is None if no design was shown to meet the target, and `below` are then the largest
+    that failed. `rate`: tasks an hour, None where the demand has none. `loads`: how busy everybody is at `best`, or at
+    the largest design, the largest first (`fleet.loads`). With hours (`in_hours`) only the time within them counts.
+    They follow from the indicators `shown_by`; there are none where no design was judged.
+    `open`: designs without a result, as the runs allowed ended before; `best` may not be the cheapest then.
+    `worse`: designs that do worse than a smaller one: both, the difference (None: robots ran flat), and the target.
+    `capped`: the gain of a cap on robots under way at the largest design, where none is enough as robots wait.
+    `counts`: of all designs searched. `hours`: how the target is met by the hour at `best`.
+    `year`: from today, where years are planned. `failed_before`: designs that failed in an earlier year.
     `most`: with pods, the fleet that does most, where the largest does worse; larger than `up_to` were not judged then.
-    `fewer`: fewer robots were guessed to do no worse, from the target's indicator. `against`: the smallest and the
-    largest design contradict the guess, so that designs were judged one by one. `scanned`: so they were on demand.
-    `trip`: where none is enough though nothing is scarce: the mean time of a task from release until it is done.
+    `fewer`: the target's indicator made fewer robots the guess to do no worse. `against`: the smallest and the
+    largest design contradict the guess, so that designs were judged one by one. `scanned`: so they were, as asked.
+    `trip`: where no design is enough though nothing is scarce: the mean time from release of a task until it is done.
     `lead`: how long before a departure orders have to come at `best`; None where nothing departs.
     """
 
@@ -132,8 +131,8 @@ class Sized:
 class Strategy:
     """Another strategy at designs that are too small with the model's own: whether they meet the target with it.
 
-    `same`: the counts of those whose first runs it leaves as they are, in every indicator; only the others
-    were judged with it.
+    `same`: the counts of designs whose first runs it leaves unchanged in every indicator; only the others were judged
+    with it.
     """
 
     label: str

@@ -1,17 +1,17 @@
 """The cheapest of designs with some counts, such as robots, chargers and packers, that meets a target.
 
 A scout looks for it with one run of each probe. A proof then judges, with fresh runs, the design that the scout names
-and those that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
+and the designs that rule out every cheaper one. So runs are spent where the answer is, not on the way there.
 
-A fleet close to the target costs tens of runs, and with fewer robots than needed each number of chargers is
-close. So a candidate whose looks lean to failing waits for the design with as much of the first count and all of the
-others. If that fails, all are settled at once; if it meets the target, the cheapest of the others and the one that
-halves them are tried by turns, as one a little larger than a candidate that failed mostly meets. Going there after any
-open look costs more, as a candidate that leans to meeting the target mostly does.
+A fleet close to the target costs tens of runs, and with fewer robots than needed each number of chargers is close. So a
+candidate whose looks lean to failing waits for the design with the same first count and the most of all others. If that
+design fails, all with this first count fail at once. If it meets the target, the cheapest of them and the one that
+halves them are tried by turns, as a design a little larger than a candidate that failed mostly meets. Trying the
+largest after any undecided look costs more, as a candidate that leans to meeting the target mostly does meet it.
 
-A design is vetoed after three runs if half of what its backlog grows, or its batteries fall, is still too much. Where
-the backlog grows by just as much as is put down to chance (3 √n for n arrivals), and what leaves varies as what
-comes, the mean of three runs has a standard deviation of √(2n/3). Twice the threshold is then 3.7 of those away: an
+A design is vetoed after three runs if half of its backlog growth, or of the fall of its batteries, is still too much.
+Where the backlog grows by exactly the allowance for chance (3 √n for n arrivals), and departures vary as arrivals do,
+the mean of three runs has a standard deviation of √(2n/3). Twice the threshold is then 3.7 standard deviations away: an
 error of 1 in 8,000, where a plan's first verdict may be wrong once in 240, its fourth once in 2,400.
 
 With one count it finds the smallest value of a key, as `desim size` does.
@@ -72,13 +72,13 @@ class Larger:
 class Cheapest:
     """The cheapest design shown to meet the target, and the verdicts that show it.
 
-    `design` is None if none was shown to. `verdicts` are those judged, by number, in their order; `below` are the
-    designs that rule out all cheaper ones, each of them judged. `close` are those of them that could not be told
-    from the target. `vetoed`: why designs fail whatever the target says. `open`: designs of which nothing is known, as
-    the runs allowed ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`:
-    designs with one more of a count than the answer, those with more of the others than the first that rule out designs
-    with as much of them as the answer, or the largest where it fails and does worse than one with half of the first
-    count; where one of them does worse, no design was ruled out by another. `against`: the largest and the smallest
+    `design` is None if none was shown to meet it. `verdicts` are on the designs judged, by number, in their order;
+    `below` are the designs that rule out all cheaper ones, each of them judged; `close` are the undecided ones among
+    these. `vetoed`: why designs fail whatever the target says. `open`: designs without a result, as the runs allowed
+    ended before an answer; then `design` is the cheapest known to meet the target so far. `larger`: comparisons with
+    larger designs: with one more of a count than the answer; with more of the other counts than the first, where such a
+    design rules out a smaller fleet; or of the largest, where it fails and does worse than one with half of the first
+    count. If any larger design does worse, no design was ruled out by another. `against`: the largest and the smallest
     design contradict the guess of which is better, so cheaper ones were judged one after the other.
     """
 
@@ -246,8 +246,9 @@ class _Proof:
     def fewest(self) -> Procedure[None]:
         """Judge designs from the cheapest on, where more is taken to be worse, until one meets the target.
 
-        Those with as much of all counts as one that misses it are left out, and those with no more than one that cannot
-        last. Where none meets it, the largest is judged: if it does, all cheaper ones are judged by themselves.
+        Designs at least as large in all counts as one that misses it are left out, and designs no larger than one that
+        cannot last. If none meets it, the largest is judged; if that meets it, all cheaper ones are judged by
+        themselves.
         """
         self.monotone, self.fewer = False, True
         for number in self.order:
@@ -271,7 +272,7 @@ class _Proof:
             judged = [self._next(best)] if self.open else []
             tasks: list[Procedure[object]] = [self._meets(number) for number in judged]
             if compared != best and all(self._covers(number, set(judged)) for number in self.open):
-                tasks.append(self._compare(self._more(best)))  # the last one to be judged, if it fails
+                tasks.append(self._compare(self._more(best)))  # the last design to be judged, if it fails
                 self.larger, compared = (), best
             yield from together(tasks)
             self.open = self._cheaper()
@@ -279,7 +280,7 @@ class _Proof:
     def _under_open(self) -> int | None:
         """The largest design with less of the first count than an undecided one, unless it was shown to fail.
 
-        What is not told of a design says nothing of those with less, which are ruled out by default only.
+        An undecided design says nothing of smaller ones, which are ruled out by default only.
         """
         for number in self.needed():
             less = [n for n in self.order if self.designs[n][0] < self.designs[number][0]]
@@ -303,9 +304,9 @@ class _Proof:
     def _try(self, number: int) -> Procedure[None]:
         """Judge a candidate, and where that is undecided, the design with its first count and most of all others.
 
-        If that fails, all with as much of the first count do. It is judged as soon as looks at the candidate lean to a
-        failure that is not clear, or where the candidate is not told in the end: those between would not be, either. Of
-        three counts the last one, packers, comes next, and one more of them mostly tells.
+        If that design fails, all with this first count fail. It is judged as soon as looks at the candidate lean to a
+        failure that is not clear, or if the candidate stays undecided in the end, as designs between the two would,
+        too. Of three counts the last one, packers, is tried next, and one more packer mostly decides.
         """
         judge, first = self.judge, self.designs[number][0]
         most = max((n for n in self.order if self.designs[n][0] == first), key=lambda n: self.designs[n])
@@ -318,7 +319,7 @@ class _Proof:
         is_told, three = self._told(number), len(self.designs[number]) > 2  # noqa: PLR2004
         if not is_told and not (three and judge.leans(number)):
             yield from self._meets(most)
-        elif is_told and three:  # with all packers, as with one more so little changes
+        elif is_told and three:  # with all packers, as one more changes so little
             as_many = [n for n in self.order if self.designs[n][:-1] == self.designs[number][:-1]]
             yield from self._meets(max(as_many, key=lambda n: self.designs[n]))
 
@@ -327,7 +328,7 @@ class _Proof:
         first = self.designs[best][0]
         beside = [n for n in self.open if self.designs[n][0] == first and not self._covers(n, self.doubts)]
         if not beside:
-            return max(self.open, key=lambda n: self.designs[n])  # no other of them has more of all
+            return max(self.open, key=lambda n: self.designs[n])  # no other open design is larger in all counts
         self.halves = not self.halves
         return beside[_halving([self.designs[n] for n in beside]) if self.halves else 0]
 

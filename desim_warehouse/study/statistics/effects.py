@@ -26,9 +26,9 @@ class Gain:
 
     The bounds are equal to the mean where the values are exact. `same`: no replication differed from the base, so that
     there are no bounds (nan): how much a rare difference would be is unknown. `failed`: replications without a value;
-    where there are some, the mean is that of the others and has no bounds. `scale` makes a gain into that of an equal
-    dose, by which changes are ranked; None: the change stands beside the contest. `beaten`: another one is shown to
-    gain more for an equal dose.
+    where there are some, the mean is over the others and has no bounds. `scale`: the factor that scales a gain to an
+    equal dose, by which changes are ranked; None: the change stands beside the contest. `beaten`: another change is
+    shown to gain more for an equal dose.
     """
 
     change: int
@@ -105,23 +105,23 @@ def gains_steps(
     """Replicate a base (design 0) and changed designs (1, 2, ...) until it is clear which gains most.
 
     All are looked at together (`judge.looks`). A change drops out if it is shown to gain less than another for an equal
-    dose, or made no difference in any replication. It also drops out if a replication has no value (nan). The procedure
-    ends when one is left that is shown to gain, or no change can gain `delta`, the least gain that matters.
+    dose, made no difference in any replication, or has no value in a replication (nan). The procedure ends when one
+    change is left that is shown to gain, or no change can gain `delta`, the least gain that matters.
 
     Args:
-        scales: of each change, what makes its gain into that of an equal dose; None: it is looked at once, beside the
-            contest.
+        scales: of each change, the factor that scales its gain to an equal dose; None: it is looked at once, beside
+            the contest.
         delta: least gain of a change that matters, in the indicator's unit.
-        confidence: that all intervals hold, and that none drops out that gains most.
+        confidence: that all intervals hold, and that the change that gains most does not drop out.
         maximise: more is better.
         first: replications at the first look.
         cap: most replications.
         deterministic: the values are exact.
 
-    Source: paired differences with common random numbers (Law 2015, section 10.2.1), one-sided bounds
-    (`intervals.bounds`), those of gains over the base each at half of the error allowed / (2 · changes), those of one
-    change over another at the other half / (changes - 1), as only those of the one that gains most can be wrong in what
-    matters; at each look its part of that (Bonferroni), so that stopping early costs nothing.
+    Source: paired differences with common random numbers (Law 2015, section 10.2.1) and one-sided bounds
+    (`intervals.bounds`): for gains over the base each at alpha / 2 / (2 · changes), for one change over another at
+    alpha / 2 / (changes - 1), as only comparisons with the change that gains most can be wrong in what matters; at each
+    look its part of that (Bonferroni), so that stopping early costs nothing.
     Assumes: as `bounds`.
     """
     check_confidence(confidence)

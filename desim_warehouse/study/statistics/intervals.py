@@ -1,6 +1,6 @@
 """A mean, a quantile or a share with its interval, of the kind that the values allow: one rule for all methods.
 
-Of shares, such as what was delivered on time, tasks are counted, and those of one day depend on each other.
+For shares, such as tasks delivered on time, tasks are counted, and tasks of one day depend on each other.
 """
 
 from __future__ import annotations
@@ -29,15 +29,15 @@ QUANTILES = (0.05, 0.25, 0.75, 0.95)
 ANYTHING: Interval = (-math.inf, math.inf)
 SKEWED_FROM = 10  # values: the skewness of fewer is mostly chance
 AGREEING = 5
-"""Runs that agree in what is measured, without which it is not taken to be the same in all runs."""
+"""The fewest runs that must agree in an indicator for it to count as equal in all runs."""
 ALIKE = 0.04
-"""The least correlation that tasks of one day are taken to have, however little few days differ.
+"""The least correlation assumed between tasks of one day (intra-class), however little few days differ.
 
 Days of drafts at and above their target show 0 to 0.008, overloaded ones 0.014 (docs/dev/performance.md)."""
 FEW = 18
-"""Fewer days say little of how days differ. So many show it, and the least correlation falls in proportion."""
+"""Days from which on the variation between days is seen, and the least correlation falls in proportion."""
 RARE = 5
-"""Of the tasks that days count for at most, those that are taken to be missed at least, however many days show."""
+"""The fewest missed tasks assumed in the upper limit of the effective sample size, however many days there are."""
 
 
 def t_quantile(df: int, probability: float) -> float:
@@ -334,18 +334,19 @@ def tasks_of(values: Sequence[float] | NDArray[np.float64]) -> NDArray[np.float6
 def share_bounds(shares: NDArray[np.float64], tasks: NDArray[np.float64], level: float) -> tuple[float, float]:
     """A lower and an upper bound of the mean share over all days, each right with probability `level`.
 
-    The lower one is Clopper and Pearson's with the effective number of tasks of Korn and Graubard: as many independent
-    tasks as would make the mean vary as it does from day to day. It is never more than tasks that correlate by 0.04
-    within a day are worth (Kish's design effect, 1 + (tasks - 1) 0.04), so each of up to 18 days counts for at most 25
-    tasks; where all days are alike that is all that is known. Of n days from 18 on it is 0.04 times 18 / n: bad days
-    that are rarer matter less. From then on as many tasks may count as days show by how they vary, but no bound is
-    above that of 5 tasks missed of that most: where nearly all are on time, days show little of how they vary.
+    The lower bound is Clopper and Pearson's with the effective sample size of Korn and Graubard: as many independent
+    tasks as would make the mean vary as it does from day to day. It is never more than the effective sample size of
+    tasks that correlate by 0.04 within a day (Kish's design effect, 1 + (tasks - 1) 0.04), so each of up to 18 days
+    counts for at most 25 tasks; where all days are alike that is all that is known. Of n days from 18 on it is 0.04
+    times 18 / n: bad days that are rarer matter less. From then on as many tasks may count as the variation of days
+    shows, but no bound is above the bound for 5 tasks missed of that upper limit: where nearly all are on time, days
+    show little of how they vary.
 
-    The upper one is the larger of Student's t over days, and Clopper and Pearson's for tasks that do not depend on each
-    other. It needs no least correlation: what few days do not show are the rare bad ones, which lower the mean, and
-    of shares with a tail of bad days Student's t is too high rather than too low.
+    The upper bound is the larger of Student's t over days, and Clopper and Pearson's for independent tasks. It needs no
+    least correlation: few days miss the rare bad ones, which lower the mean, and for shares with a tail of bad days
+    Student's t is too high rather than too low.
 
-    Neither falls where a day gets better: the lower one is the least that it would be if the best days had been
+    Neither bound falls where a day gets better: the lower one is the least that it would be if the best days had been
     perfect, the upper one the least if the worst days had been less bad.
 
     Args:

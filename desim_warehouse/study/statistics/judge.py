@@ -1,7 +1,7 @@
 """The judge of designs: whether each meets a target, from runs that are looked at again and again.
 
-One schedule of looks (`looks`), one budget of error, one cap. Searches say which designs and which target: the cheapest
-that meets it (`cheapest`), the smallest, the best, and the live page.
+One schedule of looks (interim analyses, `looks`), one error budget (alpha spending), one cap. Searches say which
+designs and which target: the cheapest that meets it (`cheapest`), the smallest, the best, and the live page.
 """
 
 from __future__ import annotations
@@ -25,13 +25,13 @@ from desim_warehouse.study.statistics.procedure import Procedure, RunNumber, req
 V = TypeVar("V")
 Verdict = Literal["meets", "fails", "undecided"]
 GLANCE = 3
-"""Runs of a design that may show that it is hopeless, or that nothing is new about it."""
+"""Runs of a design that may show that it is hopeless, or that it equals another."""
 MOST_TO_TELL = 1000
-"""Runs of a design beyond which it is not said how many would tell."""
+"""The most runs of a design that are named as probably enough to decide."""
 _SPARE = 1.5
-"""Times as far from the target as the bounds reach: were the mean so far the true one, five of six are told then."""
-FEWEST_BESIDE = 5  # runs from which on one of them may be called an outlier
-_APART = 1.25  # times as many runs as a look has the next one at least
+"""Distance of the mean from the target over the reach of its bounds: if the mean is true, five of six are decided."""
+FEWEST_BESIDE = 5  # fewest runs of which one may be called an outlier
+_APART = 1.25  # least ratio of the runs of a look to those of the look before
 
 
 def looks(first: int = FIRST, cap: int = CAP) -> list[tuple[int, float]]:
@@ -228,8 +228,9 @@ def looked_at(
 def runs_to_tell(values: Sequence[float], target: Target, level: float, within: Interval, least: int = 0) -> int | None:
     """How many runs in all would probably decide whether a design meets the target; None: more than `MOST_TO_TELL`.
 
-    Further runs are taken to be like those so far, whose mean lies 1.5 times as far from the target as the bounds
-    reach: were it the true one, five of six such designs would be told. At least two runs; `level`: see `judged`.
+    Further runs are taken to be like the runs so far, whose mean lies 1.5 times as far from the target as the bounds
+    reach: if it were the true mean, five of six such designs would be decided. At least two runs; `level`: see
+    `judged`.
     """
     mean = float(np.mean(values))
     wider = math.sqrt(len(values) / (len(values) - 1))  # repeated values vary less than new ones
@@ -271,7 +272,8 @@ class Budget:
 class _Case:
     """A design that is being judged: looks to come, fewest runs to meet the target, values, share of alpha.
 
-    That is its own from its first look on, so those that their first few runs rule out leave it to the others.
+    The share of alpha is its own from its first look on; designs ruled out by their first few runs leave theirs to
+    others.
     """
 
     looks: list[tuple[int, float]]
@@ -297,7 +299,7 @@ class Beside:
 class Judge:
     """Judges designs, one look after the other, at levels such that all verdicts hold at once.
 
-    `verdicts` are those given, by number; `vetoed`: why designs fail whatever the target says.
+    `verdicts` are by number; `vetoed`: why designs fail whatever the target says.
 
     Args:
         target: as "on_time >= 0.95".
@@ -462,5 +464,5 @@ def verdict_steps(
             if not skip(number):
                 yield from judge.verdict(number)
     except RunsEndedError:
-        pass  # of the others nothing is known
+        pass  # the other designs stay without a verdict
     return judge

@@ -20,13 +20,13 @@ MOST_ZONE = 0.2
 FIRST = 5
 """Replications at the first look at a share."""
 FIRST_OF_MEANS = 10
-"""Replications at the first look at what has no upper end, such as a time: fewer do not show how skewed it is."""
+"""Replications at the first look at an unbounded indicator, such as a time: fewer do not show its skewness."""
 _UNSEEN = 0.05
 _ROUND = (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000)
 RACED = 10, 1000
-"""The first look and the cap of a race of designs, of which all but the best drop out."""
+"""The first look and the cap of a race of designs, in which all but the best drop out."""
 RELIEVED = 5, 160
-"""Those of the suspects of a bottleneck."""
+"""The first look and the cap of the suspects of a bottleneck."""
 PLAN_RUNS, SEARCH_RUNS = 5000, 500
 """The most runs of a plan, and of a search of designs, by default."""
 MOST_YEARS = 20

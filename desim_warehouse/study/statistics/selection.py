@@ -25,9 +25,9 @@ class Selection:
 
     `means[i]` is over the replications that design i was judged on: `eliminated_at[i]`, or all if it never
     was (None). `samples[i]` counts the runs asked for. `guaranteed` is False where the cap ended the race:
-    `best` is then only the best mean of `survivors`. `within`: those other designs that are less than delta worse
+    `best` is then only the best mean of `survivors`. `within`: the other designs that are less than delta worse
     than the best, all of them with `confidence` (one-sided bounds of the differences, Bonferroni): any will do.
-    `equal`: those of them that have the same value as the best in each run.
+    `equal`: the designs among them with the value of the best in each run.
     """
 
     best: int
