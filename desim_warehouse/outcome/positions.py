@@ -37,7 +37,7 @@ EPS = 1e-6
 
 @dataclass(frozen=True)
 class Edges:
-    """All edges as straight lines, those of the layout first, then one for every slot of a zone."""
+    """All edges as straight lines: first the edges of the layout, then one for every slot of a zone."""
 
     source: list[str]
     """Where each begins: its node, or the node whose zone the slot belongs to."""
@@ -109,9 +109,9 @@ class Positions:
         return legs.edge[leg], origin + part * (target - origin)
 
     def last_nodes(self, edge: Ints, position: Floats) -> list[str]:
-        """The node that a robot reached last, at positions along edges."""
-        there = position >= self.edges.length[edge] - EPS
-        ends = zip(edge.tolist(), there.tolist(), strict=True)
+        """Return the node that each robot reached last, from positions along edges."""
+        is_at_end = position >= self.edges.length[edge] - EPS
+        ends = zip(edge.tolist(), is_at_end.tolist(), strict=True)
         return [self.edges.target[n] if at_end else self.edges.source[n] for n, at_end in ends]
 
     def points(self, time: float) -> Floats:
@@ -134,9 +134,9 @@ def need_all(history: History) -> None:
 
 def _edges(history: History, places: Sequence[Zone]) -> Edges:
     graph = history.layout.graph
-    at = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
+    point_of = {node: (data["x"], data["y"]) for node, data in graph.nodes(data=True)}
     source, target = [a for a, _ in graph.edges], [b for _, b in graph.edges]
-    start, end = [at[node] for node in source], [at[node] for node in target]
+    start, end = [point_of[node] for node in source], [point_of[node] for node in target]
     length = [float(data["length"]) for _, _, data in graph.edges(data=True)]
     real = len(length)
     number = {edge: rank for rank, edge in enumerate(graph.edges)}
@@ -146,8 +146,8 @@ def _edges(history: History, places: Sequence[Zone]) -> Edges:
             source.append(zone.node)
             target.append(zone.node)
             start.append(point)
-            end.append(at[zone.node])
-            length.append(math.dist(point, at[zone.node]))
+            end.append(point_of[zone.node])
+            length.append(math.dist(point, point_of[zone.node]))
     return Edges(
         source, target, np.array(start, float), np.array(end, float), np.array(length), real, np.array(twin, np.int64)
     )
@@ -161,11 +161,11 @@ class _Berths:
         self.last = first_edge + count - 1
 
     def take(self) -> int:
-        """The edge that joins a free slot to the node."""
+        """Take a free slot and return the edge that joins it to the node."""
         return heapq.heappop(self.free) if self.free else self.last
 
     def leave(self, edge: int) -> None:
-        """A slot is free again."""
+        """Make a slot free again."""
         if edge not in self.free:
             heapq.heappush(self.free, edge)
 
@@ -216,13 +216,13 @@ class _Follower:
         return self._sorted()
 
     def _stand(self, robot: int, start: Start) -> None:
-        """A robot stands on the lanes at the start: on an edge, or on a node, where some edge begins."""
+        """Note that a robot stands on the lanes at the start: on an edge, or on a node, where some edge begins."""
         edge = start.edge or next(iter(self.history.layout.graph.out_edges(start.node)))
         self.on[robot], self.position[robot] = self.number[edge], start.offset
         self._note(robot, 0.0, 0.0, self.number[edge], 0.0, start.offset)
 
     def _settle(self, time: float, robot: int, kind: str, node: str | None) -> None:
-        """A robot is in a bay or station from now on."""
+        """Note that a robot is in a bay or station from now on."""
         assert node is not None
         inside = self.inside[robot]
         berths = self.berths[kind, node]
@@ -236,7 +236,7 @@ class _Follower:
         self._note(robot, time, time, edge, 0.0, 0.0)
 
     def _enter(self, row: LogRow) -> None:
-        """A robot's centre leaves a node for an edge; out of a bay it has just come to the node."""
+        """Note that a robot's centre leaves a node for an edge; out of a bay it has just come to the node."""
         robot, time = row.robot, row.time
         inside = self.inside[robot]
         if inside is not None:
@@ -246,7 +246,7 @@ class _Follower:
         self.fresh[robot] = True
 
     def _leave_berth(self, robot: int, time: float, inside: tuple[_Berths, int, str]) -> None:
-        """It is on the node beside its bay or station at `time`."""
+        """Note that a robot is on the node beside its bay or station at `time`."""
         berths, place, _ = inside
         since = max(self.resting[robot], time - self.exit[robot])
         self._note(robot, since, time, place, 0.0, float(self.edges.length[place]))
@@ -254,13 +254,13 @@ class _Follower:
         self.inside[robot] = None
 
     def _come_out(self, robot: int, time: float) -> None:
-        """It has broken down; if it was in a bay it is on the node beside it now, as it never does so in a bay."""
+        """Note that a robot broke down, beside its bay if it was in one: none breaks down in a bay."""
         inside = self.inside[robot]
         if inside is not None and inside[2] == "bay":
             self._leave_berth(robot, time, inside)
 
     def _drive(self, row: LogRow) -> None:
-        """A robot sets off along the edge it is on."""
+        """Note that a robot sets off along the edge it is on."""
         robot, time, edge = row.robot, row.time, self._number(row)
         assert row.value is not None
         assert row.until is not None

@@ -1,4 +1,4 @@
-"""One simulation run and what came out of it."""
+"""The data of one simulation run: how it is simulated, and its tables."""
 
 from __future__ import annotations
 
@@ -107,7 +107,7 @@ class RunData:
         return int(self._of_the_paper("C"))
 
     def _of_the_paper(self, name: str) -> float:
-        """One indicator; none of the others is worked out for it."""
+        """Compute one indicator alone, unless all are known."""
         return self.kpis[name] if "kpis" in vars(self) else indicators.INDICATORS[name].compute(self.history)
 
     @cached_property
@@ -168,9 +168,9 @@ class RunData:
             "node": pd.Series([wait.node for wait in waits], dtype=text),
             "edge": pd.Series([wait.edge and ">".join(wait.edge) for wait in waits], dtype=text),
         }
-        found = chains.roots(self.history) if waits else []
-        columns["root"] = pd.Series([root.cause for root in found], dtype=text)
-        columns["root_at"] = pd.Series([root.at for root in found], dtype=text)
+        roots = chains.roots(self.history) if waits else []
+        columns["root"] = pd.Series([root.cause for root in roots], dtype=text)
+        columns["root_at"] = pd.Series([root.at for root in roots], dtype=text)
         if self.model.waits_apart:
             columns["cause"] = pd.Series([wait.cause for wait in waits], dtype=text)
         return pd.DataFrame(columns)
@@ -185,9 +185,9 @@ class RunData:
         """
         import pandas as pd
 
-        found = chains.lost_to(self.history)
+        lost = chains.lost_to(self.history)
         whole = self.history.counted * len(self.record.robots)
-        rows = [(*root, time, time / whole, robots) for root, (time, robots) in found.items()]
+        rows = [(*root, time, time / whole, robots) for root, (time, robots) in lost.items()]
         return pd.DataFrame(rows, columns=["root", "root_at", "time", "share", "robots"])
 
     def account(self, by: By = "robot") -> pd.DataFrame:
@@ -240,19 +240,19 @@ class RunData:
         import numpy as np
         import pandas as pd
 
-        found, asked = self._positions, np.fromiter(times, dtype=float)
-        robots = len(found.legs.first) - 1
+        tracks, asked = self._positions, np.fromiter(times, dtype=float)
+        robots = len(tracks.legs.first) - 1
         edge, along = np.empty((len(asked), robots), np.int64), np.empty((len(asked), robots))
         for robot in range(robots):
-            edge[:, robot], along[:, robot] = found.of(robot, asked)
-        points = found.edges.points(edge.ravel(), along.ravel())
+            edge[:, robot], along[:, robot] = tracks.of(robot, asked)
+        points = tracks.edges.points(edge.ravel(), along.ravel())
         columns: dict[str, Any] = {
             "time": np.repeat(asked, robots),
             "robot": np.tile(np.arange(robots), len(asked)),
             "x": points[:, 0],
             "y": points[:, 1],
-            "heading": found.edges.headings(edge.ravel()),
-            "node": found.last_nodes(edge.ravel(), along.ravel()),
+            "heading": tracks.edges.headings(edge.ravel()),
+            "node": tracks.last_nodes(edge.ravel(), along.ravel()),
         }
         return pd.DataFrame(columns)
 

@@ -46,7 +46,7 @@ class Run(RunData):
 
 
 def as_run(data: RunData) -> Run:
-    """The run as users hold it, which shares all that is known of it."""
+    """Return the run as users hold it, which shares all that is known of it."""
     run = Run.__new__(Run)
     vars(run).update(vars(data))
     return run
