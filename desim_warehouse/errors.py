@@ -1,4 +1,4 @@
-"""What can go wrong, as one tree of exceptions.
+"""Exceptions of this package, as one tree.
 
     WarehouseError
     ├── ModelError        the model or study file: all problems of a file at once

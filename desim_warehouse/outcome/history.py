@@ -239,7 +239,7 @@ class History:
 
     @cached_property
     def work_deadlines(self) -> list[Deadline]:
-        """The due times of work on load units for stations with workers, as `deadlines` has those of tasks."""
+        """The due times of work on load units for stations with workers, in the counted time, in order."""
         return self.falling_due(task.work_deadline for task in self.for_workers)
 
     @cached_property
@@ -314,7 +314,7 @@ class History:
 
     @cached_property
     def changes(self) -> list[list[StateSpan]]:
-        """For each robot all its states in order of time, also those of zero length. At the start it is idle."""
+        """The states of each robot in order of time, also states of zero length. At the start it is idle."""
         batteries = self.model.battery is not None
         levels = start_levels(self.model, Streams(self.seed))
         now: list[tuple[str, float, int, float | None, str]] = [

@@ -87,7 +87,7 @@ def worker_wait(tasks: History | PartHistory) -> float:
 
 
 def worker_utilisation(tasks: History | PartHistory) -> float:
-    """Return the utilisation of workers by some tasks only: those of a flow, or all."""
+    """Return the utilisation of workers by some tasks only: the tasks of a flow, or all."""
     whole = tasks.history
     staff = {node: (spec.workers, whole.model.hours(spec.hours)) for node, spec in whole.workplaces.items()}
     return in_hours(staff, [(task.station, task.begun, task.worked) for task in tasks.put_down], tasks.stretches)

@@ -27,8 +27,8 @@ def waits_by_row(history: History) -> dict[str, float]:
         node = wait.node or (wait.on or wait.edge or ("", ""))[1]
         lasted, place = history.within(wait.start, wait.end), _NAME.fullmatch(node)
         if place is not None and lasted:
-            for kind, number, of in zip(("row", "aisle"), place.groups(), waits, strict=True):
-                of[f"{kind} {number}"].append(lasted / fleet)
-    sums = [{name: math.fsum(parts) for name, parts in of.items()} for of in waits]
-    most = max(sums, key=lambda of: max(of.values(), default=0.0))
+            for kind, number, waits_at in zip(("row", "aisle"), place.groups(), waits, strict=True):
+                waits_at[f"{kind} {number}"].append(lasted / fleet)
+    sums = [{name: math.fsum(parts) for name, parts in waits_at.items()} for waits_at in waits]
+    most = max(sums, key=lambda waits_at: max(waits_at.values(), default=0.0))
     return dict(sorted(most.items(), key=lambda item: -item[1]))

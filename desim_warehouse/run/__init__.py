@@ -112,7 +112,7 @@ class RunData:
 
     @cached_property
     def verdicts(self) -> list[Verdict]:
-        """What the run shows to be wrong, in words: it cannot keep up, drains its batteries, or is jammed."""
+        """The verdicts on the run, in words: it cannot keep up, drains its batteries, or is jammed."""
         return verdicts.judge_run(self.kpis, self.history)
 
     @cached_property
@@ -150,7 +150,7 @@ class RunData:
 
     @cached_property
     def waits(self) -> pd.DataFrame:
-        """Who waited for whom: robot, other, start, end, and the node or edge; needs `log: all`.
+        """Waits of robots for others: robot, other, start, end, and the node or edge; needs `log: all`.
 
         `root`, `root_at`: what the chain of those who wait for one another ends at for most of the wait, and at which
         node or edge: a state of a robot there (`loading`), a queue, a closure, a person, or `crossing`, `lane`,
@@ -177,7 +177,7 @@ class RunData:
 
     @cached_property
     def lost_time(self) -> pd.DataFrame:
-        """What robots waited for in the end, most first: root, root_at, time, share, robots; needs `log: all`.
+        """The time lost to each root of waits, most first: root, root_at, time, share, robots; needs `log: all`.
 
         A row for each root (see `waits`). `time`: that all robots together waited for it in the counted time, in
         traffic and in queues; `share`: of the fleet's time; `robots`: how many of them. The times add up to all

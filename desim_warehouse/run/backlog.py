@@ -34,7 +34,7 @@ BLOCK = 50
 
 
 class Backlog:
-    """At most about `count` tasks of the goods or `flows`, `waiting` of which are known at any time.
+    """A source of at most about `count` tasks of the goods or `flows`, with `waiting` of them known at any time.
 
     `enough`: asked before each task, with how many were given out; none follow where it says so.
 

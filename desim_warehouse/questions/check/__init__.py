@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, repr=False)
 class Check:
-    """What `check` found; printing prints it, as `desim check` does.
+    """The findings and the answer of `check`; printing prints them, as `desim check` does.
 
     Attributes:
         facts: about the model, in words, as `desim check --details` has them.

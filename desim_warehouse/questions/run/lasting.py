@@ -26,7 +26,7 @@ FOR_A_TIME = "PEAK_ABOVE_FLEET"
 
 @dataclass(frozen=True)
 class Lasting:
-    """What speaks against a run that keeps up.
+    """The evidence against a run that keeps up.
 
     `overload`: the code of the check's finding. `scarce`: the resource of which more than `MOST_ASKED` is asked, and
     the share of what it can give; "" and 0 where there is none. `grown`: tasks that more are open, and in no robot's

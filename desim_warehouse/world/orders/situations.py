@@ -1,4 +1,4 @@
-"""What the allocation policy is shown when it decides."""
+"""Situations: what the allocation policy is shown when it decides."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class Situations:
-    """Builds what the allocation policy decides on."""
+    """A maker of what the allocation policy decides on."""
 
     def __init__(
         self,
@@ -65,7 +65,7 @@ class Situations:
         )
 
     def _tasks(self, free: Sequence[RobotView]) -> Sequence[Task]:
-        """The open tasks, without those that are held back as a station or the way is closed."""
+        """Return the open tasks, without tasks that are held back as a station or the way is closed."""
         tasks, openings = self.open_tasks.values(), self.reach.openings
         return openings.admit_tasks(free, tasks) if openings.holds else OpenTasks(tasks)
 

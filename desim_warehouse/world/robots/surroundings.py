@@ -1,4 +1,4 @@
-"""What robots find around them: the floor, the places on it, and who gives them work."""
+"""Surroundings of robots: the floor, the places on it, and who gives them work."""
 
 from __future__ import annotations
 
@@ -76,7 +76,7 @@ class Carried(Protocol):
 
 @dataclass(frozen=True)
 class Surroundings:
-    """The same for all robots of a run; `states` are those that robots of this model can be in, `reaches` by kind."""
+    """The parts that all robots of a run share; `states`: possible for robots of this model, `reaches`: by kind."""
 
     env: Clock
     model: Model

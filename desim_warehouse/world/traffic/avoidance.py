@@ -65,13 +65,13 @@ class Acyclic:
         """A robot is off the lanes: that is always safe."""
 
     def first(self) -> Body | None:
-        """Who is looked at again though nobody in its way has moved: no robot."""
+        """Robots to re-examine although nothing in their way moved (none here)."""
         return None
 
     def after_step(self, robot: Body) -> Collection[Body] | None:
-        """The robots that make the state unsafe now that a robot has taken a step; None if it is safe.
+        """Return the robots that make the state unsafe now that a robot has taken a step; None if it is safe.
 
-        They are those of a cycle through that robot. The search goes backwards: the robots that it blocks, those that
+        They form a cycle through that robot. The search goes backwards: the robots that it blocks, those that
         they block, and so on, until one blocks itself. If no robot has still to use its stand, the search ends at once.
         """
         routes, all_users = self.declared.routes, self.declared.users
@@ -83,19 +83,19 @@ class Acyclic:
         to_follow = [robot]
         while to_follow:
             member = to_follow.pop()
-            there = routes[member].stands
-            assert there is not None
-            users: Iterable[Body] = all_users[there]
+            place = routes[member].stands
+            assert place is not None
+            users: Iterable[Body] = all_users[place]
             if (direction := routes[member].direction) is not None:
-                users = {**all_users[there], **all_users[direction.opposite]}
+                users = {**all_users[place], **all_users[direction.opposite]}
             if member is not robot and (
-                robot in users or (there is stand and (in_front is None or member in in_front))
+                robot in users or (place is stand and (in_front is None or member in in_front))
             ):
                 cycle = [member]
                 while cycle[-1] is not robot:
                     cycle.append(came_from[cycle[-1]])
                 return cycle
-            for other in (*users, *_behind(member, there)):
+            for other in (*users, *_behind(member, place)):
                 if other is not robot and other not in came_from and routes[other].stands is not None:
                     came_from[other] = member
                     to_follow.append(other)
@@ -116,14 +116,14 @@ def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
 
 
 def _ahead(robot: Body, stand: Stand) -> set[Body] | None:
-    """The robots ahead of one on the lane where it stands, or None for all there if it is still on its way in."""
+    """Return the robots ahead of one on the lane where it stands, or None for all there if it is still coming in."""
     if robot.lane is None or robot.lane.lane_of_both is not stand:
         return None
-    found, other = set(), robot.ahead
+    robots_ahead, other = set(), robot.ahead
     while other is not None:
-        found.add(other)
+        robots_ahead.add(other)
         other = other.ahead
-    return found
+    return robots_ahead
 
 
 DESPERATE = 5
@@ -212,16 +212,16 @@ class Avoidance:
         if witness is not None and witness[0] is stand:
             return False
         route = self.declared.routes[robot]
-        to = route.trail.index(stand, route.at + 1)
+        target = route.trail.index(stand, route.at + 1)
         if route.stands is None and (oldest := self._held_back_by(robot, stand)) is not None:
             self._refuse(robot, stand, (oldest,))
             return False
         before = route.at, route.stands, route.direction
-        passed = route.trail[route.at + 1 : to + 1]
+        passed = route.trail[route.at + 1 : target + 1]
         if self.has_zones and not self._enter_zones(robot, stand, passed):
             return False
         self.declared.count(robot, passed, -1)
-        route.at, route.stands = to, stand
+        route.at, route.stands = target, stand
         blockers = self.test.after_step(robot)
         if blockers is not None:
             route.at, route.stands, route.direction = before
@@ -273,7 +273,7 @@ class Avoidance:
         return None
 
     def _waits_for_time(self, robot: Body) -> bool:
-        """Whether a robot waits for an opening or a repair, or for one that does: holding others back helps none."""
+        """Whether a robot waits for an opening or a repair, or for one that does: holding others back is no help."""
         seen: set[Body] = set()
         to_follow = [robot]
         while to_follow:
@@ -309,7 +309,7 @@ class Avoidance:
             self._asks_again[other][robot] = None
 
     def _moved(self, robot: Body) -> None:
-        """Claims that were refused because of where it stood, or of its route, are looked at again.
+        """Look again at claims that were refused because of where it stood, or because of its route.
 
         So is the one that the plan begins with, whoever made it unsafe before: the proof rests on it.
         """

@@ -103,14 +103,14 @@ class Body:
         self,
         number: int,
         speed: float,
-        at: Intersection,
+        node: Intersection,
         driver: Driver | None = None,
         motion: Motion | None = None,
         delays: NodeDelays | None = None,
     ) -> None:
         self.number = number
         self.speed = self.pace = speed
-        self.at = at
+        self.at = node
         self.driver = driver or NoDriver()
         self.task = -1
         # Of its drive
@@ -146,7 +146,7 @@ class Body:
     # Where it is
 
     def position(self, now: float) -> float:
-        """Where it is on its lane."""
+        """Return where it is on its lane."""
         if now >= self.until:
             return self.target
         return max(self.pos, self.target - (self.until - max(now, self.since)) * self.pace)
@@ -166,7 +166,7 @@ class Body:
         return self.driven + self.position(now) - before
 
     def place(self, now: float) -> str:
-        """Where it is, in words."""
+        """Say where it is, in words."""
         if self.lane is None:
             return f"{'off the lanes' if self.cleared else 'in the bay'} at {self.at.name}"
         if self.held is not None and self.position(now) >= self.lane.length:
@@ -187,7 +187,7 @@ class Body:
         self.take_pace_of(lane, 0.0)
 
     def take_pace_of(self, lane: Lane, time: float) -> None:
-        """Its own speed, the limit of a lane that it enters at a time, or the pace of the ring that it turns with.
+        """Take its own speed, the limit of a lane that it enters at a time, or the pace of the ring that it turns with.
 
         The smallest of them, from now on. A ring turns as it started, whatever holds meanwhile.
         """
@@ -276,7 +276,7 @@ class Body:
     # Along a lane
 
     def head_for(self, goal: float) -> None:
-        """Where it wants to go on its lane."""
+        """Set where it wants to go on its lane."""
         self.goal = goal
 
     def drive_on(self, target: float, until: float) -> None:
@@ -441,7 +441,7 @@ class Body:
 
     @property
     def time_left(self) -> float:
-        """How long it drives at its pace to the end of its lane."""
+        """The time that it drives at its pace to the end of its lane."""
         lane = self.lane
         return 0.0 if lane is None else (lane.length - self.position(lane.rules.env.now)) / self.pace
 
@@ -454,7 +454,7 @@ class Body:
 
     @property
     def blocker(self) -> Body | None:
-        """The one robot that it waits for, or None if it is not blocked or only waits for time to pass."""
+        """The robot that it waits for, or None if it is not blocked or only waits for time to pass."""
         if self.waiting_behind is not None:
             return self.ahead
         claim = self.claim
@@ -541,7 +541,7 @@ class Body:
         return drive
 
     def end_waits(self, now: float) -> None:
-        """At the end of a run: the episode that is under way ends here, and one that was to come does not begin."""
+        """End, at the end of a run, the episode that is under way; one that was to come does not begin."""
         if self.delay is not None and self.delay.end > now:
             self.delay.lane.cut_delay(self, self.delay, now)
             self.delay = None

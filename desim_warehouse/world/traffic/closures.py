@@ -39,7 +39,7 @@ class Closure(Protocol):
         """When it opens: not after `now` if it is open, inf if it never opens again."""
 
     def opens_for(self, robot: Passer, now: float) -> float:
-        """When it opens for a robot: the same, or earlier if it makes an exception for one that has waited long."""
+        """Return when it opens for a robot: as `closed_until`, or earlier for one that has waited long."""
 
     def expected_until(self, time: float, now: float) -> float:
         """When it is expected at `now` to be open for a robot that comes at `time`, or an earlier time."""
@@ -80,7 +80,7 @@ class Slowness(NamedTuple):
 
 
 class Restrictions:
-    """What keeps robots out of lanes or slows them down, by edge."""
+    """Restrictions by edge: closures that keep robots out of lanes, and limits that slow them down."""
 
     def __init__(self) -> None:
         self.closures: dict[Edge, list[Closure]] = {}
@@ -93,17 +93,17 @@ class Restrictions:
 
     @classmethod
     def of(cls, model: Model, layout: Layout, people: Iterable[PeopleSource]) -> Restrictions:
-        """Those of a model."""
-        found = cls()
+        """Collect the closures and speed limits of a model."""
+        restrictions = cls()
         for closure in model.traffic.closures.values():
-            found.close(edges_of(layout, closure.members), ClosedHours(model.hours(closure.hours)))
+            restrictions.close(edges_of(layout, closure.members), ClosedHours(model.hours(closure.hours)))
         for slow in model.traffic.slow.values():
             if slow.hours is not None:  # the others are limits of the layout
-                found.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
+                restrictions.slow_down(edges_of(layout, slow.members), Slowness(slow.speed, model.hours(slow.hours)))
         for source in people:
             for aisle in source.aisles:
-                found.close(aisle.edges, aisle)
-        return found
+                restrictions.close(aisle.edges, aisle)
+        return restrictions
 
     def close(self, edges: Iterable[Edge], closure: Closure) -> None:
         """Keep robots out of edges."""

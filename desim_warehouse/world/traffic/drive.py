@@ -103,12 +103,12 @@ class Drive:
     def _drive_and_brake(self) -> Generator[Event, object, bool]:
         if self.robot.look_ahead is not None:
             self.robot.look_ahead.drive = self
-        there = yield from self._drive()
-        if there:
+        has_arrived = yield from self._drive()
+        if has_arrived:
             braked = self.robot.brake_to_stand(self.env._now)
             if braked > self.env._now:
                 yield Arrival(self.env, braked)
-        return there
+        return has_arrived
 
     def _drive(self) -> Generator[Event, object, bool]:
         robot = self.robot
@@ -310,7 +310,7 @@ class Drive:
         return True
 
     def _goes_on_from_node(self, onward: Lane | None, now: float) -> bool:
-        """The same where the node at the end of its lane is its own already."""
+        """Whether it may go on from a node that it already holds, at the end of its lane."""
         robot, lane = self.robot, self.robot.lane
         if onward is None or lane.node_time or self._more_time(lane, onward):
             return False  # it stops there
@@ -547,12 +547,12 @@ class Drive:
             if node.claims:
                 node.freed(now)
         # The time at the node is spent where it gets there: it may stop short of it.
-        there = self._spend_node_time(onward) if target == onward.length else robot.until
+        arrival = self._spend_node_time(onward) if target == onward.length else robot.until
         if early:
-            self.there = there
+            self.there = arrival
             return
         self.callbacks = ROLL  # as `due` does
-        heappush(env._queue, (there, NORMAL, next(env._eid), self))
+        heappush(env._queue, (arrival, NORMAL, next(env._eid), self))
 
     def _cross_next_short(self, now: float, *, early: bool = False) -> bool:
         """From the end of a short lane: set out over the next, if that is short too and the way is free."""

@@ -1,4 +1,4 @@
-"""What traffic asks of a robot, and tells it, about the body that it drives."""
+"""Drivers: what traffic asks of a robot, and tells it, about the body that it drives."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class Driver(Protocol):
-    """Who decides for a body and learns what happens to it: a robot."""
+    """A robot, as its body knows it: it decides, and learns what happens to the body."""
 
     def left_bay(self) -> None:
         """It has just left the bay it stood in."""
@@ -34,7 +34,7 @@ class Driver(Protocol):
 
 
 class NoDriver:
-    """For bodies that only follow routes."""
+    """A driver of bodies that only follow routes."""
 
     def left_bay(self) -> None:
         """Nothing to do."""

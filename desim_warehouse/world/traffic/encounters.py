@@ -1,4 +1,4 @@
-"""What closures and people leave in the log, and how often robots and people meet.
+"""Rows of closures and people in the log, and how often robots and people meet.
 
 Both come and go whatever robots do, so their rows are written at the end of a run, and so is who was in an aisle when a
 person came.
@@ -26,8 +26,8 @@ if TYPE_CHECKING:
 
 
 def closed_stretches(model: Model, layout: Layout, end: float) -> dict[Edge, list[tuple[float, float]]]:
-    """For each edge that closes by calendar when it is closed, from the start of a run to `end`."""
-    found: defaultdict[Edge, list[tuple[float, float]]] = defaultdict(list)
+    """Return for each edge that closes by calendar when it is closed, from the start of a run to `end`."""
+    closed: defaultdict[Edge, list[tuple[float, float]]] = defaultdict(list)
     for closure in model.traffic.closures.values():
         hours = model.hours(closure.hours)
         stretches = []
@@ -36,8 +36,8 @@ def closed_stretches(model: Model, layout: Layout, end: float) -> dict[Edge, lis
             stretches.append((max(begin, 0.0), until))
             begin, until = hours.following(until) if math.isfinite(until) else (math.inf, math.inf)
         for edge in edges_of(layout, closure.members):
-            found[edge] = merged([*found[edge], *stretches])
-    return found
+            closed[edge] = merged([*closed[edge], *stretches])
+    return closed
 
 
 def record_closures(log: Log, model: Model, layout: Layout, end: float) -> None:
@@ -109,19 +109,19 @@ class Stays(NamedTuple):
 
 
 def _stays(log: Log, starts: Sequence[Start]) -> dict[Edge, Stays]:
-    """The robots on each edge. The last may still be there at the end."""
+    """Return the robots on each edge. The last may still be there at the end."""
     where: dict[int, tuple[Edge, float]] = {
         robot: (start.edge, 0.0) for robot, start in enumerate(starts) if start.edge is not None
     }
-    found: defaultdict[Edge, list[Stay]] = defaultdict(list)
+    stays: defaultdict[Edge, list[Stay]] = defaultdict(list)
     for row in log.of(*PLACES):
         if row.robot in where:
             left, since = where.pop(row.robot)
-            found[left].append((row.robot, since, row.time))
+            stays[left].append((row.robot, since, row.time))
         if row.edge is not None:
             where[row.robot] = row.edge, row.time
     for robot, (edge, since) in where.items():
-        found[edge].append((robot, since, log.end))
-    for each in found.values():
+        stays[edge].append((robot, since, log.end))
+    for each in stays.values():
         each.sort(key=lambda stay: stay[1:])
-    return {edge: Stays(each, list(accumulate((stay[2] for stay in each), max))) for edge, each in found.items()}
+    return {edge: Stays(each, list(accumulate((stay[2] for stay in each), max))) for edge, each in stays.items()}

@@ -97,7 +97,7 @@ class Gridlock:
     def _turn(self, ring: list[Body]) -> None:
         """Let the heads of a ring's lanes go all at once, or one of them where the ring would cross itself.
 
-        Each gets nearer to where it is going, so with routes that end all work does.
+        Each gets nearer to where it is going, and routes are finite, so all work ends.
         """
         now = self.env.now
         if self.rule == "stop":
@@ -144,7 +144,7 @@ class Gridlock:
         claims = [robot.claim for robot in ring if robot.claim is not None]
         drives = [(claim.robot, lane) for claim in claims for lane in (claim.lane, claim.via) if lane is not None]
         slowest = min(
-            *(min(robot.speed, robot.pace) for robot in ring), *(one.pace_on(lane, now) for one, lane in drives)
+            *(min(robot.speed, robot.pace) for robot in ring), *(member.pace_on(lane, now) for member, lane in drives)
         )
         for robot in ring:
             robot.turn_with_ring(slowest)

@@ -64,9 +64,9 @@ class Claim(Event):
 
     @property
     def shut_by(self) -> Closure | None:
-        """What keeps the robot out of a lane now, so that only time keeps it waiting."""
-        if self.lane is not None and self.lane.closures and (found := self.lane.shut_by(self.robot)) is not None:
-            return found
+        """The closure that keeps the robot out of a lane now, so that only time keeps it waiting."""
+        if self.lane is not None and self.lane.closures and (closure := self.lane.shut_by(self.robot)) is not None:
+            return closure
         return None if self.over is None else self.over.shut_by(self.robot)
 
     def give_up_room(self) -> None:
@@ -143,7 +143,7 @@ class Intersection:
         return self.opens_at(robot, via) <= now + EPS
 
     def opens_at(self, robot: Body, via: Lane | None) -> float:
-        """When the robot that passed last is far enough beyond it for one that comes `via` a lane."""
+        """Return when the robot that passed last is far enough beyond it for one that comes `via` a lane."""
         left_on = self.left_on
         if left_on is None:
             return -math.inf
@@ -329,7 +329,7 @@ class Intersection:
 
 
 def _pace_by(robot: Body, via: Lane) -> float:
-    """How fast a robot comes by a lane: where it is on it already, no slower than it drives there."""
+    """Return how fast a robot comes by a lane: where it is on it already, no slower than it drives there."""
     pace = min(robot.speed, via.limit)
     return max(pace, robot.pace) if robot.lane is via else pace
 

@@ -118,7 +118,7 @@ class Lane:
         return self.limit
 
     def turn_to(self, onward: Lane) -> float:
-        """How long a robot that comes by this lane turns on the node before it can leave by another."""
+        """Return how long a robot that comes by this lane turns on the node before it can leave by another."""
         time = self.turns.get(onward)
         if time is None:
             time = self.turns[onward] = self.rules.turn_time * turn(self.heading, onward.heading) / (math.pi / 2)
@@ -135,22 +135,22 @@ class Lane:
         return last is None or last.target >= 2 * self.headway - EPS  # one D for each of the two
 
     def shut_by(self, robot: Body) -> Closure | None:  # noqa: ARG002 - see RestrictedLane
-        """What keeps a robot out now, if the lane is closed."""
+        """Return what keeps a robot out now, if the lane is closed."""
         return None
 
     def _is_clear_for(self, robot: Body) -> bool:
-        """Of a two-way lane: whether no robot comes towards it. One that turns back at its end meets only itself."""
+        """Whether no robot comes towards it on a two-way lane. One that turns back at its end meets only itself."""
         assert self.twin is not None
         other = self.twin.last
         return self.twin.entering is None and (other is None or (other is robot and robot.ahead is None))
 
     @property
     def lane_of_both(self) -> Lane:
-        """The same lane for both directions of a two-way one."""
+        """The lane that stands for both directions of a two-way lane."""
         return self if self.twin is None or self.edge < self.twin.edge else self.twin
 
     def clear_stop(self, stop: float) -> float:
-        """Where a robot stops that wants to stop at `stop`: D clear of the nodes.
+        """Return where a robot stops that wants to stop at `stop`: D clear of the nodes.
 
         Nearer it would keep others off the node while it loads, and a ring could not turn past it.
         """
@@ -198,14 +198,14 @@ class Lane:
         self.passages += 1
 
     def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:
-        """How much later than at `clear` a robot enters, at the pace that it has from now on."""
+        """Return how much later than at `clear` a robot enters, at the pace that it has from now on."""
         robot.take_pace_of(self, clear)
         if ahead is None and self.out_at <= clear >= self.out_since and not robot.braking:
             return 0.0  # the last that left is off the lane by then
         return self.free_at(robot, ahead, 0.0, target, clear) - (clear + target / robot.pace)
 
     def first_target(self, stop: float | None) -> float:
-        """How far a robot that enters the lane now commits to drive on it (see `enter`)."""
+        """Return how far a robot that enters the lane now commits to drive on it (see `enter`)."""
         goal = self.stop_line if stop is None else stop
         last = self.last
         return goal if last is None else min(goal, max(last.target - self.headway, 0.0))
@@ -229,7 +229,7 @@ class Lane:
         self.made_room(robot.behind, now)
 
     def move_up(self, robot: Body | None, now: float) -> None:
-        """Those behind a robot that has made way come up, down the queue: who waits sets off, who drives drives on.
+        """Let robots behind one that has made way come up, down the queue: waiting ones set off, others drive on.
 
         So the target of every robot is as far as its goal and the robot ahead allow, also while it drives: a platoon
         flows as one. Each is woken when it is at its new target: a queue moves up by one event a robot.
@@ -270,7 +270,7 @@ class Lane:
             rules.log.drive(robot, since)
 
     def _put_off(self, robot: Body, ahead: Body | None, pace: float, since: float, late: float, end: float) -> None:
-        """A robot starts late behind a slower one, or behind one that gathers speed as it has to do itself."""
+        """Put off the start of a robot behind a slower one, or behind one that still gathers speed."""
         if robot.stretch is not None:
             part = robot.put_off(late, pace)
             since, late = since + part, late - part
@@ -383,7 +383,7 @@ class RestrictedLane(Lane):
         return min((slowness.limit(time) for slowness in self.slow), default=self.usual)
 
     def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:
-        """The same, and its pace is of the instant at which it enters.
+        """Return how much later a robot enters, at the pace that holds at the instant at which it does.
 
         Put off until after the limit has changed, it may enter as it changes, at another pace.
         """
@@ -401,7 +401,7 @@ class RestrictedLane(Lane):
         return late
 
     def shut_by(self, robot: Body) -> Closure | None:
-        """What keeps a robot out now. A robot in a lane of the same closure is not kept out."""
+        """Return what keeps a robot out now. A robot in a lane of the same closure is not kept out."""
         now: float = self.rules.env._now
         for closure in self.closures:
             if closure.opens_for(robot, now) > now and not self._is_reached_within(closure, robot.lane):

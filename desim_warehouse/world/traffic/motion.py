@@ -1,4 +1,4 @@
-"""How robots gather speed and brake: what a drive takes beyond its length at a steady pace, exactly.
+"""Acceleration and braking of robots: what a drive takes beyond its length at a steady pace, exactly.
 
 A *stretch* is what a robot drives from one stand to the next, in pieces of a length and a speed limit. Its
 time-optimal drive accelerates to the limit, keeps to it, and brakes in time for a slower piece or a stop. Each piece
@@ -6,7 +6,7 @@ then takes its length / limit and a time lost, which is known in closed form (a 
 short pieces). In traffic a robot spends the time lost standing, as soon as it is known, and drives at the limit: no
 time steps, one event a drive.
 
-What that leaves out. Times at the ends of a drive are exact, positions in between are not: within v / 2a of a start
+Left out: times at the ends of a drive are exact, positions in between are not: within v / 2a of a start
 and v / 2d of a stop a robot is up to v² / 2a (or v² / 2d) from a real one, 2.25 m with 1.5 m/s and 0.5 m/s².
 
 - A robot that gets the intersection just as it comes to the stop line has not braked; an instant later it has
@@ -50,7 +50,7 @@ class Motion(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """What a robot has driven or committed to since it stood, and the time that it has `lost` beyond a steady pace.
+    """The drive of a robot since it stood, done or committed to, and the time `lost` beyond a steady pace.
 
     Of a long stretch only the last pieces are kept, as far back as it may have to brake for what comes. It came to the
     first of them at `speed`.
@@ -120,7 +120,7 @@ class Stretch(NamedTuple):
 
 @lru_cache(maxsize=DRIVES_KEPT)
 def time_lost(pieces: tuple[Piece, ...], motion: Motion, speed: float = 0.0, *, stops: bool = False) -> float:
-    """What the time-optimal drive over pieces takes beyond the sum of length / limit.
+    """Return the time that the time-optimal drive over pieces takes beyond the sum of length / limit.
 
     It comes to the first at `speed`. At the end it stops, or its speed is free.
     """
@@ -164,7 +164,7 @@ class NodeDelays:
         self._delay = 0.0
 
     def at(self, move: int) -> float:
-        """The delay at the end of the lane that it entered as number `move`, from 1; 0: where it starts.
+        """Return the delay at the end of the lane that it entered as number `move`, from 1; 0: where it starts.
 
         It is the same however often it is asked for.
         """

@@ -133,37 +133,37 @@ class PeopleSource:
 
 
 def sources(model: Model, layout: Layout, inside: Container[Edge]) -> list[PeopleSource]:
-    """Where the people of a model come from.
+    """Make the sources of people of a model.
 
     `inside` are edges in an intersection, which are no aisles.
     """
-    found = []
+    made = []
     for name, spec in model.people.items():
         if spec.aisles:
-            found.append(PeopleSource(name, spec, [edges_along(layout, line) for line in spec.aisles], None))
+            made.append(PeopleSource(name, spec, [edges_along(layout, line) for line in spec.aisles], None))
         else:
             aisles, weights = storage_aisles(model, layout, inside)
-            found.append(PeopleSource(name, spec, aisles, weights))
-    return found
+            made.append(PeopleSource(name, spec, aisles, weights))
+    return made
 
 
 def storage_aisles(model: Model, layout: Layout, inside: Container[Edge]) -> tuple[list[tuple[Edge, ...]], list[float]]:
-    """The edges with storage places, each an aisle by itself, and their shares of demand, without those `inside`."""
+    """Return the edges with storage places, each an aisle by itself, and their shares of demand, without `inside`."""
     demand = [0.0] * len(layout.storage)
     for share, weights in _asked_for(model, layout):
         for number in range(len(demand)):
             demand[number] += share * (1 / len(demand) if weights is None else float(weights[number]))
-    found: dict[tuple[Edge, ...], float] = {}
+    demand_of: dict[tuple[Edge, ...], float] = {}
     for place, wanted in zip(layout.storage, demand, strict=True):
         if place.edge[0] != place.edge[1] and place.edge not in inside:
             aisle = edges_along(layout, sorted(place.edge))
-            found[aisle] = found.get(aisle, 0.0) + wanted
-    total = math.fsum(found.values())
-    return list(found), [wanted / total if total else 1 / len(found) for wanted in found.values()]
+            demand_of[aisle] = demand_of.get(aisle, 0.0) + wanted
+    total = math.fsum(demand_of.values())
+    return list(demand_of), [wanted / total if total else 1 / len(demand_of) for wanted in demand_of.values()]
 
 
 def _asked_for(model: Model, layout: Layout) -> Iterator[tuple[float, Sequence[float] | None]]:
-    """How demand is spread over storage places, with weights, or None for equal shares."""
+    """Iterate over how demand is spread over storage places, with weights, or None for equal shares."""
     tasks, storage = model.tasks, layout.storage
     if isinstance(tasks.goods, tuple):
         listed = [0.0] * len(storage)

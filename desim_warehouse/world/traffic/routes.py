@@ -118,7 +118,7 @@ class Routes:
         return lanes
 
     def _roads(self, speed: float | None, after: float) -> Roads:
-        """What the policy sees, where lanes close at the speed of a robot, and from when it sets out."""
+        """Return what the policy sees, where lanes close at the speed of a robot, and from when it sets out."""
         roads = self.roads
         if not self.passes_closures or (after == 0 and speed in {None, roads.speed}):
             return roads
@@ -134,13 +134,15 @@ class Routes:
         except TypeError:  # names that cannot be looked up
             lanes = []
         if not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
-            known = all(isinstance(name, str) for name in names)
-            said = " > ".join(names if known else map(shown, names)) or "nothing"
-            raise fault("routing", policy, now, f"{said} is no route from {origin} to {goal}")
+            are_names = all(isinstance(name, str) for name in names)
+            answer = " > ".join(names if are_names else map(shown, names)) or "nothing"
+            raise fault("routing", policy, now, f"{answer} is no route from {origin} to {goal}")
         closed = self._in_lane.intersection(names[1:-1])
         if closed:
-            said = f"{' > '.join(names)} is no route from {origin} to {goal}"
-            raise fault("routing", policy, now, f"{said}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)")
+            answer = f"{' > '.join(names)} is no route from {origin} to {goal}"
+            raise fault(
+                "routing", policy, now, f"{answer}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)"
+            )
         return lanes
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
@@ -175,7 +177,7 @@ class Routes:
         return other if time < present * (1 - LESS) else None
 
     def delay(self, origin: str, edge: Edge, speed: float, usual: float) -> float:
-        """How much later than by the `usual` time a robot is at the end of an edge, for lanes that are closed."""
+        """Return how much later than by the `usual` time a robot is at the end of an edge, for lanes that close."""
         if not self.passes_closures:
             return 0.0
         roads = self._roads(speed, 0.0)
@@ -228,7 +230,7 @@ class Routes:
 
 
 def wait_at(lane: Lane, after: float, now: float) -> float:
-    """How long a robot is expected to wait before a lane if it comes there `after` from now."""
+    """Return how long a robot is expected to wait before a lane if it comes there `after` from now."""
     time = now + after
     return max([0.0, *(closure.expected_until(time, now) - time for closure in lane.closures)])
 

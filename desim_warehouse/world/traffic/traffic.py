@@ -133,7 +133,7 @@ def _intersections(
     zones: Sequence[TrafficZone],
     free: frozenset[str],
 ) -> dict[str, Intersection]:
-    """By node. Nodes joined by an edge shorter than D, or in one zone, cannot both be occupied and are one.
+    """Make the intersections, by node: nodes joined by an edge shorter than D, or in one zone, cannot both be occupied.
 
     One with a free node among its nodes is free as a whole.
     """
@@ -141,16 +141,16 @@ def _intersections(
     together = [edge for edge, length in lengths.items() if length < rules.headway]
     together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
     for source, target in together:
-        one, other = groups[source], groups[target]
-        if one is not other:
-            one += other
-            groups.update(dict.fromkeys(other, one))
-    found: dict[str, Intersection] = {}
+        group_kept, group_added = groups[source], groups[target]
+        if group_kept is not group_added:
+            group_kept += group_added
+            groups.update(dict.fromkeys(group_added, group_kept))
+    nodes: dict[str, Intersection] = {}
     for name, group in groups.items():
-        if name not in found:
+        if name not in nodes:
             node = Intersection(rules, group) if free.isdisjoint(group) else FreeIntersection(rules, group)
-            found.update(dict.fromkeys(group, node))
-    return found
+            nodes.update(dict.fromkeys(group, node))
+    return nodes
 
 
 def _lanes(
@@ -163,7 +163,7 @@ def _lanes(
     node_times: Mapping[str, float],
     restrictions: Restrictions,
 ) -> dict[Edge, Lane]:
-    """By edge."""
+    """Make the lanes, by edge."""
     lanes: dict[Edge, Lane] = {}
     points, headings, restricted = layout.points, layout.headings, restrictions.edges
     for edge, _, limit, two_way in layout.edges:
