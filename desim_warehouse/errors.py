@@ -94,7 +94,7 @@ class NoIndicatorError(ReportError, KeyError):
 
 
 class Interruption(BaseException):
-    """Ends a run from outside, whatever a policy catches; not taken for a fault of the policy."""
+    """A signal that ends a run from outside, whatever a policy catches; not taken for a fault of the policy."""
 
 
 PASSED_ON = (KeyboardInterrupt, Interruption)

@@ -139,7 +139,7 @@ def read_peak(text: str, shifts: Iterable[Stretch]) -> Peak:
 
 
 def _stretch(option: str, text: str, *, over_midnight: bool) -> Stretch:
-    """From one time of day to a later one, which may be on the next day."""
+    """Read a stretch from one time of day to a later one, which may be on the next day."""
     from desim_warehouse.values.calendars import clock_time, in_24_hours
 
     try:
@@ -155,6 +155,6 @@ def _stretch(option: str, text: str, *, over_midnight: bool) -> Stretch:
 
 
 def _full(text: str) -> str:
-    """A time of day in full: 6 is 06:00."""
+    """Return a time of day in full: 6 is 06:00."""
     text = text.strip()
     return f"{text}:00" if text.isdecimal() else text

@@ -193,7 +193,7 @@ class QuickEstimate:
         return self.rate is not None and self.rate > (self.capacity if self.measured else self.fleet_capacity)
 
     def robots_for(self, rate: float, *, at_peak: bool = False) -> float:
-        """The robots that do so many tasks per time unit, in fractions; inf where no number does."""
+        """Return the robots that do so many tasks per time unit, in fractions; inf where no number does."""
         duty = self.unbroken if at_peak else self.on_duty
         if not duty or rate > min(self.places_limit.values(), default=math.inf):
             return math.inf

@@ -51,7 +51,7 @@ class WebPage:
         return path
 
     def _repr_html_(self) -> str:
-        """The page in a frame of its own."""
+        """Return the page in a frame of its own."""
         return (
             f'<iframe title="{html.escape(self.title)}" srcdoc="{html.escape(self.html)}" '
             f'sandbox="{self.sandbox}" style="width:100%;height:{self.height}px;border:0"></iframe>'

@@ -81,7 +81,7 @@ def value_of(content: bytes, most: int = LIMITS["values"][0]) -> Any:
 
 
 def _path(root: Any, fits: Callable[[Any], bool]) -> str:
-    """The JSON path to the first value that fits, such as `layouts[0].nodes[3]`."""
+    """Return the JSON path to the first value that fits, such as `layouts[0].nodes[3]`."""
     rest: list[tuple[str, Any]] = [("", root)]
     while rest:
         path, value = rest.pop()

@@ -226,7 +226,7 @@ class Tasks(Part):
         return self
 
     def popularities(self) -> Iterator[tuple[tuple[str, ...], str | Popularity]]:
-        """Every popularity that is given, and where it stands below this section."""
+        """Iterate over every popularity that is given, and where it stands below this section."""
         yield ("popularity",), self.popularity
         for name, flow in self.flows.items():
             for key, end in (("from", flow.source), ("to", flow.target)):

@@ -296,7 +296,7 @@ class _Row:
     at: Mapping[str, Position]
 
     def number(self, column: str) -> float | str:
-        """The cell as a number. Any other stays text, and is refused at its position."""
+        """Return the cell as a number. Any other stays text, and is refused at its position."""
         return _number(self.cells[column])
 
 

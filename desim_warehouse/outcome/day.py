@@ -196,7 +196,7 @@ def _battery(history: History, bounds: Numbers) -> Numbers | None:
 
 
 def _mean_of_line(times: Numbers, values: Numbers, bounds: Numbers) -> Numbers:
-    """The mean of a curve of straight pieces in each part between two bounds."""
+    """Return the mean of a curve of straight pieces in each part between two bounds."""
     points = np.sort(np.concatenate([times, bounds]))
     heights = np.interp(points, times, values)
     areas = np.concatenate([[0.0], np.cumsum(np.diff(points) * (heights[:-1] + heights[1:]) / 2)])

@@ -95,7 +95,7 @@ class History:
         return self
 
     def since(self, begin: float) -> History:
-        """The history of the run, counted from another moment on: itself if it counts from there already."""
+        """Return the history of the run, counted from another moment on: itself if it counts from there already."""
         if begin == self.begin:
             return self
         other = History(self.log, self.model, self.layout, self.seed)
@@ -147,7 +147,7 @@ class History:
 
     @cached_property
     def _tasks(self) -> tuple[dict[int, TaskHistory], list[TaskHistory], list[TaskHistory]]:
-        """All tasks by number, those delivered, and those done, each in the order in which they were."""
+        """All tasks by number, the tasks delivered, and the tasks done, each list in the order of these events."""
         tasks: dict[int, TaskHistory] = {}
         delivered: list[TaskHistory] = []
         done: list[TaskHistory] = []

@@ -38,7 +38,7 @@ def collisions(history: History) -> int:
 
 
 def cost(history: History) -> float:
-    """The paper's outlook: distance x w_d + time x w_t + S x w_c, with the counted time (without a warm-up T)."""
+    """Return the paper's outlook: distance x w_d + time x w_t + S x w_c, in the counted time (without a warm-up T)."""
     weights, distance = history.model.cost, history.totals["distance"]
     return distance * weights.distance + history.counted * weights.time + collisions(history) * weights.collisions
 

@@ -24,7 +24,7 @@ class PartHistory:
     def __init__(
         self, history: History, belongs: Callable[[TaskHistory], bool], stretches: Sequence[Stretch] | None = None
     ) -> None:
-        """`stretches`: in order and apart, within the counted time, which is the default."""
+        """Take the tasks that `belongs` picks; `stretches`: in order and apart, by default the counted time."""
         self.history = history
         self.stretches = history.stretches if stretches is None else stretches
         self._belongs = belongs

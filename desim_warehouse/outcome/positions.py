@@ -52,13 +52,13 @@ class Edges:
     """Of an edge of the layout that is part of a two-way lane the number of the edge back, else -1."""
 
     def points(self, edge: Ints, position: Floats) -> Floats:
-        """The points at positions (length units) along edges: one row of x and y each."""
+        """Return the points at positions (length units) along edges: one row of x and y each."""
         part = np.divide(position, self.length[edge], out=np.zeros(len(edge)), where=self.length[edge] > 0)
         points: Floats = self.start[edge] + part[:, None] * (self.end[edge] - self.start[edge])
         return points
 
     def headings(self, edge: Ints) -> Floats:
-        """The directions of edges, in radians from x towards y."""
+        """Return the directions of edges, in radians from x towards y."""
         way = self.end[edge] - self.start[edge]
         return np.arctan2(way[:, 1], way[:, 0])
 
@@ -85,7 +85,7 @@ class Positions:
         self.legs = _Follower(history, self.zones, self.edges).legs()
 
     def at(self, time: float) -> tuple[Ints, Floats]:
-        """The edge that each robot is on at a time, and its position along it."""
+        """Return the edge that each robot is on at a time, and its position along it."""
         legs = self.legs
         index = np.empty(len(legs.first) - 1, dtype=np.int64)
         for robot, (low, high) in enumerate(zip(legs.first, legs.first[1:], strict=False)):
@@ -94,13 +94,13 @@ class Positions:
         return self._along(index, np.full(len(index), time))
 
     def of(self, robot: int, times: Floats) -> tuple[Ints, Floats]:
-        """The edge that a robot is on at some times, and its position along it."""
+        """Return the edge that a robot is on at some times, and its position along it."""
         low, high = self.legs.first[robot : robot + 2]
         later = np.searchsorted(self.legs.begin[low:high], times, side="right")
         return self._along(low + np.maximum(later - 1, 0), times)
 
     def _along(self, leg: Ints, times: Floats) -> tuple[Ints, Floats]:
-        """The edges and positions along them of some legs, each at a time."""
+        """Return the edges and positions along them of some legs, each at a time."""
         legs = self.legs
         begin, end = legs.begin[leg], legs.end[leg]
         lasts = end > begin
@@ -115,11 +115,11 @@ class Positions:
         return [self.edges.target[n] if at_end else self.edges.source[n] for n, at_end in ends]
 
     def points(self, time: float) -> Floats:
-        """The point at which every robot is at a time, one row of x and y each, in the units of the layout."""
+        """Return the point at which every robot is at a time, one row of x and y each, in the units of the layout."""
         return self.edges.points(*self.at(time))
 
     def headings(self, time: float) -> Floats:
-        """The direction every robot faces at a time, in radians from x towards y."""
+        """Return the direction every robot faces at a time, in radians from x towards y."""
         return self.edges.headings(self.at(time)[0])
 
 
@@ -192,7 +192,7 @@ class _Follower:
         self.rows: list[tuple[int, float, float, int, float, float]] = []
 
     def legs(self) -> Legs:
-        """All legs of the run."""
+        """Return all legs of the run."""
         for robot, start in enumerate(self.history.starts):
             if start.on_lanes:
                 self._stand(robot, start)

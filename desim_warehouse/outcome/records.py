@@ -138,7 +138,7 @@ class Assignment(NamedTuple):
 
 
 class Trip(NamedTuple):
-    """A robot with the tasks that it does together, from their assignment to the delivery of the last of them."""
+    """A robot with the tasks that it does together, from their assignment to the last delivery."""
 
     robot: int
     tasks: tuple[int, ...]

@@ -74,7 +74,7 @@ def use_of_stations(history: History) -> dict[str, float]:
 
 
 def resources(history: History) -> list[Resource]:
-    """All stations, then the chargers of all bays that have some, if the robots have batteries."""
+    """Return all stations, then the chargers of all bays that have some, if the robots have batteries."""
     layout = history.layout
     places: dict[tuple[Place, str], tuple[str, int]] = {
         ("station", node): (item.zone, item.servers) for node, item in layout.stations.items()

@@ -61,7 +61,7 @@ def robot_radii(model: Model) -> list[float]:
 
 
 def zones(model: Model, layout: Layout) -> list[Zone]:
-    """All bays, then all stations, with their slots."""
+    """Return all bays, then all stations, with their slots."""
     start = model.fleet.homes(layout.bays)
     largest = max(robot_radii(model))
     cell = cell_size(model, layout)
@@ -186,7 +186,7 @@ def _outward(layout: Layout, node: str, nth: int) -> tuple[Point, Point, bool]:
         angles.append(math.atan2(neighbour["y"] - here["y"], neighbour["x"] - here["x"]))
 
     def room(side: Point) -> float:
-        """The angle to the nearest edge."""
+        """Return the angle to the nearest edge."""
         way = math.atan2(side[1], side[0])
         return min((abs(math.remainder(way - angle, math.tau)) for angle in angles), default=math.pi)
 

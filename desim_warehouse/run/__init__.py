@@ -281,13 +281,13 @@ class RunData:
         return replay(self.history, path, start=start, end=end, palette=palette, beside=other)
 
     def floor(self, seconds: float = 600.0) -> dict[str, Any]:
-        """The first while after the warm-up, as scripts of the replay page read it; needs `log: all`."""
+        """Return the first while after the warm-up, as scripts of the replay page read it; needs `log: all`."""
         from desim_warehouse.replay import part
 
         return part(self.history, seconds)
 
     def __repr__(self) -> str:
-        """The three numbers of the paper."""
+        """Return the three numbers of the paper."""
         return f"{type(self).__name__}({self.model.name}, seed={self.seed}: T={self.T:g}, S={self.S}, C={self.C})"
 
 

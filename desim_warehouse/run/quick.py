@@ -199,7 +199,7 @@ def _extent(layout: Layout) -> tuple[float, float]:
 
 
 def _unbroken(model: Model) -> float:
-    """The part of their time in which robots are not broken."""
+    """Return the part of their time in which robots are not broken."""
     robots = model.fleet.robots()
     fails = [robot.breakdowns for robot in robots]
     left = [1.0 if f is None else mean_of(f.every) / (mean_of(f.every) + mean_of(f.repair)) for f in fails]

@@ -376,7 +376,7 @@ class Fleet(Part):
         return special + [self.robot] * (self.size - len(special))
 
     def distinct(self) -> list[RobotSpec]:
-        """The robots that differ: one of each kind, and an ordinary one, if there is one."""
+        """Return the robots that differ: one of each kind, and an ordinary one, if there is one."""
         special = [self._of(kind) for kind in self.kinds.values()]
         return special + [self.robot] * (self.size > sum(kind.count for kind in self.kinds.values()))
 
@@ -396,12 +396,12 @@ class Fleet(Part):
         )
 
     def kinds_of_robots(self) -> list[str]:
-        """The kind of every robot, by number, None for ordinary ones."""
+        """Return the kind of every robot, by number, None for ordinary ones."""
         special = [name for name, kind in self.kinds.items() for _ in range(kind.count)]
         return special + [""] * (self.size - len(special))
 
     def hours_of_robots(self) -> list[str | None]:
-        """The calendar of every robot, by number, None if it is always at work."""
+        """Return the calendar of every robot, by number, None if it is always at work."""
         special = [kind.hours or self.hours for kind in self.kinds.values() for _ in range(kind.count)]
         return special + [self.hours] * (self.size - len(special))
 

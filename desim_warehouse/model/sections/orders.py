@@ -86,7 +86,7 @@ def near(path: str | Path) -> Path:
 
 
 def without_earlier(named: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """A section that names a file, without keys of earlier versions, and which of those said something, as text."""
+    """Return a section that names a file without keys of earlier versions, and those with a value, as text."""
     keys = [f"{key}: {got(named[key])}" for key in _EARLIER if key in named and named[key] != _EARLIER[key]]
     return {key: value for key, value in named.items() if key not in _EARLIER}, keys
 
@@ -107,7 +107,7 @@ def not_plain(path: Path) -> list[str]:
 
 
 def check_there(path: Path) -> tuple[int, int]:
-    """When a file was changed, in nanoseconds, and its bytes; raises ModelError where there is no such file."""
+    """Return when a file was changed, in nanoseconds, and its bytes; raises ModelError where there is no such file."""
     try:
         if not path.is_file():
             raise FileNotFoundError(2, "no such file")
@@ -214,7 +214,7 @@ def _cells(column: Any, name: str) -> list[str]:
 
 
 def read(spec: OrdersFile, how: Reading) -> Iterator[OrderLine]:
-    """The rows in the order of their release.
+    """Iterate over the rows in the order of their release.
 
     Raises:
         ModelError: with all kinds of problems of the file.
@@ -269,7 +269,7 @@ def _summary(spec: OrdersFile, how: Reading, _: tuple[int, int]) -> Summary:
 
 
 def _in_storage(end: str | int | None) -> bool | None:
-    """Whether the end of a row is a storage place, or any of them; None where the row does not say."""
+    """Whether the end of a row is a storage place, or any storage place; None where the row does not say."""
     return None if end is None else not isinstance(end, str) or end == STORAGE
 
 
@@ -323,7 +323,7 @@ def resampled(
 
 
 def _checked(spec: OrdersFile, how: Reading, problems: Problems) -> Iterator[list[OrderLine]]:
-    """The rows that could be read, chunk by chunk; what is wrong with others comes to the problems."""
+    """Iterate over the rows that could be read, chunk by chunk; faults of others are added to the problems."""
     path = Path(spec.file)
     if ways := not_plain(path):  # it may have changed since the model was read
         raise ModelError([f"{near(path)}: no plain table of orders (got {'; '.join(ways)})"])
@@ -336,7 +336,7 @@ def _checked(spec: OrdersFile, how: Reading, problems: Problems) -> Iterator[lis
 
 @lru_cache(maxsize=8)
 def _first_day(path: Path, _: tuple[int, int]) -> dt.datetime | None:
-    """The day of the first release, None where releases are no dates."""
+    """Return the day of the first release, None where releases are no dates."""
     days = []
     for cells in _chunks(path, ("release",)):
         text = cells["release"]

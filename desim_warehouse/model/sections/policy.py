@@ -165,5 +165,5 @@ class Policies(Part):
         return bool(self.own()) or any(getattr(policy, "random", False) for policy in classes)
 
     def sources(self) -> bytes:
-        """The content of the files that the user's own policies come from: what a run depends on besides names."""
+        """Return the content of the files of the user's own policies: what a run depends on besides names."""
         return b"".join(catalogue.user_source(spec.name) for spec in self.specs().values())

@@ -70,7 +70,7 @@ def simulate(model: Source, seed: int = 0, stop: StopSignal | None = None, *, un
 
 
 def load_run(folder: str | Path) -> Run:
-    """A run from the folder it was saved to, with the indicators that were saved if another version simulated it.
+    """Load a run from the folder it was saved to, with the indicators that were saved if another version simulated it.
 
     Returns:
         The run, as it was saved.

@@ -31,17 +31,17 @@ class Orders(Protocol):
         """Release what is known at the start, and schedule what comes later."""
 
     def taken(self, task: Task) -> None:
-        """A task or tour is in hand."""
+        """Note that a task or tour is in hand."""
 
     def returned(self, task: Task) -> None:
-        """A task or tour is open again."""
+        """Note that a task or tour is open again."""
 
     def to_come(self, task: Task, by_flow: bool, /) -> bool:
         """Whether others that may go with a task on a tour, perhaps only `by_flow`, will become known."""
 
 
 class Demand:
-    """Releases tasks, `total` of them or, where it is None, without end."""
+    """A source of tasks: `total` of them or, where it is None, without end."""
 
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
@@ -97,7 +97,7 @@ class Demand:
         self._open += len(task.tasks)
 
     def to_come(self, _: Task, __: bool) -> bool:
-        """Whether others will become known, whatever is done."""
+        """Whether more tasks will become known, whatever is done."""
         return isinstance(self.goods, PoissonGoods) or (self.total is not None and self._number < self.total)
 
     def _announce(self, good: Good, targets: tuple[str, ...]) -> None:
@@ -167,14 +167,14 @@ class NoOrders:
     total: int | None = None
 
     def start(self, release: Callable[[Task], None]) -> None:
-        """There is nothing to release."""
+        """Do nothing: there is nothing to release."""
 
     def taken(self, task: Task) -> None:
-        """Never: there is no task."""
+        """Do nothing: there is no task."""
 
     def returned(self, task: Task) -> None:
-        """Never: there is no task."""
+        """Do nothing: there is no task."""
 
     def to_come(self, _: Task, __: bool) -> bool:
-        """None will become known."""
+        """Whether more tasks will become known: never."""
         return False

@@ -49,7 +49,7 @@ BATCH = 1024
 
 
 class Flows:
-    """Releases the tasks of all flows, `total` of them or, where it is None, without end."""
+    """A source of the tasks of all flows, `total` of them or, where it is None, without end."""
 
     def __init__(self, env: Environment, model: Model, layout: Layout, streams: Streams) -> None:
         self.env = env
@@ -145,7 +145,7 @@ class _Flow:
         return orders if self.spec.lines == 1 else sum(map(self._lines, range(orders)))
 
     def releases(self) -> Iterator[tuple[float, OrderLine | None]]:
-        """The times at which tasks become known, in order, and the rows of orders that they come from.
+        """Iterate over the times at which tasks become known, in order, and the rows of orders that they come from.
 
         Outside the hours of the flow none do. Tasks at random that fall there are left out: within the hours they come
         as they would without. Tasks of a schedule or a file are then released when the hours begin.
@@ -163,7 +163,7 @@ class _Flow:
                 yield max(begin, time), line
 
     def asked_for(self) -> Iterator[tuple[float, OrderLine | None]]:
-        """The times at which tasks are asked for, in order, and the rows of orders."""
+        """Iterate over the times at which tasks are asked for, in order, and the rows of orders."""
         when = self.when
         if isinstance(when, OrdersArrivals):
             lines = read(when.orders, self._how)
@@ -175,7 +175,7 @@ class _Flow:
             yield from ((time, None) for time in self.arrivals())
 
     def arrivals(self) -> Iterator[float]:
-        """The times at which tasks become known, in order.
+        """Iterate over the times at which tasks become known, in order.
 
         At random it is a Poisson process of rate 1, taken through the number of tasks that are expected by a time.
         """

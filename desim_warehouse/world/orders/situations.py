@@ -44,7 +44,7 @@ class Situations:
         self.handling = reach.handling
 
     def now(self, free: Sequence[RobotView], fleet: Callable[[], Sequence[RobotView]]) -> Situation:
-        """The situation at present, with the `free` robots by number and the whole `fleet`."""
+        """Return the situation at present, with the `free` robots by number and the whole `fleet`."""
         reach, routes = self.reach, self.routes
         return Situation(
             time=self.env.now,
@@ -70,7 +70,7 @@ class Situations:
         return openings.admit_tasks(free, tasks) if openings.holds else OpenTasks(tasks)
 
     def _random(self, kind: str) -> Generator:
-        """A policy's own stream."""
+        """Return a policy's own stream."""
         if kind not in self._generators:
             self._generators[kind] = self.streams.stream(kind)
         return self._generators[kind]

@@ -145,7 +145,7 @@ class Bays:
     # Where there are fewer slots at chargers than robots
 
     def chargers_are_scarce(self, kind: str, robots: Mapping[str, int]) -> bool:
-        """Whether a kind has fewer slots at its chargers than there are robots that use them, its own included.
+        """Whether a kind has fewer slots at its chargers than there are robots, of all kinds, that use them.
 
         `robots`: how many there are of each kind. Where chargers are scarce robots must make room for each other.
         """

@@ -32,11 +32,11 @@ class Chargers(Resource):
     """Chargers that never fail, a SimPy resource."""
 
     def turn(self, *, first: bool = False) -> Request:  # noqa: ARG002 - no robot loses a charger
-        """A robot's request for one, an event. It is given back at the end of the `with` block."""
+        """Return a robot's request for one, an event. It is given back at the end of the `with` block."""
         return self.request()
 
     def outage_of(self, turn: Any) -> Event | None:  # noqa: ARG002
-        """Due when the charger of a robot fails, or None if it never does."""
+        """Return an event that is due when the charger of a robot fails, or None if it never does."""
         return None
 
 
@@ -87,14 +87,14 @@ class FailingChargers:
         ]
 
     def turn(self, *, first: bool = False) -> Turn:
-        """A robot's request for one, an event. A robot whose charger has failed comes `first`."""
+        """Return a robot's request for one, an event. A robot whose charger has failed comes `first`."""
         turn = Turn(self)
         self.queue.insert(0 if first else len(self.queue), turn)
         self._serve()
         return turn
 
     def outage_of(self, turn: Any) -> Event | None:
-        """Due when the charger of a robot fails."""
+        """Return an event that is due when the charger of a robot fails."""
         lost: Event = turn.lost
         return lost
 

@@ -41,7 +41,7 @@ class Admitted(Sequence["Task"]):
         self._rest = tasks
 
     def __iter__(self) -> Iterator[Task]:
-        """The tasks in the order of the list."""
+        """Iterate over the tasks in the order of the list."""
         for i in count():
             if i == len(self._found):
                 task = next(self._rest, None)

@@ -69,7 +69,7 @@ class ChargingStop:
         self.must_charge = self.is_charging = self.has_charged = False
 
     def require(self) -> None:
-        """The robot takes no task before it has charged."""
+        """Have the robot take no task before it has charged."""
         self.must_charge = True
 
     def waive(self) -> None:
@@ -210,7 +210,7 @@ class ChargingStop:
         return self.reach.scarce or (bay is not None and not bay.charges_every_slot)
 
     def _make_room(self) -> None:
-        """Leave the charger to a robot that waits in the bay, or the slot to one that is elsewhere."""
+        """Leave the charger to a robot that waits in the bay, or the slot to a robot elsewhere."""
         assert self.robot.bay is not None
         if self.bays.neediest(self.robot) in self.robot.bay.waiting:
             self.dispatcher.withdraw(self.robot)

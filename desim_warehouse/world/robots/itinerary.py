@@ -70,7 +70,7 @@ class Itinerary:
         return self._set(legs)
 
     def onward(self, node: str, stops: Sequence[Stop], bay: str | None) -> Leg:
-        """The leg to the next stop, from `node`. Out of a station it is declared only now, with those after it."""
+        """Return the leg to the next stop, from `node`. Out of a station it is declared now, with the legs after it."""
         if self.guard is None:
             leg = self._leg(node, stops, self.place)
         else:
@@ -114,7 +114,7 @@ class Itinerary:
         return [*self._route(node, place[0].edge[0], after), place[0]], place
 
     def _route(self, node: str, goal: str, after: float = 0.0) -> list[Lane]:
-        """From the node that it stands on or comes to next, or that it comes to `after` some more time.
+        """Return a route from the node that it stands on or comes to next, or that it comes to `after` some more time.
 
         Where lanes close it counts when it is there, at its present speed.
         """
@@ -153,7 +153,7 @@ class Itinerary:
         return True
 
     def start(self, way: Sequence[str]) -> None:
-        """On the lanes at the start of a run: over these nodes to the bay, until there is a task or another bay."""
+        """Set the route at the start of a run on the lanes: over these nodes to the bay, until there is other work."""
         route = [self.lanes[edge] for edge in pairwise(way)]
         if self.guard is not None:
             self.guard.declare(self.body, route)

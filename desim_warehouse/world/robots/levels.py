@@ -17,7 +17,7 @@ _FIFTH = 0.2
 
 
 class ChargingLevels:
-    """Asks the charging policy for the battery levels that hold for a robot, only once if they are the same for all."""
+    """The battery levels that hold for a robot, by the charging policy, asked only once if they are alike for all."""
 
     def __init__(self, env: Environment, policy: Any) -> None:
         self.env = env

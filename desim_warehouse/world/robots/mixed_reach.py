@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class MixedReach:
-    """The `reaches` of the kinds of a fleet, as one for those who ask about any of its robots."""
+    """The `reaches` of the kinds of a fleet, as one that can be asked about any of its robots."""
 
     def __init__(self, reaches: Mapping[str, Reach]) -> None:
         self.of = reaches

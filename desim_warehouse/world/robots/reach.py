@@ -457,7 +457,7 @@ class Reach:
         return self._travel[speed]
 
     def loaded_speed(self, robot: RobotView) -> float:
-        """A robot's speed with a load."""
+        """Return a robot's speed with a load."""
         return self._loaded_speeds[robot.number]
 
     def to_charger(self, node: str, robot: RobotView, choice: str) -> float:

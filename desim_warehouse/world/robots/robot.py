@@ -186,7 +186,7 @@ class Robot:
             self.offer = yield from self.charging.charge()
 
     def begin_on_lanes(self) -> Steps:
-        """At the start of a run: to the first good, or to a bay, from where it stands on the lanes."""
+        """Begin the run on the lanes: drive to the first good, or to a bay, from where it stands."""
         yield self.dispatcher.ask(self)
         self.enter("empty" if self.job is not None else "returning")
         yield from self.work()
@@ -201,7 +201,7 @@ class Robot:
             yield from self.ask_for_more()
 
     def ask_for_more(self) -> Steps:
-        """The next task is given before the robot leaves the slot or node where it unloaded."""
+        """Ask for the next task, which is given before the robot leaves the slot or node where it unloaded."""
         decided = self.dispatcher.ask(self)
         if self.dispatcher.decides_later:
             self.enter("awaiting")
@@ -237,7 +237,7 @@ class Robot:
         self.bays.take(self, bay)
 
     def free_charger(self) -> None:
-        """At work, keep a slot elsewhere instead of the one at a charger that another robot seeks.
+        """Keep a slot elsewhere, at work, instead of a slot at a charger that another robot seeks.
 
         Only where robots that are out keep their slots. One that never rests would else hold a charger for ever.
         """
@@ -486,12 +486,12 @@ class Robot:
         return drive
 
     def enter_bay(self, node: str) -> None:
-        """From the node it stands on into the bay or station beside it."""
+        """Go from the node it stands on into the bay or station beside it."""
         self.traffic.into_bay(self.body)
         self.parked_at = node
 
     def dock(self, station: Station) -> None:
-        """From the node it stands on into the station beside it."""
+        """Go from the node it stands on into the station beside it."""
         self.enter_bay(station.node)
         self.docked = station
 
@@ -518,7 +518,7 @@ class Robot:
         return now - self.since_state if self.state in SERVED else 0.0
 
     def _draw(self, state: str) -> None:
-        """From now on the battery draws what the state needs, or nothing while the robot is connected to a charger.
+        """Have the battery draw from now on what the state needs, or nothing while it is connected to a charger.
 
         It is when it is charged, or at rest in a bay with a charger for each slot.
         """
@@ -561,7 +561,7 @@ class Robot:
     # As the driver of its body
 
     def left_bay(self) -> None:
-        """Out of the bay or station: its slot there is free. Or it is back on the lanes, from which it was cleared."""
+        """Free its slot in the bay or station it has left; or come back on the lanes from which it was cleared."""
         if self.body.cleared:
             self.body.come_back()
         elif self.docked is not None:

@@ -168,7 +168,7 @@ class Tour:
     # Stations
 
     def _dock(self, station: Station) -> None:
-        """From the node that it stands on into the station beside it, where it has a slot."""
+        """Go from the node that it stands on into the station beside it, where it has a slot."""
         robot = self.robot
         self.slots.remove(station)
         robot.dock(station)
@@ -176,7 +176,7 @@ class Tour:
         robot.record("docked")
 
     def leaves(self, station: Station) -> None:
-        """Out of a station: its slot there is free, unless it comes back on this tour."""
+        """Leave a station, and free its slot there unless it comes back on this tour."""
         comes_back = station not in self.slots and any(stop.station is station for stop in self.stops)
         if comes_back:
             self.slots.append(station)

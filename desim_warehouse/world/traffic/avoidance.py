@@ -59,10 +59,10 @@ class Acyclic:
         self.declared = declared
 
     def starts(self, robot: Body) -> None:
-        """A robot stands on the lanes at the start of a run: `check` has seen that all there are safe."""
+        """Take a robot that stands on the lanes at the start of a run: `check` has seen that all there are safe."""
 
     def left(self, robot: Body) -> None:
-        """A robot is off the lanes: that is always safe."""
+        """Note that a robot is off the lanes, which is always safe."""
 
     def first(self) -> Body | None:
         """Robots to re-examine although nothing in their way moved (none here)."""
@@ -106,7 +106,7 @@ class Acyclic:
 
 
 def _behind(member: Body, stand: Stand) -> tuple[Body, ...]:
-    """The robot behind another on the lane where that stands, or the one on its way in."""
+    """Return the robot behind another on the lane where the other stands, or the one on its way in."""
     lane = member.lane
     if lane is None or lane.lane_of_both is not stand:
         return ()
@@ -153,7 +153,7 @@ class Avoidance:
         self._claims: dict[Body, Claim] = {}  # of robots that are out, oldest first
 
     def rely_on(self, lanes: Iterable[Lane]) -> None:
-        """The lanes of the floor: where some are refuges, robots may make way for others on them.
+        """Take the lanes of the floor: where some are refuges, robots may make way for others on them.
 
         Where none is, a plan is an order of drives home, and it is cheaper to see that there is one than to keep it.
         """
@@ -166,7 +166,7 @@ class Avoidance:
     # Routes
 
     def declare(self, robot: Body, route: Iterable[Lane]) -> None:
-        """The whole route of a robot that is in a bay or station and about to set out, or on the lanes at the start."""
+        """Declare the whole route of a robot in a slot that is about to set out, or on the lanes at the start."""
         lane = robot.lane
         if lane is not None:
             declared = DeclaredRoute([lane.lane_of_both, *trail_of(lane.end, route)])
@@ -197,7 +197,7 @@ class Avoidance:
         return True
 
     def left(self, robot: Body) -> None:
-        """A robot is in a bay or station, and no longer in the way of others."""
+        """Note that a robot is in a bay or station, and no longer in the way of others."""
         if robot in self.declared.routes:
             self.declared.drop(robot)
             self.test.left(robot)
@@ -261,7 +261,7 @@ class Avoidance:
         return True
 
     def _held_back_by(self, robot: Body, stand: Stand) -> Body | None:
-        """The robot that has waited so long that this one may not set out now."""
+        """Return the robot that has waited so long that this one may not set out now."""
         for other, claim in self._claims.items():
             waited = self.env.now - claim.begun
             if other is robot or claim.via is None or waited <= self.patience:
@@ -294,12 +294,12 @@ class Avoidance:
     # Refusals, and asking again
 
     def wait_begins(self, claim: Claim) -> None:
-        """A claim has to wait, for whatever reason."""
+        """Note that a claim has to wait, for whatever reason."""
         if claim.via is not None:
             self._claims[claim.robot] = claim
 
     def wait_ends(self, claim: Claim) -> None:
-        """A claim waits no longer."""
+        """Note that a claim waits no longer."""
         self._claims.pop(claim.robot, None)
 
     def _refuse(self, robot: Body, stand: Stand, blockers: Collection[Body]) -> None:

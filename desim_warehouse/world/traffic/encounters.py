@@ -41,14 +41,14 @@ def closed_stretches(model: Model, layout: Layout, end: float) -> dict[Edge, lis
 
 
 def record_closures(log: Log, model: Model, layout: Layout, end: float) -> None:
-    """A row when an edge closes, and when it opens."""
+    """Write a row when an edge closes, and when it opens."""
     for edge, stretches in closed_stretches(model, layout, end).items():
         for begin, until in stretches:
             log.closed(edge, begin, until)
 
 
 def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
-    """A row for each edge of an aisle when a person comes into it, and when they leave, in order of time."""
+    """Write rows when a person comes into an aisle, one for each edge, and when they leave, in order of time."""
     for source in people:
         source.come(end)
     for number, visit in enumerate(_in_order(people)):
@@ -90,7 +90,7 @@ Stay = tuple[int, float, float]
 
 
 class Stays(NamedTuple):
-    """The robots on an edge, in the order in which they came, and for each the latest time at which one of them left.
+    """The robots on an edge, in the order in which they came, with the latest time up to each at which one left.
 
     One that is cleared off the edge may leave it before the robots ahead of it.
     """
@@ -99,7 +99,7 @@ class Stays(NamedTuple):
     latest: list[float]
 
     def overlapping(self, begin: float, end: float) -> Iterator[Stay]:
-        """Robots that are there at some time from `begin` to `end`."""
+        """Iterate over robots that are there at some time from `begin` to `end`."""
         for rank in range(bisect_right(self.latest, begin), len(self.each)):
             robot, since, until = self.each[rank]
             if since >= end and since > begin:

@@ -137,7 +137,7 @@ class Gridlock:
 
     @staticmethod
     def _keep_together(ring: list[Body], now: float) -> None:
-        """A ring turns as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
+        """Turn a ring as one train, at the pace of its slowest, on the lanes that its robots are on or enter.
 
         And all of it starts at one time, when the last has braked and gathered speed.
         """

@@ -80,12 +80,12 @@ class Declared:
         return old
 
     def drop(self, robot: Body) -> None:
-        """A robot is in a bay or station."""
+        """Drop the route of a robot that is in a bay or station."""
         route = self.routes.pop(robot)
         self.count(robot, route.trail[route.at + 1 :], -1)
 
     def count(self, robot: Body, steps: Iterable[Step], change: int) -> None:
-        """A robot has these steps still to use (1), or no longer (-1)."""
+        """Count steps that a robot has still to use (1), or no longer (-1)."""
         for step in steps:
             users = self.users[step]
             number = users.get(robot, 0) + change
@@ -135,12 +135,12 @@ class HomePlan:
     # What happens on the lanes
 
     def starts(self, robot: Body) -> None:
-        """A robot stands on the lanes at the start of a run: `check` has seen that all there can come home."""
+        """Take a robot on the lanes at the start of a run: `check` has seen that all there can come home."""
         self.stands.put(robot, _held(self.declared.routes[robot]))
         self._search([*self.stands.held])
 
     def left(self, robot: Body) -> None:
-        """A robot is off the lanes."""
+        """Drop the moves of a robot that is off the lanes."""
         if robot in self.stands.held:
             self.stands.take(robot)
             self._drop(robot)
@@ -153,7 +153,7 @@ class HomePlan:
         return by_rank[ranks[0]] if ranks else None
 
     def after_step(self, robot: Body) -> Collection[Body] | None:
-        """The robots that no plan was found for, now that a robot has taken a step; None if there is a plan."""
+        """Return the robots that no plan was found for, now that a robot has taken a step; None if there is a plan."""
         route = self.declared.routes[robot]
         before = self.stands.take(robot) if robot in self.stands.held else None
         self.stands.put(robot, _held(route))
@@ -273,7 +273,7 @@ class HomePlan:
         return any(other is not robot and self.moves[other][0][0] >= when for other in line)
 
     def _refuges_taken(self, robot: Body, when: float) -> set[Step]:
-        """The refuges to which other robots have made way just before some move of the plan."""
+        """Return the refuges to which other robots have made way just before some move of the plan."""
         taken = set()
         for other in list(self._at_refuges):
             moves = self.moves.get(other, ())
@@ -328,7 +328,7 @@ class HomePlan:
         return self._ranks[-1] + 1 if self._ranks else 0.0
 
     def _just_before(self, rank: float) -> float | None:
-        """A rank below another and above all that are below that; None if numbers are too coarse for one more."""
+        """Return a rank below another and above all below that; None if numbers are too coarse for one more."""
         index = bisect_left(self._ranks, rank)
         if not index:
             return rank - 1

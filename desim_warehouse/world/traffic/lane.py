@@ -114,7 +114,7 @@ class Lane:
         self.blocked = 0.0
 
     def limit_at(self, time: float) -> float:  # noqa: ARG002 - see RestrictedLane
-        """The speed limit for a robot that enters it at a time."""
+        """Return the speed limit for a robot that enters it at a time."""
         return self.limit
 
     def turn_to(self, onward: Lane) -> float:
@@ -161,7 +161,7 @@ class Lane:
         return max(min(stop, self.length) if self.short else min(stop, self.stop_line), self.headway)
 
     def made_room(self, behind: Body | None, now: float) -> None:
-        """There is more room before the robot `behind`, or (None) at the lane's start, for those who wait."""
+        """Let waiting robots use more room before the robot `behind`, or (None) at the lane's start."""
         if behind is None:
             if self.wanted:
                 self.start.serve(now)
@@ -171,7 +171,7 @@ class Lane:
     # The queue
 
     def enter(self, robot: Body, clear: float, stop: float | None, now: float) -> None:
-        """A robot leaves the node at the lane's start at `clear`, bound for `stop` or the stop line, as the last.
+        """Let a robot enter as the last: it leaves the node at the start at `clear`, for `stop` or the stop line.
 
         Behind a slower robot it leaves later, at `robot.since`, rather than drive slower. So it is D behind all the
         way, and one event still takes it there.
@@ -211,7 +211,7 @@ class Lane:
         return goal if last is None else min(goal, max(last.target - self.headway, 0.0))
 
     def enter_standing(self, robot: Body, since: float) -> None:
-        """A robot that stood on the node at the lane's start is on this short lane from `since` on, at 0."""
+        """Put a robot that stood on the node at the lane's start on this short lane from `since` on, at 0."""
         if self.rules.mixed:
             robot.take_pace_of(self, since)
         robot.onto_short_lane(self, self.last, since)
@@ -219,7 +219,7 @@ class Lane:
         self.passages += 1
 
     def place(self, robot: Body, position: float) -> None:
-        """A robot stands here at the start of a run, as the last."""
+        """Put a robot here at the start of a run, as the last."""
         robot.begin_on_lane(self, self.last, position)
         self.last = robot
 
@@ -304,7 +304,7 @@ class Lane:
         return True
 
     def free_at(self, robot: Body, ahead: Body | None, start: float, target: float, since: float) -> float:
-        """When a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
+        """Return when a robot may be at `target`: D behind the one ahead all the way, on the lane or just off its end.
 
         Coming later than it could counts as waiting.
         Both drive at a steady pace, so it is enough that it keeps D at its target and where the one ahead sets off,
@@ -322,14 +322,14 @@ class Lane:
         return free
 
     def _clear_at(self, ahead: Body | None, place: float, pace: float) -> float:
-        """When the one ahead, or the last that left, is D beyond a place: off the lane no slower than `pace`."""
+        """Return when the one ahead, or the last that left, is D beyond a place: off the lane no slower than `pace`."""
         if ahead is not None:
             return ahead.passes(place + self.headway)
         beyond = place - (self.length - self.headway)
         return self.out_at + beyond / (pace if beyond > 0 else self.out_pace)
 
     def count_wait(self, robot: Body, other: Body | None, duration: float, end: float) -> None:
-        """One collision: an episode of waiting behind `other` on this lane that ends at `end`.
+        """Count a collision: an episode of waiting behind `other` on this lane that ends at `end`.
 
         However often a robot would stop and start in small steps meanwhile: counted so, S grows without limit as the
         steps shrink.
@@ -342,7 +342,7 @@ class Lane:
             self.rules.log.collision(end, robot, other, None, self.edge, duration)
 
     def cut_delay(self, robot: Body, delay: Delay, now: float) -> None:
-        """The run ends before a delay that was counted is over: what is left of it does not count."""
+        """Cut a delay that was counted and is not over when the run ends: what is left of it does not count."""
         left = robot.delay_after(now)
         begun = delay.begin < now - EPS
         robot.cut_wait_behind(left, begun=begun)
@@ -379,7 +379,7 @@ class RestrictedLane(Lane):
         self.usual = limit
 
     def limit_at(self, time: float) -> float:
-        """The speed limit at a time."""
+        """Return the speed limit at a time."""
         return min((slowness.limit(time) for slowness in self.slow), default=self.usual)
 
     def _late(self, robot: Body, ahead: Body | None, target: float, clear: float) -> float:

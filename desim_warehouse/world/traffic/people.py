@@ -62,19 +62,19 @@ class Aisle:
         self.busy_since = self.busy_until = -math.inf
 
     def closed_until(self, now: float) -> float:
-        """When those who are in it now will all have left."""
+        """Return when all who are in it now will have left."""
         self.source.come(now)
         return self.busy_until
 
     def opens_for(self, robot: Passer, now: float) -> float:
-        """When they have all left, or step aside for a robot that waits."""
+        """Return when all in it have left, or step aside for a robot that waits."""
         until, give_way = self.closed_until(now), self.source.spec.give_way
         if give_way is None or robot.claim is None:
             return until
         return min(until, max(robot.claim.begun, self.busy_since) + give_way.after)
 
     def expected_until(self, time: float, now: float) -> float:
-        """For a robot that sees a person in it, but not since when: the mean time that is left of a stay, from now.
+        """Return the mean time left of a stay, from now, for a robot that sees a person but not since when.
 
         Or sooner, if people step aside for it.
         """
@@ -100,13 +100,13 @@ class PeopleSource:
         self._next = math.inf
 
     def start(self, streams: Streams, hours: Hours, hour: float) -> None:
-        """With the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
+        """Take the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
         self._streams = streams
         self._arrivals = self._times(hours, hour)
         self._next = next(self._arrivals, math.inf)
 
     def _times(self, hours: Hours, hour: float) -> Iterator[float]:
-        """The times at which people come. At random it is a Poisson process in the time that is open to them."""
+        """Iterate over the times at which people come: at random, a Poisson process in the time open to them."""
         if self.spec.per_hour is None:
             yield from sorted(self.spec.times)
             return
@@ -120,7 +120,7 @@ class PeopleSource:
             yield time
 
     def come(self, now: float) -> None:
-        """All visits that have begun by now."""
+        """Add all visits that have begun by now."""
         while self._next <= now:
             stream = cache(partial(self._streams.stream, f"people:{self.name}", len(self.visits)))
             which = 0 if len(self.aisles) == 1 else int(stream().choice(len(self.aisles), p=self.weights))

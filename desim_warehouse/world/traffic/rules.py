@@ -16,7 +16,7 @@ EPS = 1e-6
 
 
 def exact_length(length: float, headway: float) -> float:
-    """A lane's length, or D or 2 D where it is within the tolerance of them.
+    """Return a lane's length, or D or 2 D where it is within the tolerance of them.
 
     Lanes of at least D, and of at least 2 D, obey other rules than shorter ones. Which rule holds must not depend on
     rounding, and a lane that is one by the tolerance only has stop lines that do not fit it.

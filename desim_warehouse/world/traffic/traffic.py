@@ -96,7 +96,7 @@ class Traffic:
             self.lanes[start.edge].place(robot, start.offset)
 
     def clear(self, robot: Body, name: str) -> None:
-        """From where it stands on the lanes to beside a node: what it held is free, and those behind move up."""
+        """Move a robot from the lanes to beside a node: the places it held are free, and robots behind move up."""
         now, node = self.rules.env._now, self.nodes[name]
         held, lane, behind = robot.held, robot.lane, robot.behind
         robot.be_cleared(node)
@@ -111,7 +111,7 @@ class Traffic:
                 place.freed(now)
 
     def into_bay(self, robot: Body) -> None:
-        """From the node it stands on into the bay beside it: at once, and the node is open to all."""
+        """Move a robot from the node it stands on into the bay beside it: at once, and the node is open to all."""
         now = self.rules.env._now
         node, lane = robot.held, robot.lane
         if lane is not None:
