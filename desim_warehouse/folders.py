@@ -40,7 +40,7 @@ _MADE: dict[Made, re.Pattern[bytes]] = {
     "trace": re.compile(rb'\A\{"traceEvents":'),
     "messages": re.compile(rb'\A\{"headerId":.*"manufacturer":"desim-warehouse"'),
 }
-"""What stands in files that we make, by kind, and hardly in those of others."""
+"""Text that stands in files that we make, by kind, and hardly in files of others."""
 _BEGINNING = 65_536
 """Bytes in which it stands."""
 

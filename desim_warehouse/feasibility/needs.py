@@ -70,7 +70,7 @@ def least_needs(
         begins, ends, out = list(layout.graph), list(layout.graph), 0.0
     stands = () if again else fleet.starts(layout.bays)
     begun = {**dict.fromkeys(begins, out), **{start.node: 0.0 for start in stands if start.on_lanes}}
-    if not fleet.kinds:  # fleets of all sizes draw the same
+    if not fleet.kinds:  # a task draws alike in fleets of all sizes
         model = model.model_copy(update={"fleet": fleet.model_copy(update=ONE)})
     return _least_needs(model, layout, draws, tuple(begun.items()), tuple(ends))
 

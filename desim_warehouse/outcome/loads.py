@@ -1,7 +1,7 @@
 """How busy everybody was in a run: the loads of `model.facts.workers`, measured.
 
 A group that works all of its time may be asked for more. Where more work is left open in the end than chance explains,
-loads are those of all work that came, and may be above 1.
+loads are of all work that came, and may be above 1.
 """
 
 from __future__ import annotations

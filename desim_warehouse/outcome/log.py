@@ -132,7 +132,7 @@ class Log:
     `for_workers` are the tasks whose load units are worked on in a station: it is known at their release where they can
     go nowhere else, or when they are put down; None: a version before 0.4.0 did not say. `people` has visits, their
     time, and their time shared with robots, and is empty without people.
-    `version` is that of desim-warehouse, which wrote it.
+    `version`: of the desim-warehouse that wrote it.
     """
 
     level: Detail = "all"
@@ -197,7 +197,7 @@ class Log:
             self.event(time, "batched", NONE, task, None, float(len(tasks)))
 
     def cross(self, now: float, robot: _Body, lane: _Lane | None, clear: float) -> None:
-        """A robot sets out from the stop line of `lane` and leaves the node at `clear` for the lane it is now on."""
+        """Write that a robot sets out from the stop line of `lane` and leaves the node at `clear` for its next lane."""
         rows, number, task, edge = self.rows, robot.number, robot.task, robot.lane.edge
         if self.everything and lane is not None and lane.out_at > now:
             rows.append((now, "drive", number, task, None, lane.edge, lane.length, lane.out_at, NONE))

@@ -265,7 +265,7 @@ class _Follower:
         assert row.value is not None
         assert row.until is not None
         target, until = row.value, row.until
-        if edge != self.on[robot]:  # its row comes before the one that says so
+        if edge != self.on[robot]:  # this row comes before the row of the change
             self.on[robot], self.position[robot], self.fresh[robot] = edge, 0.0, True
         origin = self.position[robot]
         if self.fresh[robot] or origin != target:

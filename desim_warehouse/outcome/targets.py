@@ -68,7 +68,7 @@ def parse_target(text: str, units: UnitNames | None = None) -> Target:
 
     Args:
         text: an indicator, a bound, a number, and a unit or none: then it is in the unit of the model.
-        units: those of the model; None: not known yet, and the target has none.
+        units: of the model; None: not known yet, and the target has none.
 
     Raises:
         StudyError: the text, what was expected, and the nearest indicator.
@@ -95,7 +95,7 @@ def amount_of(measure: Indicator, text: str, units: UnitNames | None, where: str
     Args:
         measure: the indicator.
         text: a number, and a unit or none.
-        units: those of the model; None: not known yet.
+        units: of the model; None: not known yet.
         where: the option or key as the user wrote it, for the message.
 
     Raises:

@@ -1,7 +1,7 @@
 """Verdicts: what is wrong with a run or a design, in words. It cannot keep up, drains its batteries, or is jammed.
 
 The rules are in `RULES`: tables, reports, JSON and the reference in the documentation all read them. They
-use indicators, those of a run or their means over the runs of a design, so that both are judged alike.
+use indicators, of a run or as means over the runs of a design, so that both are judged alike.
 
 A run counts in full once its batteries have settled (`fall`). Where their mean level falls, what charging costs is
 still to come; where it rises, more is charged than will be, and the fleet looks worse than it is. `expected` says what

@@ -121,14 +121,14 @@ class World:
         self._find_ways(restrictions)
         homes = model.fleet.homes(self.layout.bays)
         self._open_places(homes)
-        # The list of open tasks is shared: the dispatcher keeps it, those that look ahead read it.
+        # The list of open tasks is shared: the dispatcher keeps it, parts that look ahead read it.
         open_tasks: OrderedDict[int, Task] = OrderedDict()
         self._look_ahead(open_tasks)
         # So is the list of robots: the dispatcher has it before there are any, as robots are given the dispatcher.
         self.robots: list[Robot] = []
         self._take_orders(open_tasks, ask=ask, demand=demand or (Flows if model.tasks.flows else Demand))
         self._put_into_bays(homes, start)
-        # Last, when every robot has a slot in its bay, which one that starts on the lanes may leave to another.
+        # Last, when every robot has a slot in its bay: a robot that starts on the lanes may leave its slot to another.
         self._stand_on_lanes()
 
     def _people(self, zones: Sequence[TrafficZone]) -> Sequence[PeopleSource]:

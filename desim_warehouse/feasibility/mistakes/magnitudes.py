@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 HOUR = 3600.0
 MOST_CV = 3.0
-"""Times of which the standard deviation is more than three times the mean are hardly ever seen."""
+"""Times whose standard deviation is more than three times the mean are hardly ever seen."""
 LONGEST_BATTERY, LONGEST_CHARGE = 100 * HOUR, 16 * HOUR
 """A battery of robots lasts no longer at work, and takes no longer to charge."""
 FAST_CHARGE, MOST_TO_ONE = 300.0, 20.0

@@ -1,6 +1,6 @@
 """The cost of a design a year: robots, chargers, spare batteries, wages; a run adds energy and late orders.
 
-Wages are those of the people whom `workers.staff` names in each station, for its open hours.
+Wages are paid to the people whom `workers.staff` names in each station, for its open hours.
 """
 
 from __future__ import annotations

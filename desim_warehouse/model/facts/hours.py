@@ -27,8 +27,8 @@ STEPS = 1000
 def longest_closed(model: Model) -> float:
     """Return the longest time in which a station, or the fleet, is outside its hours, as far as the run goes.
 
-    A fleet of which a part f is off for a time g, and that keeps up all the same, falls back by no more than what
-    comes in f g meanwhile: so of robots it is the mean.
+    A fleet whose part f is off for a time g, and that keeps up all the same, falls back by no more than the work that
+    comes in f g meanwhile: so for robots it is the mean.
     """
     if not (model.layout.has_hours or model.fleet.has_hours):
         return 0.0

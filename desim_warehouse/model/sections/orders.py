@@ -86,7 +86,7 @@ def near(path: str | Path) -> Path:
 
 
 def without_earlier(named: dict[str, Any]) -> tuple[dict[str, Any], list[str]]:
-    """Return a section that names a file without keys of earlier versions, and those with a value, as text."""
+    """Return a section that names a file, without keys of earlier versions, and such keys with a value, as text."""
     keys = [f"{key}: {got(named[key])}" for key in _EARLIER if key in named and named[key] != _EARLIER[key]]
     return {key: value for key, value in named.items() if key not in _EARLIER}, keys
 

@@ -24,8 +24,8 @@ T = TypeVar("T")
 class Stop:
     """A stop for a task: it is loaded, handed over on its way (`visit`), or unloaded.
 
-    At `node`, in the `station` beside it (None: in the lane), or `offset` beyond the start of `edge`, of which `node`
-    is then the end; one at a node has that for both ends of `edge`. `rank`: which visit of its task it is, from 0.
+    At `node`, in the `station` beside it (None: in the lane), or `offset` beyond the start of `edge`, whose end
+    is `node` then; a stop at a node has it for both ends of `edge`. `rank`: which visit of its task it is, from 0.
     `joins`: a robot may come to it from one before it on the same edge, without leaving that.
     """
 

@@ -61,7 +61,7 @@ class Itinerary:
         return task.edge if self.place is None else self.place[0].edge
 
     def take(self, node: str, stops: Sequence[Stop], bay: str | None) -> bool:
-        """From `node` from stop to stop up to the first in a station, and from a last one in the lane to `bay`.
+        """Set the route from `node` over the stops up to the first in a station, or from a last in the lane to `bay`.
 
         False: the change is not safe. Out of a station the rest is declared (`onward`).
         """

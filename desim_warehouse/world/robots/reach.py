@@ -71,7 +71,7 @@ def loaded_time(travel: FreeTravel, task: Task, station: str) -> float:
 class Reach:
     """How much energy and time the work of robots of a `kind` will take, and what follows from it.
 
-    `model`: as if all robots had the battery of this kind. `levels` asks its charging policy. `open_tasks` are those of
+    `model`: as if all robots had the battery of this kind. `levels` asks its charging policy. `open_tasks` are on
     the list, in its order. Where robots charge alike one serves all kinds.
     """
 

@@ -124,7 +124,7 @@ class SettledFleets:
         """
         if model not in self._known:
             settling = SettlingRun(model)
-            if settling.model not in self._known:  # runs of another length have the same
+            if settling.model not in self._known:  # runs of another length share it
                 self._known[settling.model] = self.once(settling.model, lambda: settle(settling), waiting)
             self._known[model] = self._known[settling.model]
             while len(self._known) > _KNOWN:

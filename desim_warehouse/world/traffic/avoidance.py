@@ -311,7 +311,7 @@ class Avoidance:
     def _moved(self, robot: Body) -> None:
         """Look again at claims that were refused because of where it stood, or because of its route.
 
-        So is the one that the plan begins with, whoever made it unsafe before: the proof rests on it.
+        So is the claim of the robot that the plan begins with, whichever made it unsafe: the proof rests on it.
         """
         first = self.test.first()
         if first is not None:

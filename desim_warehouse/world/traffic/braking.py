@@ -30,7 +30,7 @@ class LookAhead:
     """A look B ahead for one robot: it decides there whether the robot goes on or brakes.
 
     `brakes` is the time in which it loses a unit of speed. `when` is the time of the next decision, inf if none is to
-    come, and `pending` that of the event that comes up for it, at that time or before.
+    come, and `pending` the time of the event for it, then or before.
     """
 
     def __init__(self, env: Environment, robot: Body, brakes: float) -> None:
@@ -63,7 +63,7 @@ class LookAhead:
 
     def _look(self, _: Event) -> None:
         now = self.env.now
-        if now < self.pending:  # another comes up for the same decision
+        if now < self.pending:  # another event comes up for this decision
             return
         self.pending = math.inf
         if self.when > now + EPS:

@@ -58,8 +58,8 @@ def record_visits(log: Log, people: Iterable[PeopleSource], end: float) -> None:
 def count_encounters(log: Log, people: Iterable[PeopleSource], starts: Sequence[Start]) -> None:
     """Add to what robots have counted that people came into an aisle with them, and tally the visits of people.
 
-    `visits` begin in the counted time, of which `time` is the sum for all people and `shared` that with a robot in the
-    same aisle.
+    `visits` begin in the counted time; `time` is their time within it for all people, and `shared` the part with a
+    robot in the aisle.
     """
     stays = _stays(log, starts)
     visits, time, shared = 0, [0.0], [0.0]

@@ -28,7 +28,7 @@ class Clock(Environment):
 
     now: float = 0.0  # a property in SimPy
     ticks: int = 0
-    """How many of the scheduled events are those of clocks that go on whatever happens (`tick`)."""
+    """How many scheduled events belong to clocks that go on whatever happens (`tick`)."""
 
     def step(self) -> None:
         """Run the next event, in SimPy's own loop (`run`): its private time alone would leave `now` behind."""

@@ -114,7 +114,7 @@ class Gridlock:
         claims = [robot.claim for robot in ring if robot.claim is not None]
         passed = set()
         for claim in claims:
-            # A figure of eight passes this free node twice. The one that waits on it makes a gap, and the two loops
+            # A figure of eight passes this free node twice. The robot that waits on it makes a gap, and the two loops
             # turn one after the other; sent another way, two full loops would change places for ever.
             if claim.node.holder is None and claim.node in passed:
                 claim.node.award(claim, None)

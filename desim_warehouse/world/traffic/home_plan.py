@@ -119,7 +119,7 @@ def trail_of(node: Intersection, route: Iterable[Lane], direction: ZoneDirection
 class HomePlan:
     """Whether a state is safe, where robots can make way for others on one-way lanes (a `Test` of the guard).
 
-    `moves` are those of every robot that is out, the last of them home. A robot under way stands where it is going to.
+    `moves`: of every robot that is out, the last of them home. A robot under way stands where it is going to.
     """
 
     __slots__ = ("_at_refuges", "_by_rank", "_ranks", "declared", "moves", "stands")

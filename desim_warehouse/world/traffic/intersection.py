@@ -214,7 +214,7 @@ class Intersection:
     def serve(self, now: float) -> None:
         """Grant the first of the waiting claims that can be granted now, or look at them again when it opens."""
         guard = self.rules.guard
-        for claim in self.claims:  # one that has no room is passed over: the node is for those who have
+        for claim in self.claims:  # a claim without room is passed over: the node is for claims with room
             if claim.has_room:
                 if claim.because is not None:
                     self.now_waits_for(claim, None, now)

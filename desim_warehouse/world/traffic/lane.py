@@ -29,7 +29,7 @@ class Lane:
     lane has no room to stand clear of both its ends (length < 2 D): a robot on it holds its end. An *inside* lane joins
     two nodes of one intersection, and counts as short. `stop_line` is D before the end, where a robot claims what comes
     next. At the end itself `node_time` is spent. Of a two-way lane there is one for each direction, and each is the
-    other's `twin`: robots are on one of them only. `zone_direction` is that of a zone used in one direction at a time.
+    other's `twin`: robots are on one of them only. `zone_direction`: of a zone used in one direction at a time.
     `tail` and `head` are the points it joins (x + iy). `out_at` and `out_pace` say when and how fast the last robot
     left its end, `out_since` when it set out from the stop line if it stood there after it had left the queue.
     """
