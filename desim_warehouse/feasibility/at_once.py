@@ -2,8 +2,8 @@
 
 Batteries that begin alike and never rest reach the level at which robots charge within a short time of each other: they
 differ only by what the states of a robot draw. With D for the difference of the largest and the smallest draw, σ is
-about D / 4 times the root of the product of the time worked and the time of a task, in energy. If all are low before the first is back,
-nobody works until then, however many chargers there are.
+about D / 4 times the root of the product of the time worked and the time of a task, in energy. If all are low before
+the first is back, nobody works until then, however many chargers there are.
 """
 
 from __future__ import annotations
