@@ -162,7 +162,7 @@ class Drive:
         return self.robot.lane is not None and self.stop is not None and self.onward is None
 
     def clear(self) -> Lane | None:
-        """Take a broken robot off its lane, and return the lane if it has to drive it again."""
+        """A broken robot is off its lane now. Returned is the lane if it has to drive it again."""
         if not self._stops_on_its_lane:
             return None
         lane: Lane = self.robot.lane

@@ -135,14 +135,12 @@ class Routes:
             lanes = []
         if not names or names[0] != origin or names[-1] != goal or len(lanes) != len(names) - 1:
             are_names = all(isinstance(name, str) for name in names)
-            answer = " > ".join(names if are_names else map(shown, names)) or "nothing"
-            raise fault("routing", policy, now, f"{answer} is no route from {origin} to {goal}")
+            said = " > ".join(names if are_names else map(shown, names)) or "nothing"
+            raise fault("routing", policy, now, f"{said} is no route from {origin} to {goal}")
         closed = self._in_lane.intersection(names[1:-1])
         if closed:
-            answer = f"{' > '.join(names)} is no route from {origin} to {goal}"
-            raise fault(
-                "routing", policy, now, f"{answer}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)"
-            )
+            said = f"{' > '.join(names)} is no route from {origin} to {goal}"
+            raise fault("routing", policy, now, f"{said}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)")
         return lanes
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:

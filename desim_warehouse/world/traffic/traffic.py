@@ -141,16 +141,16 @@ def _intersections(
     together = [edge for edge, length in lengths.items() if length < rules.headway]
     together += [pair for zone in zones if zone.rule == "one-robot" for pair in pairwise(zone.nodes)]
     for source, target in together:
-        group_kept, group_added = groups[source], groups[target]
-        if group_kept is not group_added:
-            group_kept += group_added
-            groups.update(dict.fromkeys(group_added, group_kept))
-    nodes: dict[str, Intersection] = {}
+        one, other = groups[source], groups[target]
+        if one is not other:
+            one += other
+            groups.update(dict.fromkeys(other, one))
+    found: dict[str, Intersection] = {}
     for name, group in groups.items():
-        if name not in nodes:
+        if name not in found:
             node = Intersection(rules, group) if free.isdisjoint(group) else FreeIntersection(rules, group)
-            nodes.update(dict.fromkeys(group, node))
-    return nodes
+            found.update(dict.fromkeys(group, node))
+    return found
 
 
 def _lanes(
