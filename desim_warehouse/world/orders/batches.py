@@ -100,7 +100,7 @@ class Batcher:
 
     def _checked(self, batches: Iterable[object], tasks: Mapping[int, Task], most: int) -> list[TaskBatch]:
         """Check every batch of the policy's answer, and return them."""
-        batches_checked: list[TaskBatch] = []
+        checked: list[TaskBatch] = []
         seen: set[int] = set()
         for batch in batches:
             if not isinstance(batch, TaskBatch) or not isinstance(batch.at, int | float) or math.isnan(batch.at):
@@ -113,8 +113,8 @@ class Batcher:
                 if number in seen:
                     raise self._fault(f"task {number} is in two batches")
                 seen.add(number)
-            batches_checked.append(batch)
-        return batches_checked
+            checked.append(batch)
+        return checked
 
     def _fault(self, text: str) -> PolicyError:
         return fault("batching", self.policy, self.env.now, text)
