@@ -362,7 +362,7 @@ def pile_on(history: History) -> float:
 
 
 def station_idle(history: History) -> float:
-    """Return the share of the time of servers in which they pick no line; changing pods is not in use."""
+    """Return the share of the time of servers in which they pick no line, changes of pods included."""
     stations, model = history.layout.stations, history.model
     busy = math.fsum(row["busy"] for row in history.log.stations or ())
     time = math.fsum(
