@@ -26,7 +26,7 @@ def test_runs_results_answers_and_checks_are_shown_in_one_style_without_scripts(
     things = {
         "run": dw.simulate(example()),
         "results": study.run().results,
-        "why": dw.why(example(), search=dw.Search(first=5, cap=5)),
+        "why": dw.why(example(), search=dw.Search(first=2, cap=2)),
         "check": dw.check(example()),
     }
     pages = {name: shown(thing) for name, thing in things.items()}

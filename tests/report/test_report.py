@@ -206,7 +206,7 @@ def test_the_notebook_makes_a_small_study_and_shows_its_runs_as_a_table():
     assert set(re.findall(r"import (\S+)", source)) == {"tempfile", "Path", "display", "desim_warehouse"}
 
 
-@pytest.mark.parametrize("make", ["run", "search"])
+@pytest.mark.parametrize("make", ["run", pytest.param("search", marks=pytest.mark.long)])
 def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
     folder = tmp_path / "folder"
     if make == "run":

@@ -17,7 +17,7 @@ from tests.report.replay.floors import busy_run, due_run
 
 LENGTHS = {
     "goods-to-person": 420.0,
-    "sorting": 300.0,
+    "sorting": 120.0,
     "e-commerce": 1200.0,
     "hospital": 2400.0,
     "milk-run": 2400.0,
