@@ -42,11 +42,10 @@ from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.suspects import Suspect
 from desim_warehouse.study.target import read_target
 from tests.daily import some
+from tests.lasting import LASTING
 from tests.live.test_frozen import held
 from tests.report.test_report import needs_nothing_from_outside
 
-LASTING = {"fleet.start_energy": 1, "battery.consumption": 1e-4}
-"""Batteries that last, which need no long run of each fleet in which they settle."""
 BRACKETS = re.compile(r"\([^)]*\(")
 
 
