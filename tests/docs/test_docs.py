@@ -58,7 +58,7 @@ TAKE_LONG = {
         "tutorial-pods",
     )
 }
-"""Pages of over 1.4 s of processor: their commands and names are read every day, in the long run they are carried out."""
+"""Pages of over 1.4 s of processor: commands and names are read every day, and carried out in the long run."""
 EACH = [
     pytest.param(page, id=_name(page), marks=[pytest.mark.long] if _name(page) in TAKE_LONG else [])
     for page in PAGES
