@@ -65,7 +65,7 @@ def disagreements(run):
     return found
 
 
-LARGE = {"goods-to-person", "sorting"}
+LARGE = {"goods-to-person", "sorting", "hospital", "milk-run"}
 
 
 @pytest.mark.parametrize(
