@@ -31,7 +31,12 @@ NOTHING, PICK, DROP, CHARGE = range(4)
 ACTIONS = ("", "pick", "drop", "charge")
 FAR = 3600.0
 """A single time stamp that is later than its neighbours by so many seconds is wrong."""
-DAY = 86_400.0
+HOUR, DAY = 3600.0, 86_400.0
+_NEAR = 60.0
+"""Seconds around a full hour in which a robot reports at least once."""
+_TOGETHER = 4
+"""Messages of a robot within which those of all others came, too."""
+_SUNDAY, _MORNING, _CHANGES = 6, 4, (3, 4, 9, 10, 11)
 MOST_DAYS = 31
 """Days of a log: each is simulated as long as it is."""
 _MOST_JUMPS = 0.25
@@ -65,7 +70,7 @@ class Notes:
 
     `late` are messages that came after later ones of their robot and stand in order now. `jumps` are those left out
     as the robot's clock ran back, or ahead for a moment. `gaps` are times without messages, `missing` seconds in all.
-    `backwards`: the file has its newest message first.
+    `backwards`: the file has its newest message first. `assumed`: how its times are read, in words.
     """
 
     rows: int = 0
@@ -77,6 +82,7 @@ class Notes:
     gaps: int = 0
     missing: float = 0.0
     backwards: bool = False
+    assumed: list[str] = field(default_factory=list)
 
     def refuse(self, place: str, why: str) -> None:
         """Count a bad row, and name it if it is among the first."""
@@ -86,7 +92,7 @@ class Notes:
 
     def lines(self) -> list[str]:
         """What is to be known of the log, in words; nothing where nothing was wrong."""
-        found = [*self.problems]
+        found = [*self.assumed, *self.problems]
         if self.bad > len(self.problems):
             found.append(f"and {self.bad - len(self.problems):,} more bad rows")
         if self.backwards:
@@ -163,6 +169,7 @@ class Collector:
         if not trips:
             notes.backwards = _backwards(columns["robot"], columns["time"])
             columns = {name: column[:: -1 if notes.backwards else 1] for name, column in columns.items()}
+            columns["time"] = self._on_one_clock(columns["robot"], columns["time"])
             keep = _in_order(columns["robot"], columns["time"], notes)
             self._check_left()
             columns = {name: column[keep] for name, column in columns.items()}
@@ -186,6 +193,25 @@ class Collector:
         """What robots are called: by their serial number, and their maker where two have the same."""
         serials = Counter(serial for serial, _ in self._robots)
         return tuple(serial if serials[serial] == 1 else f"{serial} of {maker}" for serial, maker in self._robots)
+
+    def _on_one_clock(self, robot: NDArray[Any], time: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Times without what clocks differ by, from one robot to the others, or from before a clock change to after.
+
+        What was put right is noted.
+        """
+        names, notes = self._names(), self.notes
+        for number, ahead in _clocks_ahead(robot, time).items():
+            time = time - ahead * (robot == number)
+            side = "ahead of" if ahead > 0 else "behind"
+            notes.assumed.append(
+                f"the clock of {got(names[number])} is {abs(ahead):,.0f} s {side} the others': put right"
+            )
+        change = _clock_change(robot, time)
+        if change is not None:
+            hour, time = change
+            when = dt.datetime.fromtimestamp(hour, dt.UTC).strftime("%Y-%m-%d %H:%M")
+            notes.assumed.append(f"all clocks jump by an hour at {when}: a clock change, put right")
+        return time
 
     def _check_left(self) -> None:
         """Refuse a log most of which would be left out."""
@@ -214,6 +240,58 @@ class Collector:
 
 def _date(time: float) -> str:
     return dt.datetime.fromtimestamp(time, dt.UTC).strftime("%Y-%m-%d")
+
+
+def _clocks_ahead(robot: NDArray[Any], time: NDArray[np.float64]) -> dict[int, float]:
+    """By how many seconds the clocks of robots are ahead of the others', where their messages stand between theirs.
+
+    Messages that stand together in the log came together. One in order of its times says nothing of clocks, and two
+    robots do not say which of them is wrong.
+    """
+    together = _TOGETHER * (int(robot.max()) + 1)
+    rows = len(time) // together * together
+    off = time[:rows] - np.repeat(np.median(time[:rows].reshape(-1, together), axis=1), together)
+    numbers = np.unique(robot[:rows])
+    ahead = np.array([np.median(off[robot[:rows] == number]) for number in numbers])
+    ahead -= np.median(ahead) if rows else 0.0
+    wrong = np.flatnonzero(np.abs(ahead) > LATE)
+    return {int(numbers[rank]): float(ahead[rank]) for rank in wrong} if len(wrong) * 2 < len(numbers) else {}
+
+
+def _clock_change(robot: NDArray[Any], time: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]] | None:
+    """The full hour at which all clocks jump by an hour, and the times as on the clock before it; None: they do not.
+
+    An hour ahead may be a gap, unless it is in a night of Sunday in spring or autumn; an hour back is none.
+    """
+    by_robot = np.argsort(robot, kind="stable")
+    steps, same = np.diff(time[by_robot]), np.diff(robot[by_robot]) == 0
+    before, after = time[by_robot][:-1], time[by_robot][1:]
+    hours = np.ceil(before / HOUR) * HOUR
+    for way in (1, -1):
+        late = after - hours - way * HOUR
+        jumps = same & (hours - before < _NEAR) & (late >= 0) & (late < _NEAR)
+        if not jumps.any():
+            continue
+        hour = float(np.median(hours[jumps]))
+        crossed = len(set(robot[time < hour - _NEAR].tolist()) & set(robot[time > hour + _NEAR].tolist()))
+        if len(set(robot[by_robot][1:][jumps & (hours == hour)].tolist())) < _NEARLY_ALL * crossed:
+            continue
+        if way > 0:
+            if not _is_night_of_change(hour) or ((time >= hour) & (time < hour + HOUR)).any():
+                continue
+            return hour, np.where(time >= hour + HOUR, time - HOUR, time)
+        back = same & (steps < -LATE) & (np.abs(before - hour) <= HOUR)
+        later = np.cumsum(back) - np.maximum.accumulate(np.where(same, 0, np.cumsum(back)))
+        changed = time.copy()
+        changed[by_robot[1:]] += HOUR * (later > 0)
+        return hour, changed
+    return None
+
+
+def _is_night_of_change(hour: float) -> bool:
+    """Whether clocks change at such an hour: before 4 on a Sunday, in spring or autumn."""
+    date = dt.datetime.fromtimestamp(hour, dt.UTC)
+    return date.weekday() == _SUNDAY and date.hour < _MORNING and date.month in _CHANGES
 
 
 def _backwards(robot: NDArray[Any], time: NDArray[np.float64]) -> bool:

@@ -4,24 +4,14 @@ from __future__ import annotations
 
 import csv
 import math
-import re
-from collections.abc import Callable
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 from desim_warehouse.errors import ReportError, got, nearest, reason
 from desim_warehouse.fleet_log.table import DROP, PICK, Collector, FleetLog
-from desim_warehouse.fleet_log.vda5050 import seconds
-from desim_warehouse.values.dates import (
-    SLASHES,
-    ZONE,
-    Slashes,
-    are_days_of_excel,
-    of_excel,
-    read_dates,
-    settled,
-)
+from desim_warehouse.values.dates import Slashes, across_midnight, end_across_midnight, instant, read_times
 
-_ZONED = re.compile(ZONE)
 COLUMNS = ("robot", "pick", "drop", "start", "end")
 
 
@@ -43,13 +33,13 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
                     near = nearest(name, rows.fieldnames or ())
                     hint = f"; did you mean '{near}'?" if near else ""
                     raise ReportError(f"{path}: no column '{name}', expected {', '.join(COLUMNS)}{hint}")
-            table = list(rows)
-            start_of, end_of = (_times([row.get(name) or "" for row in table], slashes) for name in ("start", "end"))
-            for number, row in enumerate(table, 2):
+            for number, row, start, end in _timed(list(rows), slashes, found):
                 try:
                     if None in row.values() or None in row:
                         raise ValueError(f"a row with other than {len(rows.fieldnames or ())} cells")  # noqa: TRY301
-                    start, end = start_of(row["start"]), end_of(row["end"])
+                    for name, time in (("start", start), ("end", end)):
+                        if math.isnan(time):
+                            instant(row[name], slashes)  # which says why it is none
                     if end < start:
                         raise ValueError(f"it ends before it starts (got {got(row['end'])})")  # noqa: TRY301
                 except ValueError as error:
@@ -64,31 +54,15 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
     return found.log(trips=True)
 
 
-def _times(column: list[str], slashes: Slashes | None) -> Callable[[str], float]:
-    """How a column of times is read: seconds, ISO dates, days of Excel, or dates as people write them."""
-    import pandas as pd
-
-    texts = pd.Series(list(dict.fromkeys(column)), dtype=object).str.strip()
-    numbers = pd.to_numeric(texts, errors="coerce")
-    if numbers.notna().all() and are_days_of_excel(numbers.to_numpy(dtype=float)):
-        dates = of_excel(texts)
-    else:
-        slashes = slashes or settled(texts)
-        dates = read_dates(texts.where(numbers.isna(), ""), slashes)
-    known = dict(zip(dict.fromkeys(column), dates, strict=True))
-
-    def read(text: str) -> float:
-        date = known[text]
-        if pd.notna(date) and _ZONED.search(text) is None:
-            return seconds(date.isoformat())
-        if slashes is None and SLASHES.match(text.strip()):
-            raise ValueError(
-                f"a date that may be meant in two ways (got {got(text)}), expected --dates us or uk to say"
-            )
-        try:
-            number = float(text)
-        except ValueError:
-            return seconds(text)
-        return seconds(number)
-
-    return read
+def _timed(
+    rows: list[dict[Any, Any]], slashes: Slashes | None, found: Collector
+) -> Iterator[tuple[int, dict[Any, Any], float, float]]:
+    """The rows of trips with their numbers, and when they start and end, by the one reading of both columns."""
+    read = read_times([(row.get(name) or "").strip() for name in ("start", "end") for row in rows], slashes)
+    found.notes.assumed += [f"times: each column {note}" for note in read.notes]
+    starts, ends = read.clocks[: len(rows)], read.clocks[len(rows) :]
+    across_midnight(starts)
+    end_across_midnight(starts, ends)
+    read.clocks = starts + ends
+    times = read.since_1970()
+    yield from zip(range(2, len(rows) + 2), rows, times[: len(rows)], times[len(rows) :], strict=True)
