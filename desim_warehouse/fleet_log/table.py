@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from desim_warehouse.errors import ReportError, got
+from desim_warehouse.errors import ReportError, got, number_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -130,6 +130,18 @@ class FleetLog:
     def length(self) -> float:
         """The time from the first message to the last, in seconds."""
         return float(self.table["time"].max()) if len(self.table) else 0.0
+
+    def in_short(self) -> str:
+        """The line by which wrong units are seen: robots, when the first row is and how long the log, levels."""
+        begin = dt.datetime.fromtimestamp(self.begin, dt.UTC).strftime("from %Y-%m-%d %H:%M on, " if self.begin else "")
+        hours = f"{self.length / HOUR:,.1f} h"
+        parts = [f"{self.name}: {number_of(len(self.robots), 'robot')}", f"{begin}{hours}"]
+        levels = self.table["charge"].dropna()
+        if len(levels):
+            parts.append(f"charge {levels.min():.3g} to {levels.max():.3g} %")
+            if levels.max() <= 1.0 and levels.max() > 0.0:
+                parts.append("doubtful, as messages have per cent and not shares")
+        return ", ".join(parts)
 
 
 class Collector:

@@ -90,6 +90,16 @@ def test_clocks_of_two_robots_and_of_logs_in_order_of_time_say_nothing(tmp_path)
     assert not any("clock" in line for line in log_of(tmp_path, ordered).notes.lines())
 
 
+def test_a_log_in_one_line(tmp_path):
+    lines = [message(0, robot, timestamp=f"2026-03-02T06:{minute:02}:00Z") for minute in range(55) for robot in ROBOTS]
+    lines[3]["batteryState"] = {"batteryCharge": 35.5, "charging": False}
+    log = log_of(tmp_path, lines)
+    assert log.in_short().endswith("log.jsonl: 4 robots, from 2026-03-02 06:00 on, 0.9 h, charge 35.5 to 80 %")
+    shares = [line | {"batteryState": {"batteryCharge": 0.8, "charging": False}} for line in lines]
+    said = "charge 0.8 to 0.8 %, doubtful, as messages have per cent and not shares"
+    assert log_of(tmp_path, shares).in_short().endswith(said)
+
+
 @pytest.mark.parametrize(
     "stamp",
     ["2026-03-02 06:00:{:02}", "02.03.2026 06:00:{:02}", "2026-03-02T07:00:{:02}+01:00", "2026-03-02 6:00:{:02} AM"],
