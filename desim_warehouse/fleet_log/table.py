@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from desim_warehouse.errors import ReportError, got, number_of
+from desim_warehouse.values.fields import LIMITS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -159,6 +160,9 @@ class Collector:
         """A row; `robot`: its serial number and maker; `rest`: driving, load, action, charge, fault."""
         number = self._robots.setdefault(robot, len(self._robots))
         place = self._nodes.setdefault(node, len(self._nodes))
+        for count, limit in ((number, "robots"), (place, "nodes")):
+            if count >= LIMITS[limit][0]:
+                raise ReportError(f"{self.name}: more than {LIMITS[limit][0]:,} {limit}, expected the log of a fleet")
         for put, value in zip(self._add, (time, number, x, y, place, *rest), strict=True):
             put(value)  # type: ignore[arg-type]
 
@@ -260,14 +264,15 @@ def _clocks_ahead(robot: NDArray[Any], time: NDArray[np.float64]) -> dict[int, f
     Messages that stand together in the log came together. One in order of its times says nothing of clocks, and two
     robots do not say which of them is wrong.
     """
+    import pandas as pd
+
     together = _TOGETHER * (int(robot.max()) + 1)
     rows = len(time) // together * together
     off = time[:rows] - np.repeat(np.median(time[:rows].reshape(-1, together), axis=1), together)
-    numbers = np.unique(robot[:rows])
-    ahead = np.array([np.median(off[robot[:rows] == number]) for number in numbers])
-    ahead -= np.median(ahead) if rows else 0.0
-    wrong = np.flatnonzero(np.abs(ahead) > LATE)
-    return {int(numbers[rank]): float(ahead[rank]) for rank in wrong} if len(wrong) * 2 < len(numbers) else {}
+    ahead = pd.Series(off).groupby(robot[:rows]).median()
+    ahead -= ahead.median()
+    wrong = ahead[ahead.abs() > LATE]
+    return {int(number): float(by) for number, by in wrong.items()} if len(wrong) * 2 < len(ahead) else {}
 
 
 def _clock_change(robot: NDArray[Any], time: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]] | None:

@@ -6,11 +6,13 @@ import csv
 import math
 from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
+from sys import intern
+from typing import NamedTuple
 
 from desim_warehouse.errors import ReportError, got, nearest, reason
 from desim_warehouse.fleet_log.table import DROP, PICK, Collector, FleetLog
 from desim_warehouse.values.dates import Slashes, across_midnight, end_across_midnight, instant, read_times
+from desim_warehouse.values.fields import LIMITS
 
 COLUMNS = ("robot", "pick", "drop", "start", "end")
 
@@ -26,39 +28,62 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
     """
     found = Collector(str(path))
     try:
+        if path.stat().st_size > LIMITS["texts"][0]:
+            raise ReportError(f"{path}: too large, expected trips of at most {LIMITS['texts'][0] / 1e6:,.0f} MB")
         with path.open(encoding="utf-8-sig", newline="") as lines:
-            rows = csv.DictReader(lines, skipinitialspace=True)
+            table = csv.reader(lines, skipinitialspace=True)
+            header = next(table, [])
             for name in COLUMNS:
-                if name not in (rows.fieldnames or ()):
-                    near = nearest(name, rows.fieldnames or ())
+                if name not in header:
+                    near = nearest(name, header)
                     hint = f"; did you mean '{near}'?" if near else ""
                     raise ReportError(f"{path}: no column '{name}', expected {', '.join(COLUMNS)}{hint}")
-            for number, row, start, end in _timed(list(rows), slashes, found):
+            for number, row, start, end in _timed(_trips(path, table, header), slashes, found):
                 try:
-                    if None in row.values() or None in row:
-                        raise ValueError(f"a row with other than {len(rows.fieldnames or ())} cells")  # noqa: TRY301
-                    for name, time in (("start", start), ("end", end)):
+                    for time, text in ((start, row.start), (end, row.end)):
+                        if row.cells != len(header):
+                            raise ValueError(f"a row with other than {len(header)} cells")  # noqa: TRY301
                         if math.isnan(time):
-                            instant(row[name], slashes)  # which says why it is none
+                            instant(text, slashes)  # which says why it is none
                     if end < start:
-                        raise ValueError(f"it ends before it starts (got {got(row['end'])})")  # noqa: TRY301
+                        raise ValueError(f"it ends before it starts (got {got(row.end)})")  # noqa: TRY301
                 except ValueError as error:
                     found.notes.refuse(f"{path}:{number}", str(error))
                     continue
-                found.add(
-                    start, (row["robot"], ""), math.nan, math.nan, row["pick"], False, True, PICK, math.nan, False
-                )
-                found.add(end, (row["robot"], ""), math.nan, math.nan, row["drop"], False, False, DROP, math.nan, False)
+                found.add(start, (row.robot, ""), math.nan, math.nan, row.pick, False, True, PICK, math.nan, False)
+                found.add(end, (row.robot, ""), math.nan, math.nan, row.drop, False, False, DROP, math.nan, False)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a CSV file of trips") from error
     return found.log(trips=True)
 
 
-def _timed(
-    rows: list[dict[Any, Any]], slashes: Slashes | None, found: Collector
-) -> Iterator[tuple[int, dict[Any, Any], float, float]]:
+class _Trip(NamedTuple):
+    """A row of the file: its five cells that are read, and how many there are."""
+
+    robot: str
+    pick: str
+    drop: str
+    start: str
+    end: str
+    cells: int
+
+
+def _trips(path: Path, table: Iterator[list[str]], header: list[str]) -> list[_Trip]:
+    """The rows of a file; raises ReportError where there are more than a log has."""
+    ranks, rows = [header.index(name) for name in COLUMNS], list[_Trip]()
+    for cells in table:
+        if not cells:
+            continue
+        if len(rows) == LIMITS["trips"][0]:
+            raise ReportError(f"{path}: too many rows, expected at most {LIMITS['trips'][0]:,}; split the file by days")
+        robot, pick, drop, start, end = (cells[rank] if rank < len(cells) else "" for rank in ranks)
+        rows.append(_Trip(intern(robot), intern(pick), intern(drop), start.strip(), end.strip(), len(cells)))
+    return rows
+
+
+def _timed(rows: list[_Trip], slashes: Slashes | None, found: Collector) -> Iterator[tuple[int, _Trip, float, float]]:
     """The rows of trips with their numbers, and when they start and end, by the one reading of both columns."""
-    read = read_times([(row.get(name) or "").strip() for name in ("start", "end") for row in rows], slashes)
+    read = read_times([row.start for row in rows] + [row.end for row in rows], slashes)
     found.notes.assumed += [f"times: each column {note}" for note in read.notes]
     starts, ends = read.clocks[: len(rows)], read.clocks[len(rows) :]
     across_midnight(starts)
