@@ -68,7 +68,7 @@ def drawing(path, blocks):
         block = document.blocks.new(f"B{rank}")
         for place in range(8):
             block.add_blockref(f"B{rank - 1}", (place, rank))
-    many = {} if blocks > 1 else dict(row_count=30_000, column_count=30_000, row_spacing=2, column_spacing=2)
+    many = {} if blocks > 1 else {"row_count": 30_000, "column_count": 30_000, "row_spacing": 2, "column_spacing": 2}
     document.modelspace().add_blockref(f"B{blocks - 1}", (0, 0), dxfattribs=many)
     document.saveas(path)
     return str(path)
