@@ -26,7 +26,7 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
     Raises:
         ReportError: a file that cannot be read, a column that is missing, or no good row.
     """
-    found = Collector(str(path))
+    collector = Collector(str(path))
     try:
         if path.stat().st_size > LIMITS["texts"][0]:
             raise ReportError(f"{path}: too large, expected trips of at most {LIMITS['texts'][0] / 1e6:,.0f} MB")
@@ -38,7 +38,7 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
                     near = nearest(name, header)
                     hint = f"; did you mean '{near}'?" if near else ""
                     raise ReportError(f"{path}: no column '{name}', expected {', '.join(COLUMNS)}{hint}")
-            for number, row, start, end in _timed(_trips(path, table, header), slashes, found):
+            for number, row, start, end in _timed(_trips(path, table, header), slashes, collector):
                 try:
                     for time, text in ((start, row.start), (end, row.end)):
                         if row.cells != len(header):
@@ -48,13 +48,13 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
                     if end < start:
                         raise ValueError(f"it ends before it starts (got {got(row.end)})")  # noqa: TRY301
                 except ValueError as error:
-                    found.notes.refuse(f"{path}:{number}", str(error))
+                    collector.notes.refuse(f"{path}:{number}", str(error))
                     continue
-                found.add(start, (row.robot, ""), math.nan, math.nan, row.pick, False, True, PICK, math.nan, False)
-                found.add(end, (row.robot, ""), math.nan, math.nan, row.drop, False, False, DROP, math.nan, False)
+                collector.add(start, (row.robot, ""), math.nan, math.nan, row.pick, False, True, PICK, math.nan, False)
+                collector.add(end, (row.robot, ""), math.nan, math.nan, row.drop, False, False, DROP, math.nan, False)
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a CSV file of trips") from error
-    return found.log(trips=True)
+    return collector.log(trips=True)
 
 
 class _Trip(NamedTuple):
@@ -81,10 +81,12 @@ def _trips(path: Path, table: Iterator[list[str]], header: list[str]) -> list[_T
     return rows
 
 
-def _timed(rows: list[_Trip], slashes: Slashes | None, found: Collector) -> Iterator[tuple[int, _Trip, float, float]]:
+def _timed(
+    rows: list[_Trip], slashes: Slashes | None, collector: Collector
+) -> Iterator[tuple[int, _Trip, float, float]]:
     """The rows of trips with their numbers, and when they start and end, by the one reading of both columns."""
     read = read_times([row.start for row in rows] + [row.end for row in rows], slashes)
-    found.notes.assumed += [f"times: each column {note}" for note in read.notes]
+    collector.notes.assumed += [f"times: each column {note}" for note in read.notes]
     starts, ends = read.clocks[: len(rows)], read.clocks[len(rows) :]
     across_midnight(starts)
     end_across_midnight(starts, ends)

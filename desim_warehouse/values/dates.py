@@ -22,7 +22,7 @@ Slashes = Literal["us", "uk"]
 """Whether 03/02/2026 is March 2, or 3 February."""
 TWOFOLD = "a date that may be meant in two ways"
 _EXCEL = dt.datetime(1899, 12, 30)  # noqa: DTZ001 - wall clock
-"""The day from which Excel counts days, but for those before March 1900."""
+"""The day from which Excel counts days, except for days before March 1900."""
 _EXCEL_DAYS, _MOST_DAYS = (36_526.0, 73_050.0), 31.0
 """The years 2000 to 2099 in days of Excel, and the longest stretch of days that is taken for such."""
 _MILLISECONDS, _LAST_TIME = 1e11, 4_102_444_800.0
@@ -94,7 +94,7 @@ def _seconds(parts: re.Match[str], below: int) -> float | None:
 
 
 def read_date(text: str, slashes: Slashes | None = None) -> dt.datetime | None:
-    """A date, with its time of day and its offset from UTC where it has some; None for anything else.
+    """Read a date, with its time of day and its offset from UTC where it has some; None for anything else.
 
     24:00 is the midnight that ends a day. `slashes`: how 03/02/2026 is meant; None: it is not read.
     """
@@ -132,15 +132,15 @@ def _offset(zone: str | None) -> dt.timezone | None:
 def _in_digits(text: str) -> str:
     """`Mo, 2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; any other text as it is."""
     text = _AROUND.sub("", text)
-    found = _WORDED.match(text)
-    month = found and _MONTHS.get((found["month"] or found["month2"]).casefold())
-    if not found or not month:
+    match = _WORDED.match(text)
+    month = match and _MONTHS.get((match["month"] or match["month2"]).casefold())
+    if not match or not month:
         return text
-    return f"{found['day'] or found['day2']}.{month}.{found['year'] or found['year2']}{text[found.end() :]}"
+    return f"{match['day'] or match['day2']}.{month}.{match['year'] or match['year2']}{text[match.end() :]}"
 
 
 def settled(texts: Iterable[str]) -> Slashes | None:
-    """How dates with slashes or hyphens are meant, if some have one reading only, and none the other; else None."""
+    """The order of day and month in dates with slashes or hyphens, where some have one reading only; else None."""
     readings: set[Slashes] = set()
     for text in texts:
         if (parts := _SLASHES.match(text)) is not None:
@@ -184,7 +184,7 @@ def read_times(
     numbers: Sequence[float] | None = None,
     whole: bool = False,
 ) -> Times:
-    """A column of times.
+    """Read a column of times.
 
     Args:
         texts: of its cells; "" where nothing stands.
@@ -280,7 +280,7 @@ def of_excel(text: str) -> dt.datetime:
 
 
 def instant(stamp: Any, slashes: Slashes | None = None) -> float:
-    """A time stamp, a date or a number, in seconds since 1970; one without an offset from UTC is UTC.
+    """Turn a time stamp, a date or a number, into seconds since 1970; without an offset from UTC it is UTC.
 
     Raises:
         ValueError: for anything else, a time before 1970 or after 2099, and a date that may be meant in two ways.
@@ -298,9 +298,9 @@ def _instant(time: Any) -> float:
     """A date or a number in seconds since 1970, nan for what is none from 1970 to 2099."""
     try:
         if isinstance(time, dt.datetime):
-            found = (time if time.tzinfo else time.replace(tzinfo=dt.UTC)).timestamp()
+            seconds = (time if time.tzinfo else time.replace(tzinfo=dt.UTC)).timestamp()
         else:
-            found = time / 1000 if time > _MILLISECONDS else float(time)
+            seconds = time / 1000 if time > _MILLISECONDS else float(time)
     except (ValueError, TypeError, OverflowError):
         return math.nan
-    return found if 0 <= found < _LAST_TIME else math.nan
+    return seconds if 0 <= seconds < _LAST_TIME else math.nan
