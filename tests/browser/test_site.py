@@ -24,7 +24,7 @@ READ = (
             "pages",
             "plan-a-warehouse",
             "examples",
-            "how-to/breakdowns",
+            "how-to/robots",
             "how-to/own-layout",
             "reference/check",
             "source/CONTRIBUTING",
@@ -67,7 +67,7 @@ def test_every_public_name_is_in_the_full_reference():
     [
         ("night shift", "how-to/shifts"),
         ("on_time", "reference/indicators"),
-        pytest.param("breakdown", "how-to/breakdowns", marks=pytest.mark.long),
+        pytest.param("breakdown", "how-to/robots", marks=pytest.mark.long),
         pytest.param("LIF", "how-to/from-lif-to-a-fleet-size", marks=pytest.mark.long),
     ],
 )
