@@ -66,7 +66,7 @@ def test_a_floor_of_pick_up_and_drop_off_points_needs_no_storage():
 
 
 @pytest.mark.parametrize(
-    "tasks, what",
+    ("tasks", "what"),
     [
         ({"goods": [0], "unload_at": ["dock"]}, "goods are"),
         ({"flows": {"in": {"from": "dock", "to": "storage", "arrivals": ONCE}}}, "tasks of flow 'in' begin or end"),
@@ -80,7 +80,9 @@ def test_tasks_that_need_storage_are_refused_without_it(tasks, what):
 def test_rows_of_orders_name_no_storage_without_it(tmp_path):
     (tmp_path / "orders.csv").write_text("release,from,to\n0,dock,pack\n5,storage,pack\n9,0,pack\n")
     flow = {"from": "dock", "to": "pack", "arrivals": {"orders": {"file": str(tmp_path / "orders.csv")}}}
-    with pytest.raises(ModelError, match=r"2 values: 'storage', '0'.*a node or a station, as the layout has no storage"):
+    with pytest.raises(
+        ModelError, match=r"2 values: 'storage', '0'.*a node or a station, as the layout has no storage"
+    ):
         dw.simulate(dw.load(NO_STORAGE, {"tasks.flows": {"flow": flow}}))
 
 
