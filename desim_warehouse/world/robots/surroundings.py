@@ -57,6 +57,9 @@ class WorkGiver(Protocol):
     def came_home(self, robot: Robot) -> None:
         """A robot is back in a bay."""
 
+    def came_to_rest(self) -> None:
+        """A robot rests where it has unloaded."""
+
     def call(self) -> None:
         """Something has changed that decisions depend on."""
 

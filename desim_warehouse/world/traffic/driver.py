@@ -23,6 +23,9 @@ class Driver(Protocol):
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Another route for a robot held up before `route[index]`, or None to wait. Asked while `detours` are left."""
 
+    def give_way(self) -> None:
+        """Others wait for it while it rests where it is: it goes on to a bay."""
+
     def notice_wait(self, waiting: bool) -> None:
         """It begins, or ends, to wait in traffic."""
 
@@ -42,6 +45,9 @@ class NoDriver:
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
         """None: it waits."""
         return None
+
+    def give_way(self) -> None:
+        """Nothing to do."""
 
     def notice_wait(self, waiting: bool) -> None:
         """Nothing to do."""
