@@ -46,7 +46,7 @@ def printed(answer: AnswerData, width: int = WIDTH) -> str:
 
 
 def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short: bool = False) -> str:
-    """The lines of an answer with some of its options; `short`: without what is said of them beyond one table."""
+    """Return the lines of an answer with some of its options; `short`: of each group one table, and no others."""
     parts = ["\n".join(answer.answer)]
     parts += [printed_table(one.title, one.head, one.rows, width) for one in answer.tables if one.printed and not short]
     kept = set(map(id, options))
@@ -59,7 +59,7 @@ def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short
 
 
 def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
-    """The lines of a table of at most `MOST` bytes, with a line on how many rows are left out."""
+    """Return the lines of a table of at most `MOST` bytes, with a line on how many rows are left out."""
     text, many = printed_table(title, heads, rows), len(rows)
     while len(text.encode()) > MOST and many > 1:
         many = min(many - 1, int(many * MOST / len(text.encode())))
@@ -73,7 +73,7 @@ def _shortened(answer: AnswerData, options: Sequence[Option], width: int) -> str
 
 
 def _rank(sentences: str, option: Option) -> int:
-    """How soon an option is left out: last those of which the sentences speak, or that were shown to be something."""
+    """Return how soon an option is left out: last those that the sentences name, or that were shown to matter."""
     if option.name in sentences or option.standing in _SHOWN:
         return 0
     return 2 if option.standing in _OUT else 1

@@ -102,7 +102,7 @@ class Units(Part):
 
     @property
     def names(self) -> UnitNames:
-        """What quantities with units are converted to."""
+        """The names of the units that quantities with units are converted to."""
         return UnitNames(self.length, self.time, self.seconds)
 
     @property
@@ -226,7 +226,7 @@ class Tasks(Part):
         return self
 
     def popularities(self) -> Iterator[tuple[tuple[str, ...], str | Popularity]]:
-        """Every popularity that is given, and where it stands below this section."""
+        """Iterate over every popularity that is given, and where it stands below this section."""
         yield ("popularity",), self.popularity
         for name, flow in self.flows.items():
             for key, end in (("from", flow.source), ("to", flow.target)):
@@ -304,7 +304,7 @@ class RunSpec(Part):
 
 
 def _without_end(tasks: Tasks) -> str:
-    """Which work goes on for ever, for a message."""
+    """Say which work goes on for ever, for a message."""
     for name, flow in tasks.flows.items():
         if flow.never_ends:
             return f"as tasks.flows.{name} goes on for ever"
@@ -373,10 +373,12 @@ class Prices(Part):
     @field_validator("kinds")
     @classmethod
     def _of_the_fleet(cls, kinds: Mapping[str, float], info: ValidationInfo) -> Mapping[str, float]:
-        there = known(info).kinds
-        for kind in kinds if there is not None else ():
-            if kind not in (there or ()):
-                expected = f"one of {spoken(there, 'or')}" if there else "one of fleet.kinds, which has none"
+        fleet_kinds = known(info).kinds
+        for kind in kinds if fleet_kinds is not None else ():
+            if kind not in (fleet_kinds or ()):
+                expected = (
+                    f"one of {spoken(fleet_kinds, 'or')}" if fleet_kinds else "one of fleet.kinds, which has none"
+                )
                 raise wrong(f"no such kind of robot (got {got(kind)}), expected {expected}", kind)
         return kinds
 
@@ -442,10 +444,10 @@ class Model(Part):
         for name, bay in () if layout is None else layout.bays.items():
             for kind in bay.kinds:
                 if kind not in fleet.kinds:
-                    there = (
+                    expected = (
                         f"one of {spoken(fleet.kinds, 'or')}" if fleet.kinds else "one of fleet.kinds, which has none"
                     )
-                    text = f"no such kind of robot (got {got(kind)}), expected {there}"
+                    text = f"no such kind of robot (got {got(kind)}), expected {expected}"
                     raise wrong(text, TOP, "layout", "bays", name, "kinds")
         return fleet
 
@@ -497,14 +499,14 @@ class Model(Part):
         if battery is None or fleet is None:
             return policies
         own = [(kind.battery, kind.charging, name) for name, kind in fleet.kinds.items()]
-        for given, charging, kind in [(battery, policies.charging, None), *own]:
-            spec, policy = given or battery, charging or policies.charging
-            if (given is None and charging is None) or policy.own or "threshold" in spec.model_fields_set:
+        for own_battery, charging, kind in [(battery, policies.charging, None), *own]:
+            spec, policy = own_battery or battery, charging or policies.charging
+            if (own_battery is None and charging is None) or policy.own or "threshold" in spec.model_fields_set:
                 continue
             if catalogue.reads_threshold(policy.name, policy.params):
                 place = "policies.charging" if charging is None or kind is None else f"fleet.kinds.{kind}.charging"
                 expected = f"the level of energy at which robots charge, by {place}: {policy.name}"
-                key = ("battery",) if given is None or kind is None else ("fleet", "kinds", kind, "battery")
+                key = ("battery",) if own_battery is None or kind is None else ("fleet", "kinds", kind, "battery")
                 raise wrong(f"missing, expected {expected}", TOP, *key, "threshold")
         return policies
 
@@ -550,30 +552,30 @@ class Model(Part):
         return tuple(name for name, state in APART.items() if state.applies(self))
 
     def hours(self, calendar: str | None) -> Hours:
-        """A calendar as times of a run, or None for always."""
+        """Return a calendar as times of a run, or None for always."""
         if calendar is None:
             return ALWAYS
         return self.calendars[calendar].hours(self.run.start, 1 / self.units.seconds)
 
     def rates(self, profile: Profile, demand: float = 1.0) -> Rates:
-        """A profile as times of a run."""
+        """Return a profile as times of a run."""
         return Rates(profile, self.units.hour, self.run.start, demand)
 
     def timetable(self, flow: FlowSpec) -> Timetable:
-        """The departures of a flow as times of a run; without any if it has none."""
+        """Return the departures of a flow as times of a run; without any if it has none."""
         return Timetable.of(flow.due_at, self.run.start, 1 / self.units.seconds)
 
     def content(self) -> dict[str, Any]:
-        """What is in the model, defaults too, as plain JSON values: equal models, equal content.
+        """Return the content of the model, defaults too, as plain JSON values: equal models, equal content.
 
         Keys of sections stand in the order of the schema. Named parts (nodes, bays, stations, kinds) stand in the order
         of the file, which numbers them. `load` reads it back.
         """
-        found: dict[str, Any] = super().content()
-        return found
+        content: dict[str, Any] = super().content()
+        return content
 
     def digest(self) -> str:
-        """The SHA-256 of the content and of the user's own policies: the same for the same model, however written."""
+        """Return the SHA-256 of the content and of the user's own policies: equal for equal models, however written."""
         content = json.dumps(self.content(), separators=(",", ":"))
         return hashlib.sha256(content.encode() + self.policies.sources()).hexdigest()
 
@@ -597,7 +599,7 @@ OUTLINE = Outline(Model)
 def model_of(
     document: Document, overrides: Mapping[str, Any], named: str = "override", *, run_code: bool = False
 ) -> Model:
-    """The model that a document says with overrides: every step of its way, in order.
+    """Make the model that a document and overrides say: every step of its way, in order.
 
     Raises:
         ModelError: with every problem of the values; where they are right, of the policies, and then of the orders.
@@ -617,11 +619,11 @@ def _check_orders(model: Model, source: str) -> None:
     try:
         problems = problems_of(files, reading(model, model.floor), source) if files else []
     except LayoutError:
-        return  # which is said where the layout is checked
+        return  # the check of the layout says so
     if problems:
         raise ModelError(problems)
 
 
 def reading(model: Model, layout: Layout) -> Reading:
-    """How files of orders are understood on a layout of a model."""
+    """Return how files of orders are understood on a layout of a model."""
     return Reading.of(layout, model.run.start, model.units.seconds, model.pods)

@@ -76,7 +76,7 @@ class WhereItIs:
     dwells: ClassVar[bool] = True
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The nearest bay, once it may no longer rest where it is."""
+        """Return the nearest bay, once it may no longer rest where it is."""
         return _nearest(robot, bays, travel)
 
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 Slashes = Literal["us", "uk"]
 """Whether 03/02/2026 is March 2, or 3 February."""
 EXCEL = dt.datetime(1899, 12, 30)  # noqa: DTZ001 - wall clock
-"""The day from which Excel counts days, but for those before March 1900."""
+"""The day from which Excel counts days, except for days before March 1900."""
 _EXCEL_DAYS, _MOST_DAYS = (36_526.0, 73_050.0), 31.0
 """The years 2000 to 2099 in days of Excel, and the longest stretch of days that is taken for such."""
 _PARTS = re.compile(r"(\d{1,2})([/-])(\d{1,2})\2\d{2}")
@@ -64,7 +64,7 @@ SLASHES = re.compile(r"\d{1,2}([/-])\d{1,2}\1\d{2}")
 
 
 def read_dates(text: pd.Series[Any], slashes: str | None) -> pd.Series[Any]:
-    """Dates with times, as people write them: ISO, 02.03.2026 14:00, 2 Mar 2026, and with slashes if it is said how.
+    """Read dates with times as people write them: ISO, 02.03.2026 14:00, 2 Mar 2026, or with slashes of a stated order.
 
     Time zones are left out; 24:00 is the midnight that ends a day. What is no date is NaT.
     """
@@ -77,35 +77,35 @@ def read_dates(text: pd.Series[Any], slashes: str | None) -> pd.Series[Any]:
     by_hand = text.str.contains(_NEEDS_HANDS, na=False, regex=True)
     if by_hand.any():
         text = text.where(~by_hand, text.str.replace(_YEAR_FIRST, r"\4.\3.\1", regex=True))
-    found = pd.to_datetime(text.where(text.str.match(ISO)), format="ISO8601", errors="coerce")
+    dates = pd.to_datetime(text.where(text.str.match(ISO)), format="ISO8601", errors="coerce")
     parts = text.str.extract(_WRITTEN)
     dotted = parts["mark"] == "."
     if not (parts["mark"].notna() & (dotted | (slashes is not None))).any():
-        return found
+        return dates
     month_first = ~dotted & (slashes == "us")
     day, month = parts["a"].where(~month_first, parts["b"]), parts["b"].where(~month_first, parts["a"])
     year = parts["year"].where(parts["year"].str.len() != 2, "20" + parts["year"])  # noqa: PLR2004 - of the century
     hour = pd.to_numeric(parts["hour"]).fillna(0)
     half = parts["half"].str.lower()
     hour = hour.where(half.isna(), hour % 12 + 12 * (half == "p"))
-    known = dotted | (parts["mark"].notna() & (slashes is not None))
-    days = pd.to_datetime((year + "-" + month + "-" + day).where(known), format="%Y-%m-%d", errors="coerce")
+    is_readable = dotted | (parts["mark"].notna() & (slashes is not None))
+    days = pd.to_datetime((year + "-" + month + "-" + day).where(is_readable), format="%Y-%m-%d", errors="coerce")
     minutes, seconds = pd.to_numeric(parts["minute"]).fillna(0), pd.to_numeric(parts["second"].str.replace(",", "."))
     midnight = (hour == 24) & (minutes == 0) & ~(seconds > 0)  # noqa: PLR2004 - of the next day
     late = ((hour > 23) & ~midnight) | (minutes > 59) | (seconds > 60)  # noqa: PLR2004 - of a clock
     time = pd.to_timedelta(hour * 3600 + minutes * 60 + seconds.fillna(0), unit="s")
-    return found.where(found.notna(), (days + time).where(~late).astype(found.dtype))
+    return dates.where(dates.notna(), (days + time).where(~late).astype(dates.dtype))
 
 
 def _month_as_number(text: str) -> str:
     """`2 Mar 2026` and `March 2, 2026` as 2.3.2026, with what follows; as it is where no month is named."""
-    found = _DAY_MONTH.match(text) or _MONTH_DAY.match(text)
-    month = found and _MONTHS.get(found["month"].casefold())
-    return f"{found['day']}.{month}.{found['year']}{text[found.end() :]}" if found and month else text
+    match = _DAY_MONTH.match(text) or _MONTH_DAY.match(text)
+    month = match and _MONTHS.get(match["month"].casefold())
+    return f"{match['day']}.{month}.{match['year']}{text[match.end() :]}" if match and month else text
 
 
 def settled(texts: Iterable[str]) -> Slashes | None:
-    """How dates with slashes or hyphens are meant, if some have one reading only, and none the other; else None."""
+    """The order of day and month in dates with slashes or hyphens, where some have one reading only; else None."""
     readings: set[Slashes] = set()
     for text in texts:
         if (parts := _PARTS.match(text)) is not None:
@@ -143,7 +143,7 @@ def of_excel(text: pd.Series[Any]) -> pd.Series[Any]:
 
 
 def hours_between(zone: str, other: str) -> float:
-    """By how many hours clocks of one offset from UTC, such as `+02:00` or `Z`, are ahead of those of another."""
+    """The hours by which clocks of one offset from UTC, such as `+02:00` or `Z`, are ahead of clocks of another."""
     return _hours(zone) - _hours(other)
 
 

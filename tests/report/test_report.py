@@ -29,6 +29,7 @@ from desim_warehouse.questions.run.drawings import account
 from desim_warehouse.questions.run.warehouse import facts, work
 from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report, template
+from tests.lasting import LASTING
 from tests.world.test_flows import RING
 from tests.world.test_hours import SQUARE
 
@@ -206,6 +207,7 @@ def test_the_notebook_makes_a_small_study_and_shows_its_runs_as_a_table():
     assert set(re.findall(r"import (\S+)", source)) == {"tempfile", "Path", "display", "desim_warehouse"}
 
 
+@pytest.mark.long
 @pytest.mark.parametrize("make", ["run", "search"])
 def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
     folder = tmp_path / "folder"
@@ -224,6 +226,20 @@ def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
     pieces, pictures = shown_by(made)
     assert any("throughput_per_hour" in piece for piece in pieces)
     assert pictures
+
+
+def test_the_code_of_the_notebook_goes_through_for_the_folder_of_a_run(tmp_path, monkeypatch):
+    """In this process: the start of a kernel takes seconds."""
+    folder, shown, names = tmp_path / "folder", [], {}
+    dw.simulate(example().replace(LASTING)).save(folder)
+    report(folder, notebook=tmp_path / "it.ipynb")
+    monkeypatch.setattr("IPython.display.display", shown.append)
+    for cell in nbformat.read(tmp_path / "it.ipynb", as_version=4).cells:
+        if cell.cell_type == "code":
+            exec(cell.source, names)  # noqa: S102 - our own notebook
+    assert len(shown) == 1
+    assert "throughput_per_hour" in names["means"].index
+    assert (folder / "report.html").is_file()
 
 
 def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):

@@ -168,7 +168,14 @@ def test_policies_of_ones_own_are_not_run_by_a_check(fourteen):
     assert night_codes(own) == {}
 
 
-@pytest.mark.parametrize("charging", ["four-thresholds", "opportunity", "reach-aware"])
+@pytest.mark.parametrize(
+    "charging",
+    [
+        pytest.param("four-thresholds", marks=pytest.mark.long),
+        pytest.param("opportunity", marks=pytest.mark.long),
+        "reach-aware",
+    ],
+)
 def test_fourteen_robots_at_three_chargers_live_through_a_night(fourteen, charging):
     """Eleven draw 0.055 at rest, and three chargers give 0.06: they ran flat after 2.2 to 16.5 h."""
     model = with_night(fourteen, {**ALIKE, "policies.charging": charging, "run.length": "6 h"})

@@ -39,6 +39,11 @@ WORDS = Draft(size=(16, 14), orders=30, robots=2, chargers=1)
 SHORT = {"run": {"length": "40 min"}}
 
 
+@pytest.fixture(autouse=True)
+def settles_once():
+    """Here each process settles its fleets itself, as that of a user does."""
+
+
 @pytest.fixture(scope="module")
 def model():
     return dw.load(yaml.safe_load(draft(WORDS)), SHORT)

@@ -146,7 +146,8 @@ def test_where_robots_wait_longest_is_not_what_is_scarce(number):
     assert longest.name != planted
 
 
-@pytest.mark.parametrize("number", [0, *(pytest.param(number, marks=pytest.mark.long) for number in (1, 2, 3, 4, 101))])
+@pytest.mark.long
+@pytest.mark.parametrize("number", [0, 1, 2, 3, 4, 101])
 def test_a_planted_bottleneck_is_found_and_its_relief_gains_what_was_said(number):
     found = bottlenecks.blame(number)
     assert found.right, found

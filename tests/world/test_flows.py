@@ -511,6 +511,7 @@ def test_expected_and_when_are_inverse(time):
 # From-to matrix
 
 
+@pytest.mark.slow
 def test_a_from_to_matrix(tmp_path):
     (tmp_path / "from_to.csv").write_text("from,pack,storage\ndock,30,10\nstorage,60,\n", encoding="utf-8")
     written = dict(

@@ -196,6 +196,7 @@ def test_where_goods_lie_at_nodes_people_must_be_told_their_aisles():
     assert any("somebody in it for 39.3 % of the time" in fact for fact in facts)  # 1 - exp(-0.5): of one aisle
 
 
+@pytest.mark.slow
 def test_aisles_that_are_hardly_ever_free_are_warned_of():
     found = check(with_people(aisles=[["B", "C"]], per_hour=100, stay=100)).findings
     assert [item.text for item in found if item.code == "AISLES_OCCUPIED"] == [

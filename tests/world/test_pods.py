@@ -160,6 +160,7 @@ def test_a_line_waits_for_a_pod_that_stands_again():
     assert run.account("task")["waiting_for_pod"].tolist() == [0, 30]
 
 
+@pytest.mark.slow
 def test_one_place_in_the_station_holds_the_second_back():
     run = with_pods_at([0, 2], [(0, 6)], [2, 4], fleet__size=2, layout__stations__pick__places=1, **THREE)
     assert set(times(run, "assigned")) == {0, 53}

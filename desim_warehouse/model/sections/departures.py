@@ -91,7 +91,7 @@ class Timetable:
 
     @classmethod
     def of(cls, due_at: tuple[float | str, ...] | DepartureList, start: str, second: float) -> Timetable:
-        """The departures of a key, for a run that starts at `start`; `second`: in its time unit."""
+        """Make the departures of a key, for a run that starts at `start`; `second`: in its time unit."""
         times, cut_off = (due_at.times, due_at.cut_off) if isinstance(due_at, DepartureList) else (due_at, 0.0)
         clocks = [clock_time(time) for time in times if isinstance(time, str)]
         if not clocks:
@@ -100,7 +100,7 @@ class Timetable:
         return cls(tuple(sorted({(time - begin) % DAY * second for time in clocks})), DAY * second, cut_off)
 
     def next(self, released: float) -> float | None:
-        """The departure for which an order comes in time; None where it is after the last."""
+        """Return the departure for which an order comes in time; None where it is after the last."""
         earliest = released + self.cut_off
         if math.isinf(self.period):
             place = bisect_left(self.times, earliest)
@@ -110,7 +110,7 @@ class Timetable:
         return day * self.period + (self.times[place] if place < len(self.times) else self.period + self.times[0])
 
     def last(self, end: float) -> float | None:
-        """The last departure up to the end of a run; None where there is none. Without an end the last of all."""
+        """Return the last departure up to the end of a run, or None. Without an end the last of all."""
         if math.isinf(self.period) or math.isinf(end):
             return max((time for time in self.times if time <= end), default=None)
         day, rest = divmod(end, self.period)

@@ -58,7 +58,7 @@ def robots(run: RunData) -> Markup | None:
 
 
 def floor(run: RunData) -> Markup | None:
-    """The map of waits of a run with goods, stations and bays; None where nobody waited."""
+    """Draw the map of waits of a run with goods, stations and bays; None where nobody waited."""
     if not run.kpis["S"]:
         return None
     if len(run.layout.lanes) > _LANES:
@@ -82,7 +82,7 @@ def floor(run: RunData) -> Markup | None:
     ys += [y for _, _, y, _, _ in names]
     box = min(xs) - 2 * room, min(ys) - room, max(xs) - min(xs) + 4 * room, max(ys) - min(ys) + 2 * room
     side = 0.8 * (layout.goods_size or 0.09 * step) / 2
-    goods = _strokes([(one.x - side, one.y) for one in layout.storage], 2 * side)
+    goods = _strokes([(place.x - side, place.y) for place in layout.storage], 2 * side)
     most = list(waits_by_row(run.history).items())[:1] if run.record.level == "all" else []
     title = f"Where robots wait: {numbers.PERCENT.value(run.kpis['share_waiting'])} of their time"
     title += "".join(f", at {row} alone {numbers.PERCENT.value(share)}" for row, share in most)
@@ -108,16 +108,16 @@ def rows_of_floor(run: RunData) -> Rows | None:
 
 def _strokes(starts: list[tuple[float, float]], length: float) -> str:
     """Return the path of level strokes, each from where the one before ended: places in rows need few letters so."""
-    path, at = [], (0.0, 0.0)
+    path, end = [], (0.0, 0.0)
     for x, y in starts:
-        path.append(f"m{_short(x - at[0])} {_short(y - at[1])}h{_short(length)}")
-        moved = [float(_short(by)) for by in (x - at[0], y - at[1], length)]  # as drawn: rounding does not add up
-        at = at[0] + moved[0] + moved[2], at[1] + moved[1]
+        path.append(f"m{_short(x - end[0])} {_short(y - end[1])}h{_short(length)}")
+        moved = [float(_short(by)) for by in (x - end[0], y - end[1], length)]  # as drawn: rounding does not add up
+        end = end[0] + moved[0] + moved[2], end[1] + moved[1]
     return "".join(path)
 
 
 def _short(value: float) -> str:
-    """A coordinate with three decimals at most, without zeros that say nothing."""
+    """Write a coordinate with three decimals at most, without zeros that say nothing."""
     text = f"{value:.3f}".rstrip("0").rstrip(".")
     if text in {"-0", ""}:
         return "0"
@@ -144,12 +144,12 @@ def _arrows(run: RunData, step: float) -> str:
 
 
 def _step(run: RunData, waited: float) -> int:
-    """The step of the scale of a time waited: 0 where nobody waits, or for so short a time that it has no colour."""
+    """Return the step of the scale for a time waited: 0 where it is too short for a colour."""
     return bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0))
 
 
 def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str, str]]:
-    """Kind, point, name and anchor of each zone: beyond its slots as seen from its node, else away from the middle."""
+    """Return kind, point, name and anchor of each zone: beyond its slots, else away from the middle."""
     names = []
     for zone in places:
         node = run.layout.graph.nodes[zone.node]
@@ -166,11 +166,11 @@ def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list
 
 
 def account(run: RunData) -> Rows | None:
-    """Where the time of a task goes, of a robot where there were none, in one unit; None: the log does not say."""
+    """Draw where the time of a task goes, or of a robot without tasks, in one unit; None: the log does not say."""
     if run.record.level != "all":
         return None
     by: By = "task" if counted_tasks(run.history) else "robot"
-    of = OF_TASKS if by == "task" else OF_ROBOTS
+    shares = OF_TASKS if by == "task" else OF_ROBOTS
     table = run.account(by)
     parts = table.mean().sort_values(ascending=False)
     whole = float(parts.sum())
@@ -179,7 +179,7 @@ def account(run: RunData) -> Rows | None:
     unit = numbers.times(run.model.units.time, [float(parts.iloc[0])])
     marks = tuple(
         Bar(
-            label=of[str(name)].doing,
+            label=shares[str(name)].doing,
             mean=float(part),
             text=f"{unit.value(float(part))} · {100 * part / whole:.0f} %",
             standing="part",

@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 
 class Dwelling:
-    """Whether a robot rests where it is now, and what ends that. `is_allowed`: by the parking policy."""
+    """The rest of a robot where it has unloaded, and what ends it. `is_allowed`: by the parking policy."""
 
     def __init__(
         self,
