@@ -93,6 +93,7 @@ def test_worker_processes_give_the_same_table(table):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_so_do_processes_of_the_user(table):
     jobs = list(zip(table["fleet.size"], table["seed"].astype(int), strict=True))
     with concurrent.futures.ProcessPoolExecutor(2, multiprocessing.get_context("spawn")) as pool:
