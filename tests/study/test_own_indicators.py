@@ -129,7 +129,7 @@ def with_a_notebook(jobs):
 @pytest.mark.parametrize(
     "way",
     [
-        pytest.param(with_multiprocessing, marks=pytest.mark.slow),
+        pytest.param(with_multiprocessing, marks=pytest.mark.long),
         pytest.param(with_joblib, marks=pytest.mark.slow),
         with_dask,
         pytest.param(with_a_notebook, marks=pytest.mark.long),

@@ -382,7 +382,7 @@ def drawn(run, flow):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("changes", some(CHANGES, 3), ids=str)
+@pytest.mark.parametrize("changes", some(CHANGES, 5), ids=str)
 def test_what_a_flow_draws_does_not_depend_on_anything_else(changes, plain):
     """All other flows have the same tasks, each of which takes as long to load and unload."""
     run = day(changes)
