@@ -117,8 +117,8 @@ STATES = {
         State(
             "idle",
             doing="idle",
-            begins="a robot stands in a bay, with nothing to do",
-            time="in a bay, with nothing to do",
+            begins="a robot stands in a bay, or rests where it unloaded, with nothing to do",
+            time="in a bay or where it unloaded, with nothing to do",
             better=None,
             draws="standing",
             phase=Phase.REST,

@@ -123,6 +123,8 @@ def read_yaml(text: str, source: str, most: int = _MOST, is_key: Callable[[Keys]
     if nested := _NESTED.search(text):  # the YAML reader needs seconds for them
         before = text[: nested.start()]
         _refuse(source, before.count("\n") + 1, nested.start() - before.rfind("\n"), _TOO_DEEP)
+    if sum(map(text.count, (",", "\n"))) > most:  # each value takes more than a kilobyte while it is read
+        raise ModelError([f"{source}: too many values, expected {most:,} at most"])
     yaml = YAML(typ="safe", pure=True)
     if is_key is not None and len(text) > _LARGE:
         from desim_warehouse.model.strange import watching

@@ -54,6 +54,7 @@ from desim_warehouse.model.tables import resolve
 from desim_warehouse.policies import catalogue
 from desim_warehouse.states import APART
 from desim_warehouse.values.calendars import ALWAYS, DAY, MONDAY, Calendar, Hours, clock_time, in_24_hours
+from desim_warehouse.values.dates import has_time, read_times
 from desim_warehouse.values.distributions import Varying, mean_of
 from desim_warehouse.values.fields import (
     TOP,
@@ -271,7 +272,8 @@ class RunSpec(Part):
     start: Text = Field(
         "00:00",
         title="start of the run",
-        description="when a run starts: a time of day, or a date with one (2026-03-02T06:00); for orders from files",
+        description="when a run starts: a time of day, or a date with one (2026-03-02T06:00 or 02.03.2026 06:00); for "
+        "orders from files",
     )
     warm_up: Time = Field(0.0, title="warm-up", description="indicators count from here on")
 
@@ -283,16 +285,9 @@ class RunSpec(Part):
     @field_validator("start")
     @classmethod
     def _a_time(cls, start: str) -> str:
-        start = in_24_hours(start)
-        day, _, clock = start.rpartition("T")
-        try:
-            right = clock_time(clock) < DAY
-            dt.date.fromisoformat(day or MONDAY)
-        except ValueError:
-            right = False
-        if not right:
+        if (written := _instant_of(start)) is None:
             raise wrong(f"not a time (got {got(start)}), expected one such as '06:00' or '2026-03-02T06:00'")
-        return start
+        return written
 
     @field_validator("warm_up")
     @classmethod
@@ -301,6 +296,25 @@ class RunSpec(Part):
         if length is not None and warm_up >= length:
             raise wrong(f"too long (got {got(warm_up)}), expected a time below run.length, {got(length)}")
         return warm_up
+
+
+def _instant_of(start: str) -> str | None:
+    """A time of day, or a date with one, as `06:00` or `2026-03-02T06:00`; None for anything else.
+
+    Both may be as people write them, in one reading, without a time zone.
+    """
+    start = in_24_hours(start)
+    day, _, clock = start.rpartition("T")
+    try:
+        dt.date.fromisoformat(day or MONDAY)
+        if clock_time(clock) < DAY:
+            return start
+    except ValueError:
+        pass
+    [date] = read_times([start]).dates
+    if date is None or date.tzinfo is not None or not has_time(start):
+        return None
+    return date.isoformat(timespec="seconds" if date.second else "minutes")
 
 
 def _without_end(tasks: Tasks) -> str:
@@ -433,9 +447,8 @@ class Model(Part):
     def _whole(cls, layout: LayoutSpec) -> LayoutSpec:
         if layout.blocks is None and not layout.nodes:
             raise wrong("neither blocks nor nodes, expected one of the two")
-        for key in ("edges", "storage"):
-            if layout.nodes and not getattr(layout, key):
-                raise wrong(f"a layout of nodes without {key}, expected at least one entry", key)
+        if layout.nodes and not layout.edges:
+            raise wrong("a layout of nodes without edges, expected at least one entry", "edges")
         return layout
 
     @field_validator("fleet")
@@ -451,6 +464,22 @@ class Model(Part):
                     text = f"no such kind of robot (got {got(kind)}), expected {expected}"
                     raise wrong(text, TOP, "layout", "bays", name, "kinds")
         return fleet
+
+    @field_validator("tasks")
+    @classmethod
+    def _have_storage(cls, tasks: Tasks, info: ValidationInfo) -> Tasks:
+        """Refuse tasks that begin or end at a storage place where the layout has none."""
+        layout: LayoutSpec | None = info.data.get("layout")
+        if layout is None or layout.storage_places:
+            return tasks
+        what = "goods are" if tasks.goods is not None else None
+        for name, flow in tasks.flows.items():
+            if any(isinstance(end, StorageEnd) for route in flow.routes for end in (route.source, route.target)):
+                what = f"tasks of flow '{name}' begin or end"
+        if what is not None:
+            expected = "at least one entry, or flows between stations or nodes"
+            raise wrong(f"no storage places, where {what}, expected {expected}", TOP, "layout", "storage")
+        return tasks
 
     @field_validator("pods")
     @classmethod

@@ -65,21 +65,24 @@ def race(
 
     Args:
         study: its designs are the candidates, at its own confidence. Runs that it already has are used.
-        indicator: what is compared.
+        indicator: what is compared, one of ours or of the study's own.
         delta: indifference zone in the indicator's unit; None: `share` of the largest mean of the first replications.
         share: a part of that mean.
-        maximise: whether more is better (default: as usual for the indicator).
+        maximise: whether more is better (default: as usual for the indicator; of one of its own it must be said).
         search: how runs are done; confidence, seed and time limit are the study's.
 
     Raises:
-        StudyError: unknown indicator, fewer than two designs, or a run that failed.
+        StudyError: unknown indicator, one of its own without `maximise`, fewer than two designs, or a run that failed.
 
     Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
     """
-    measure = find(indicator)
+    is_own = any(indicator == one.name for one in study.plan.own)
+    if is_own and maximise is None:
+        raise StudyError(f"indicator {indicator!r}: of one of your own, expected maximise=False or True")
+    measure = None if is_own else find(indicator)
     if delta is not None and not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
-    if delta is not None:
+    if delta is not None and measure is not None:
         check_zone(measure, delta)
     more = more_is_better(indicator) if maximise is None else maximise
     designs = len(study.points)

@@ -17,6 +17,7 @@ from typing import Annotated, Any, Literal, get_args
 from pydantic import AfterValidator, BeforeValidator, Field, ValidationInfo, field_validator, model_validator
 
 from desim_warehouse.errors import got, nearest, spoken
+from desim_warehouse.values.dates import time_of_day
 from desim_warehouse.values.fields import SECTION, Duration, Forms, Name, Part, Time, Usual, form, known, wrong
 
 Stretch = tuple[float, float]
@@ -29,7 +30,6 @@ MONDAY = "2026-03-02"
 """The day on which a run starts that has only a time of day."""
 
 _CLOCK = re.compile(r"(\d\d?):([0-5]\d)(?::([0-5]\d))?", re.ASCII)
-_HALF = re.compile(r"(0?[1-9]|1[0-2])(:[0-5]\d(?::[0-5]\d)?)? ?([ap])\.?m\.?", re.ASCII | re.IGNORECASE)
 
 
 @dataclass(frozen=True)
@@ -154,11 +154,12 @@ def clock_time(text: str) -> float:
 
 
 def in_24_hours(text: str) -> str:
-    """A time of day with AM or PM, such as `6 am` or `10:30 pm`, as `06:00` or `22:30`; any other text as it is."""
-    match = _HALF.fullmatch(text.strip())
-    if match is None:
+    """A time of day such as `6 am`, `10:30 pm` or `22 Uhr` as `06:00`, `22:30` or `22:00`; any other text as it is."""
+    seconds = None if _CLOCK.fullmatch(text) else time_of_day(text)
+    if seconds is None or seconds % 1:
         return text
-    return f"{int(match[1]) % 12 + 12 * (match[3] in 'pP'):02}{match[2] or ':00'}"
+    minutes, rest = divmod(int(seconds), 60)
+    return f"{minutes // 60:02}:{minutes % 60:02}" + f":{rest:02}" * (rest > 0)
 
 
 def clock_of(start: str) -> float:

@@ -39,11 +39,13 @@ LIMITS: dict[str, tuple[int, str]] = {
     "stock": (2_000_000, "items on all pods: pods times items on a pod"),
     "events": (10_000_000, "breakdowns, outages, visits of people, or openings, of one key in run.length"),
     "bytes": (10_000_000, "bytes of a model, study or CSV file"),
+    "trips": (500_000, "trips of a log"),
     "columns": (1000, "columns of a table of orders"),
     "texts": (200_000_000, "bytes of texts of a table of orders that are held at once"),
     "sheet": (1_000_000_000, "bytes of a workbook (Excel) when it is unfolded"),
     "json": (100_000_000, "bytes of a layout file (JSON)"),
     "values": (1_000_000, "values in a file, aliases counted at every use"),
+    "elements": (500_000, "elements of a file (XML)"),
     "deep": (30, "lists and sections inside one another"),
 }
 """Upper limits of what a file may hold: far more than a warehouse has, and still read within seconds."""

@@ -14,7 +14,7 @@ def sheets(browser):
     return printed.count(b"/Type /Page\n")
 
 
-@pytest.mark.parametrize("beside", [None, people_run])
+@pytest.mark.parametrize("beside", [people_run, pytest.param(None, marks=pytest.mark.long)])
 def test_a_replay_is_one_sheet(browser, tmp_path, beside):
     Page(browser, busy_run(), tmp_path, beside=beside and beside())
     assert sheets(browser) == 1

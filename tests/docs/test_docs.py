@@ -43,6 +43,7 @@ TAKE_LONG = {
         "how-to/how-many-robots",
         "how-to/if-demand-grows",
         "how-to/import-a-grid",
+        "how-to/in-a-notebook",
         "how-to/my-own-day",
         "how-to/open-rmf-fleet",
         "how-to/orders",

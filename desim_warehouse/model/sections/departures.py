@@ -7,19 +7,19 @@ from bisect import bisect_left
 from dataclasses import dataclass
 from typing import Annotated, Any
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, BeforeValidator, Field
 
 from desim_warehouse.errors import got
-from desim_warehouse.values.calendars import DAY, clock_of, clock_time
+from desim_warehouse.values.calendars import DAY, clock_of, clock_time, in_24_hours
 from desim_warehouse.values.fields import SECTION, Duration, Forms, Part, Text, Time, Usual, by_type, form, wrong
 
-_PATTERN = r"^\d\d?:[0-5]\d(:[0-5]\d)?$"
+_PATTERN = r"^\d\d?(:[0-5]\d){0,2}( ?[AaPp]\.?[Mm]\.?)?$"
 DUE_AT = Usual("1 min", instant=True)
 
 
 def is_clock(value: Any) -> bool:
-    """Whether a time of a file is written by the clock, as in `10:00`."""
-    return isinstance(value, str) and ":" in value
+    """Whether a time of a file is written by the clock, as in `10:00` or `10 am`."""
+    return isinstance(value, str) and ":" in in_24_hours(value)
 
 
 def _pick(value: Any) -> str:
@@ -45,7 +45,7 @@ def _in_order(times: tuple[float | str, ...]) -> tuple[float | str, ...]:
     return times
 
 
-ClockTime = Annotated[Text, AfterValidator(_of_a_day), Field(pattern=_PATTERN)]
+ClockTime = Annotated[Text, BeforeValidator(in_24_hours), AfterValidator(_of_a_day), Field(pattern=_PATTERN)]
 DueTime = Annotated[
     Annotated[Time, form("time")] | Annotated[ClockTime, form("clock")],
     Forms("a time by the clock such as '10:00', or from the start of the run such as 4 h", pick=_pick),

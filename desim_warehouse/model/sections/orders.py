@@ -201,6 +201,7 @@ def _cells(column: Any, name: str) -> list[str]:
     try:
         if pa.types.is_nested(words.type) or pa.types.is_duration(words.type):
             raise ValueError(f"column {got(name)} has {words.type}, expected text, numbers or times")
+        column.validate(full=True)
         texts = words.cast(pa.string())
         texts.validate(full=True)
     except pa.ArrowInvalid:
