@@ -68,7 +68,7 @@ def test_a_fleet_that_lives_on_its_stock_is_not_said_to_meet(warehouse):
 
 def test_a_draft_starts_settled_and_stays_so(warehouse):
     assert cycle_levels(warehouse) == (30, 95)
-    study = dw.Study(warehouse, {"fleet.size": [8]}, replications=3, target="on_time >= 50 %")
+    study = dw.Study(warehouse, {"fleet.size": [8]}, replications=6, target="on_time >= 50 %")
     study.run()
     assert study.results.verdicts["fleet.size=8"] == []
     assert study.results.judged["fleet.size=8"].verdict == "meets"
