@@ -272,7 +272,7 @@ def _clocks_ahead(robot: NDArray[Any], time: NDArray[np.float64]) -> dict[int, f
     ahead = pd.Series(off).groupby(robot[:rows]).median()
     ahead -= ahead.median()
     wrong = ahead[ahead.abs() > LATE]
-    return {int(number): float(by) for number, by in wrong.items()} if len(wrong) * 2 < len(ahead) else {}
+    return dict(zip(wrong.index.tolist(), wrong.tolist(), strict=True)) if len(wrong) * 2 < len(ahead) else {}
 
 
 def _clock_change(robot: NDArray[Any], time: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]] | None:

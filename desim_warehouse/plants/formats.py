@@ -69,6 +69,13 @@ class Format:
 
 FORMATS = (
     Format("CSV", "tables of nodes and edges (CSV)", tables.looks, tables.read, ("two_way",)),
+    Format(
+        "Excel",
+        "sheets of nodes and edges (Excel)",
+        tables.looks_like_book,
+        tables.read_book,
+        ("two_way",),
+    ),
     Format("GraphML", "a graph (GraphML)", graph.looks, graph.read, most=_WORDY),
     Format("node-link", graph.LINKS, graph.looks_like_links, graph.read_links, most=_WORDY),
     Format("GeoJSON", "lines (GeoJSON)", geojson.looks, geojson.read, ("lanes",), _WORDY),
