@@ -133,12 +133,14 @@ class Points(_Plain):
 class Folded(_Plain):
     """A table that is folded away on the page; without a head each row is a name and a fact, or a sentence.
 
-    `printed`: the terminal has it, too, and the page shows it unfolded. `numbers`: all columns but the first hold some.
+    `printed`: the terminal has it, too, and the page shows it unfolded. `on_sheet`: the page alone has it, unfolded and
+    beside others like it, as the one sheet that is printed. `numbers`: all columns but the first hold some.
     """
 
     title: str
     note: str = ""
     printed: bool = False
+    on_sheet: bool = False
     numbers: bool = False
     head: tuple[str, ...] = ()
     rows: tuple[tuple[str, ...], ...] = ()
@@ -167,6 +169,7 @@ class AnswerData(_Plain):
     measures: dict[str, str] = {}
     options: tuple[Option, ...] = ()
     figure: Rows | PairGrid | Points | None = None
+    nearest: tuple[Rows, ...] = ()
     about: Subject | None = None
     tables: tuple[Folded, ...] = ()
     promise: str = ""
