@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from desim_warehouse.cli.answers import give, keep
+from desim_warehouse.cli.answers import give, keep, say
 from desim_warehouse.cli.completion import AtPath, keys_then
 from desim_warehouse.cli.options import load_model, with_json, with_overrides
 from desim_warehouse.cli.study_options import (
@@ -253,7 +253,7 @@ def _give_with_thresholds(
     if as_json:
         give(whole, search.out, warnings, as_json=True)
     else:
-        click.echo(points.answer)
+        say(str(points.answer))
 
 
 # Named options

@@ -115,10 +115,10 @@ def _columns(centres: list[tuple[float, float]], side: float) -> list[tuple[str,
     for x, y in centres:
         across[_short(x)].append(y)
     paths: defaultdict[str, list[str]] = defaultdict(list)
-    for x, ys in across.items():
+    for column, ys in across.items():
         for start, count, pitch in _even(sorted(set(ys))):
             gap = f"{_short(side)} {_short(pitch - side)}" if count > 1 else ""
-            paths[gap].append(f"M{x} {_short(start - side / 2)}v{_short((count - 1) * pitch + side)}")
+            paths[gap].append(f"M{column} {_short(start - side / 2)}v{_short((count - 1) * pitch + side)}")
     return [("".join(path), gap) for gap, path in paths.items()]
 
 

@@ -350,7 +350,8 @@ class Planner:
         scan = self.designs.scan
         if self.more_helps and not scan:
             doubts = scouted(
-                study, self.target, counts, self.designs.key, self.budget, where, self.known, known, self.targets[1:]
+                *(study, self.target, counts, self.designs.key, self.budget, where, self.known, known),
+                *(self.targets[1:], lambda number: _named(study.points[number])),
             )
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
