@@ -453,7 +453,7 @@ class History:
     def lowest_levels(self) -> list[float]:
         """The lowest level of each battery in the counted time, as a share of its capacity; empty without batteries.
 
-        Whatever the level of the log. Levels only fall between charge cycles, so the lowest is at the beginning of a
+        Whatever the level of the log. Levels only fall between charging stops, so the lowest is at the beginning of a
         state, or at an end.
         """
         lowest = list(self.energy_at_end)

@@ -189,10 +189,11 @@ class _Studied:
         enough = [design for design in designs if self.options[design].standing == "met"]
         if enough:
             option = self.options[enough[0]]
-            are = "are" if option.name[:1].isdigit() and not option.name.startswith("1 ") else "is"
+            several = option.name[:1].isdigit() and not option.name.startswith("1 ") and ", " not in option.name
+            are = "are" if several else "is"
             which = "only" if len(enough) == 1 else "cheapest" if option.cost is not None else "first"
             year = f", {self._year(enough[0])} a year" if option.cost is not None else ""
-            said = f"{when}{option.name} {are} the {which} option shown to give {aim}: "
+            said = f"{when}{option.name}{',' * (', ' in option.name)} {are} the {which} option shown to give {aim}: "
             return capital(f"{said}{self._found(enough[0], goal.indicator)}{year}."), enough[0]
         lasting = [design for design in designs if self.options[design].number is not None]
         near = max(lasting or designs, key=lambda one: goal.sign * self.study.judged[one].mean)
@@ -335,7 +336,7 @@ class _Studied:
         rows = [(name_of(study, str(row.point)), str(row.replication), str(row.outcome.error)) for row in failed]
         if rows:
             yield Folded(title="Runs that failed", head=("option", "run", "error"), rows=tuple(rows[:_DRAWN]))
-        facts = [("options", f"{len(study.designs)}, {study.plan.rule}"), ("runs", _replications(study.plan))]
+        facts = [("options", f"{len(study.designs)}, {study.plan.rule}"), ("runs of each", _replications(study.plan))]
         facts += [("warm-up", _warm_up(study))]
         facts += [(words.factor_name(key), ", ".join(map(words.level, study.levels(key)))) for key in study.factors]
         yield Folded(title="The study", head=("", ""), rows=tuple(facts))
@@ -347,9 +348,9 @@ class _Studied:
             return None  # one factor, or factors varied together: their effects cannot be told apart
         rows: list[tuple[str, ...]] = []
         for indicator in study.moving:
-            scale, name = words.scale(indicator, study.base), words.indicator_name(indicator)
-            effects = main_effects(study.table, varied, indicator).factors
-            rows += [(name, words.factor_name(one.factor), scale.bare(one.swing)) for one in effects]
+            name, effects = words.indicator_name(indicator), main_effects(study.table, varied, indicator).factors
+            scale = words.scale(indicator, study.base, [one.swing for one in effects])
+            rows += [(name, words.factor_name(one.factor), scale.value(one.swing)) for one in effects]
         head = ("indicator", "factor", "largest − smallest mean")
         return Folded(title="Which factor matters", head=head, rows=tuple(rows))
 
