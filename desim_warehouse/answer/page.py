@@ -48,13 +48,16 @@ def page(
         replay: name of the file beside the page that replays the run.
     """
     now = datetime.now(UTC).astimezone()
+    figure = "" if answer.figure is None else _drawn(answer.figure)
+    drawn = {title: [_drawn(one) for one in several] for title, several in (drawings or {}).items()}
+    every = "".join([figure, *(one for several in drawn.values() for one in several)])
     return html.template("page.html").render(
         answer=answer,
-        style=html.style(),
+        style=html.style([kind for kind in html.FIGURES if f'<figure class="{kind}"' in every]),
         is_short=len(answer.description) <= _LEAD,
-        figure="" if answer.figure is None else _drawn(answer.figure),
+        figure=figure,
         about="" if answer.about is None else capital(answer.about.name),
-        drawings={title: [_drawn(one) for one in several] for title, several in (drawings or {}).items()},
+        drawings=drawn,
         nearest=_alike(answer.nearest),
         sheet=[part for part in answer.tables if part.on_sheet and part.rows],
         tables=[part for part in (*answer.tables, *of_run) if not part.on_sheet],

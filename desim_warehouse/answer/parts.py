@@ -146,12 +146,24 @@ class Folded(_Plain):
     rows: tuple[tuple[str, ...], ...] = ()
 
 
+class ShownDay(_Plain):
+    """A day that a page shows: its seed, and what it is among those simulated, `the worst of 33 days, 94 % on time`."""
+
+    words: str
+    seed: int
+
+
 class Subject(_Plain):
-    """The one design that a page shows: its name, its model as a file has it, and the seed of the run shown."""
+    """The one design that a page shows: its name, its model as a file has it, and the seed of the run shown.
+
+    `day`: what that run is among the days simulated; empty: the first of them. `worst`: the worst of them.
+    """
 
     name: str
     model: dict[str, Any]
     seed: int
+    day: str = ""
+    worst: ShownDay | None = None
 
 
 class AnswerData(_Plain):

@@ -48,7 +48,7 @@ def tables(plan: FleetSizes, grown: Sequence[tuple[str, str]], guesses: Sequence
     """
     changes = [*grown, *((f"Dispatching by {_choice(one)}", _with(one, plan.strategy)) for one in plan.strategies)]
     if guesses:
-        changes.append((GUESSES, "not tried (--uncertain)"))
+        changes.append((GUESSES, "not tried"))
     return (
         Folded(title=CHANGES, rows=tuple(changes), on_sheet=True),
         Folded(title=RESTS, rows=tuple(_rests(plan, guesses)), on_sheet=True),

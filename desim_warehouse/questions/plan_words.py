@@ -463,7 +463,9 @@ class _Planned:
             return None
         made = self.model.replace({**sized.overrides, **sized.best.overrides})
         when = "" if self.key is not None else f", {self._when(sized)}"
-        return judged.about(f"{self._fleet(sized.best.counts)}{when}", made, self.plan.seed)
+        days = sized.best.days
+        known = None if days is None else (days, self.goal)
+        return judged.about(f"{self._fleet(sized.best.counts)}{when}", made, self.plan.seed, known)
 
     def _facts(self, sized: Sized) -> dict[str, Any]:
         best = sized.best

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
@@ -22,7 +21,7 @@ from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.statistics.judge import MOST_TO_TELL
 from desim_warehouse.study.statistics.screening import main_effects
-from desim_warehouse.study.target import days_of
+from desim_warehouse.study.target import Days, days_of
 
 _LISTED = 6
 """Options that are named one by one; of more, how many there are."""
@@ -135,10 +134,10 @@ class _Studied:
 
     def _days(self, design: str) -> str:
         """The worst of the days of an option, and how many of them miss the target."""
-        if self.goal is None:
-            return ""
-        values = self.study.values(design, self.goal.indicator).tolist()
-        return judged.in_row(days_of([*filter(math.isfinite, values)], self.goal), self.goal, self.base)
+        return "" if self.goal is None else judged.in_row(self._all_days(design), self.goal, self.base)
+
+    def _all_days(self, design: str) -> Days | None:
+        return None if self.goal is None else days_of(self.study.values(design, self.goal.indicator), self.goal)
 
     def number(self, design: str, indicator: str) -> SaidNumber | None:
         """An indicator with its one interval; None where it has no value, or none that says something."""
@@ -311,7 +310,10 @@ class _Studied:
 
     def _about(self, design: str) -> Subject | None:
         model = self.study.models.get(design)
-        return None if model is None else judged.about(name_of(self.study, design), model, self.study.plan.seed)
+        if model is None:
+            return None
+        name, seed, days = name_of(self.study, design), self.study.plan.seed, self._all_days(design)
+        return judged.about(name, model, seed, None if self.goal is None or days is None else (days, self.goal))
 
     def _figure(self) -> Rows | None:
         """The indicator of the target, or the first that differs, of the options that have it."""

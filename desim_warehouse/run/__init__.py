@@ -129,7 +129,7 @@ class RunData:
 
     @cached_property
     def robots(self) -> pd.DataFrame:
-        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, charging stops."""
+        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, charges."""
         import pandas as pd
 
         return pd.DataFrame(self.record.robots).rename_axis("robot")

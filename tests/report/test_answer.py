@@ -36,6 +36,7 @@ from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import Designs, FleetSizes, Shown, Sized
 from desim_warehouse.study.held_up import HeldUp
+from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
@@ -211,7 +212,7 @@ def test_the_sheet_of_a_plan_has_nearest_misses_what_changes_it_and_what_it_rest
     changes, rests = (dict(part.rows) for part in answer.tables if part.on_sheet)
     assert changes == {
         "With 30 % more orders (260 an hour)": "11 robots and 3 chargers",
-        "Guesses that are wrong": "not tried (--uncertain)",
+        "Guesses that are wrong": "not tried",
     }
     assert rests["Guesses left, marked (!)"] == "2: load time, speed"
     assert rests["Simulated"].startswith("400 days, each ")
@@ -245,6 +246,12 @@ def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, runs):
     source = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8")).text
     for line in found.answer.answer:
         assert line in source.replace("\u00a0", " ")
+    shown, days = found.answer.about, (found.grown.best or found.today.best).days
+    assert [one.seed for one in (shown, shown.worst)] == [run_seed(0, run) for run in (days.median_run, days.worst_run)]
+    by_seed = {seed: dw.simulate(shown.model, seed).kpis["on_time"] for seed in (shown.seed, shown.worst.seed)}
+    assert list(by_seed.values()) == pytest.approx([days.median, days.worst])
+    for text in (shown.day, shown.worst.words):
+        assert capital(text) in source
     assert "Watch this run" in report(tmp_path, replay=True).read_text(encoding="utf-8")
     assert (tmp_path / "report-replay.html").is_file()
     assert "iframe" in found._repr_html_()

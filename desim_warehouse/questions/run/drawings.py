@@ -44,15 +44,26 @@ _LEAST = 0.005
 """Part of a task's time from which on it has a bar of its own."""
 
 
-def drawings(run: RunData) -> list[Rows | Markup]:
-    """Draw what every page has of a run: its course by the clock, and the floor, as far as the log tells."""
-    parts = (course(run), floor(run))
+def drawings(run: RunData, named: str = "", below: Markup | None = None) -> list[Rows | Markup]:
+    """Draw what every page has of a run: its course by the clock, and the floor, as far as the log tells.
+
+    `named`: what the run is among others, as `the median of 33 days`; `below` its course: that of another.
+    """
+    parts = (course(run, named), below, floor(run))
     return [drawing for drawing in parts if drawing is not None]
 
 
-def course(run: RunData) -> Markup | None:
-    """Draw how the run went by the clock; None where no time was counted."""
-    return figure(day(run.history), run.model, run.history.chargers) if run.history.counted else None
+def course(run: RunData, named: str = "", *, in_short: bool = False) -> Markup | None:
+    """Draw how the run went by the clock; None where no time was counted.
+
+    Args:
+        run: the run.
+        named: what it is among others.
+        in_short: draw two lanes alone, and name the worst hour also where no stretch stands out.
+    """
+    if not run.history.counted:
+        return None
+    return figure(day(run.history), run.model, run.history.chargers, named=named, in_short=in_short)
 
 
 def robots(run: RunData) -> Markup | None:
@@ -85,12 +96,15 @@ def floor(run: RunData) -> Markup | None:
     ys += [y for _, _, y, _, _ in names]
     box = min(xs) - 2 * room, min(ys) - room, max(xs) - min(xs) + 4 * room, max(ys) - min(ys) + 2 * room
     side = 0.8 * (layout.goods_size or 0.09 * step) / 2
+    rooms: defaultdict[tuple[str, float], list[str]] = defaultdict(list)
+    for x, y, size, kind in slots:
+        rooms[kind, size].append(f"M{_short(x)} {_short(y)}h0")
     goods = _columns([(one.x, one.y) for one in layout.storage], 2 * side)
     most = list(waits_by_row(run.history).items())[:1] if run.record.level == "all" else []
     title = f"Where robots wait: {numbers.PERCENT.value(run.kpis['share_waiting'])} of their time"
     title += "".join(f", at {row} alone {numbers.PERCENT.value(share)}" for row, share in most)
     return html.figure(
-        *("floor", title, box, sorted(lanes.items()), _arrows(run, step), nodes, goods, 2 * side, slots, names),
+        *("floor", title, box, sorted(lanes.items()), _arrows(run, step), nodes, goods, 2 * side, rooms.items(), names),
         *(step_words(), room),
     )
 
