@@ -147,7 +147,7 @@ def calibrate(
     source = Path(model)
     base = load(source)
     read = read_logs(logs, dates)
-    notes = [line for log in read for line in log.notes.lines()]
+    notes = [line for log in read for line in (log.in_short(), *log.notes.lines())]
     tracks = lay_over(base, read) if any(log.step for log in read) else None
     estimates: list[KeyEstimate] = []
     if tracks is not None:

@@ -97,6 +97,8 @@ def _popularity(tracks: Tracks) -> KeyEstimate:
     from scipy.stats import chi2
 
     key, layout = "tasks.popularity", tracks.model.floor
+    if not layout.storage:
+        return unknown(key, "the layout has no storage places")
     found = episodes(tracks, tracks.action == PICK)
     at = (tracks.x + 1j * tracks.y)[found.first]
     at = at[np.isfinite(at)]

@@ -153,23 +153,34 @@ def _inside(path: Path, entities: list[tuple[str, Any]], given: tuple[str, ...])
     """What is drawn inside inserted blocks with lanes, however deep: lines, and points."""
     from ezdxf.disassemble import recursive_decompose
 
+    inserts = [entity for _, entity in entities if entity.dxftype() == "INSERT"]
+    sizes: dict[str, int] = {}
+    if sum(_drawn(insert, sizes) for insert in inserts) > LIMITS["nodes"][0]:
+        raise ModelError([f"{path}: too many entities in blocks, expected {LIMITS['nodes'][0]:,} at most"])
     asked = {layer.casefold() for layer in given}
     alone = not any(entity.dxftype() in _LINES for _, entity in entities)
-    found, seen = [], 0
+    found = []
     for layer, insert in entities:
         if insert.dxftype() != "INSERT":
             continue
         parts = []
         for part in recursive_decompose([insert]):
-            seen += 1
-            if seen > LIMITS["nodes"][0]:
-                raise ModelError([f"{path}: too many entities in blocks, expected {LIMITS['nodes'][0]:,} at most"])
             own = str(part.dxf.get("layer", "0"))
             parts.append((layer if own == "0" else own, part))
         lines = {own for own, part in parts if part.dxftype() in _LINES and _is_flat(part)}
         if any(alone or own.casefold() in asked or _LANES.search(own) for own in lines):
             found += [(own, part) for own, part in parts if part.dxftype() in _LINES | {"POINT"} and _is_flat(part)]
     return found
+
+
+def _drawn(insert: Any, sizes: dict[str, int]) -> int:
+    """How many entities an inserted block is taken apart into; `sizes`: of blocks that were counted before."""
+    block = insert.block()
+    name = str(insert.dxf.get("name", ""))
+    if block is not None and name not in sizes:
+        sizes[name] = 1  # where it is inside itself, which ezdxf refuses
+        sizes[name] = sum(_drawn(part, sizes) if part.dxftype() == "INSERT" else 1 for part in block)
+    return int(insert.mcount) * sizes.get(name, 1)
 
 
 def _chosen(path: Path, layers: Counter[str], given: tuple[str, ...]) -> set[str]:

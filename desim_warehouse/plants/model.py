@@ -208,11 +208,8 @@ class _Maker:
             charging = {"charging": "four-thresholds"}
             fleet["start_energy"] = "settled"
             self.plant.assume("fleet.start_energy", "batteries as in the long run: the shift before is not simulated")
-        speeds = {speed for lane in self.lanes for speed in (lane.speed, lane.speed_back) if speed is not None}
-        routing = "fastest" if len(speeds) > 1 else "shortest"
-        why = " (lanes differ in speed)" if routing == "fastest" else ""
         charge = ", charging between tasks" if charging else ""
-        self.plant.assume("policies", f"nearest robot, {routing} route{why}, nearest free parking{charge}")
+        self.plant.assume("policies", f"nearest robot, fastest route, nearest free parking{charge}")
         if not self.stops.tasks:
             self.plant.assume("run.length", "a shift of 8 h")
         return {
@@ -222,7 +219,7 @@ class _Maker:
             "fleet": fleet,
             "tasks": self.tasks(layout["stations"]),
             **({"battery": battery} if battery else {}),
-            "policies": {"allocation": "nearest", "routing": routing, **charging, "parking": "nearest"},
+            "policies": {"allocation": "nearest", "routing": "fastest", **charging, "parking": "nearest"},
             **({} if self.stops.tasks else {"run": {"length": _SHIFT}}),
         }
 

@@ -157,8 +157,11 @@ def a_report(folder):
     return report(people_run(), folder / "page.html")
 
 
-DAILY = (a_study, two_replays, a_report, a_validation, a_kept_plan, a_kept_reason, an_answer_of_before)
+DAILY = (two_replays, a_report, a_validation, a_kept_reason)
 LONG = (
+    a_study,
+    a_kept_plan,
+    an_answer_of_before,
     a_study_of_words,
     a_replay,
     an_answer_of_plan,

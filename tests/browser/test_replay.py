@@ -15,6 +15,7 @@ from desim_warehouse.outcome.pieces import pieces
 from desim_warehouse.outcome.positions import Positions
 from desim_warehouse.outcome.resources import resources
 from tests.browser.pages import READY, Opened, Page
+from tests.daily import some
 from tests.report.replay.floors import (
     RUNS,
     WALLS,
@@ -27,8 +28,8 @@ from tests.report.replay.floors import (
     people_run,
     spurs_run,
 )
+from tests.run.halls import RING
 from tests.run.test_halts import LOW_TOGETHER
-from tests.run.test_lasting import RING
 
 ESCAPE = "\ue00c"
 
@@ -43,7 +44,7 @@ def waits(run):
     return [(row[0] - row[6], row[0], row[2]) for row in run.record.rows if row[1] == "collision"]
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", some(RUNS, 3))
 def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser, tmp_path, name):
     page = Page(browser, RUNS[name](), tmp_path)
     for button in ("heat", "theme", "help", "play"):
@@ -55,7 +56,7 @@ def test_it_loads_and_plays_offline_without_a_complaint_or_a_request(browser, tm
     assert page.requests() == []
 
 
-@pytest.mark.parametrize("name", RUNS)
+@pytest.mark.parametrize("name", some(RUNS, 2))
 def test_robots_are_drawn_within_a_pixel_of_where_the_log_has_them(browser, tmp_path, name):
     run = RUNS[name]()
     page, where = Page(browser, run, tmp_path), Positions(run.history)
@@ -215,7 +216,7 @@ SAID_ALIKE = {"count", "share", "lost", "chargers", "time"}
 """Forms of tiles whose text is that of the run's own table, in the same unit and digits."""
 
 
-@pytest.mark.parametrize("name", [*RUNS, "due"])
+@pytest.mark.parametrize("name", some([*RUNS, "due"], 3))
 def test_the_tiles_end_with_the_indicators_of_the_run(browser, tmp_path, name):
     run = {**RUNS, "due": due_run}[name]()
     page = Page(browser, run, tmp_path)

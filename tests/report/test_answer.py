@@ -43,6 +43,7 @@ from desim_warehouse.study.statistics.judge import DesignVerdict
 from desim_warehouse.study.suspects import Suspect
 from desim_warehouse.study.target import read_target
 from tests.daily import some
+from tests.lasting import LASTING
 from tests.live.test_frozen import held
 from tests.report.test_report import needs_nothing_from_outside
 
@@ -159,12 +160,12 @@ def is_everywhere(answer):
     return True
 
 
-@pytest.mark.parametrize("number", range(40))
+@pytest.mark.parametrize("number", some(range(40), 4))
 def test_terminal_page_and_json_of_why_are_equal(number):
     assert is_everywhere(made_up_why(number).answer)
 
 
-@pytest.mark.parametrize("number", range(40))
+@pytest.mark.parametrize("number", some(range(40), 4))
 def test_terminal_page_and_json_of_plan_are_equal(number):
     plan = made_up_plan(number)
     answer = plan.answer
@@ -235,13 +236,13 @@ def test_every_open_fleet_is_named_or_counted():
 
 
 @pytest.mark.parametrize(
-    ("robots", "runs"),
-    [("2..3", {"first": 3, "cap": 6}), pytest.param("1..4", {}, marks=pytest.mark.long)],
+    ("robots", "changes", "runs"),
+    [("2..3", LASTING, {"first": 3, "cap": 6}), pytest.param("1..4", {}, {}, marks=pytest.mark.long)],
     ids=["few runs", "many"],
 )
-def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, runs):
-    search = dw.Search(out=tmp_path, **runs)
-    found = plan_fleet(example(), "on_time >= 75 %", growth=2, strategies={}, robots=robots, search=search)
+def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, changes, runs):
+    search, model = dw.Search(out=tmp_path, **runs), example().replace(changes)
+    found = plan_fleet(model, "on_time >= 75 %", growth=2, strategies={}, robots=robots, search=search)
     found.answer.save(tmp_path)
     source = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8")).text
     for line in found.answer.answer:
@@ -260,8 +261,9 @@ def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, runs):
 def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
     """A key that nothing asks for: two copies of each of two fleets, judged as two designs."""
     copies = {"fleet.size": [1, 3], "case": {"cases": {"own": {}, "another": {"name": "by another name"}}}}
-    alone = dw.Study(example(), {"fleet.size": [1, 3]}, replications=4, target="on_time >= 60 %").run().results
-    both = dw.Study(example(), copies, replications=4, target="on_time >= 60 %").run().results
+    model = example().replace(LASTING)
+    alone = dw.Study(model, {"fleet.size": [1, 3]}, replications=4, target="on_time >= 60 %").run().results
+    both = dw.Study(model, copies, replications=4, target="on_time >= 60 %").run().results
     assert len(both.same) == 2
     bounds = [(one.low, one.high) for one in alone.judged.values()]
     assert [(one.low, one.high) for one in both.judged.values()] == [end for end in bounds for _ in range(2)]
@@ -272,7 +274,7 @@ def test_copies_of_a_design_are_one_row_and_cost_no_certainty():
 
 def test_size_leads_with_its_count(tmp_path):
     cases = {"fleet.size": [1, 2, 3, 4]}
-    study = dw.Study(example(), cases, name="size", target="on_time >= 75 %")
+    study = dw.Study(example().replace(LASTING), cases, name="size", target="on_time >= 75 %")
     study.plan = study.plan.unreplicated()
     found = size(study, "on_time >= 75 %", search=dw.Search(first=5, cap=40, out=tmp_path))
     answer = found.answer
@@ -286,7 +288,7 @@ def test_size_leads_with_its_count(tmp_path):
 
 
 def test_why_is_about_the_warehouse_as_it_is_and_its_page_shows_no_other(tmp_path):
-    model = example().replace({"run.length": 3600})
+    model = example().replace(LASTING)
     found = why(model, search=dw.Search(cap=5, first=5, out=tmp_path))
     answer = found.answer
     answer.save(tmp_path)
@@ -354,7 +356,7 @@ def test_keys_of_a_model_stand_in_commands_only():
 
 
 LONG = [pytest.mark.long]
-STUDIES = [*some(range(12), 3), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
+STUDIES = [*some(range(12), 4), *(pytest.param(number, marks=LONG) for number in range(12, 40))]
 
 
 def study_by_chance(number):

@@ -14,8 +14,8 @@ from desim_warehouse.outcome.halts import Halt
 from desim_warehouse.outcome.rows import waits_by_row
 from desim_warehouse.states import SHOWN
 from tests.report.replay.floors import busy, busy_run, due_run, jammed_run, paper_run, people_run
+from tests.run.halls import RING
 from tests.run.test_halts import LOW_TOGETHER
-from tests.run.test_lasting import RING
 
 RUNS = {"busy": busy_run, "due": due_run, "paper": paper_run, "jammed": jammed_run, "people": people_run}
 

@@ -7,7 +7,7 @@ from desim_warehouse.outcome.chains import lost_to
 from desim_warehouse.outcome.halts import halts
 from desim_warehouse.questions.run import words
 from desim_warehouse.run.examined import examined
-from tests.run.test_lasting import RING
+from tests.run.halls import RING
 
 POISSON = {"tasks.goods": {"poisson": 60}, "tasks.unload_time": 10, "run.length": "4 h"}
 LOW_TOGETHER = {

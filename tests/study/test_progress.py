@@ -57,7 +57,7 @@ def planned(stream, monkeypatch, **more):
 
 def test_a_terminal_shows_what_a_plan_knows_so_far(monkeypatch):
     terminal = Terminal()
-    found = planned(terminal, monkeypatch)
+    found = planned(terminal, monkeypatch, first=5, cap=20)
     shown = re.sub(r"\x1b\[[0-9;?]*[a-zA-Z]", "", terminal.getvalue())
     best = found.today.best.robots
     assert re.search(rf"today: {best} robots?: met", shown)

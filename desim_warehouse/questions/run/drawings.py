@@ -72,7 +72,7 @@ def robots(run: RunData) -> Markup | None:
 
 
 def floor(run: RunData) -> Markup | None:
-    """The map of waits of a run with goods, stations and bays; None where nobody waited."""
+    """Draw the map of waits of a run with goods, stations and bays; None where nobody waited."""
     if not run.kpis["S"]:
         return None
     if len(run.layout.lanes) > _LANES:
@@ -148,7 +148,7 @@ def _even(values: list[float]) -> Iterator[tuple[float, int, float]]:
 
 
 def _short(value: float) -> str:
-    """A coordinate with three decimals at most, without zeros that say nothing."""
+    """Write a coordinate with three decimals at most, without zeros that say nothing."""
     text = f"{value:.3f}".rstrip("0").rstrip(".")
     if text in {"-0", ""}:
         return "0"
@@ -175,12 +175,12 @@ def _arrows(run: RunData, step: float) -> str:
 
 
 def _step(run: RunData, waited: float) -> int:
-    """The step of the scale of a time waited: 0 where nobody waits, or for so short a time that it has no colour."""
+    """Return the step of the scale for a time waited: 0 where it is too short for a colour."""
     return bisect_right(WAITED_STEPS, waited / (run.history.counted or 1.0))
 
 
 def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list[tuple[str, float, float, str, str]]:
-    """Kind, point, name and anchor of each zone: beyond its slots as seen from its node, else away from the middle."""
+    """Return kind, point, name and anchor of each zone: beyond its slots, else away from the middle."""
     names = []
     for zone in places:
         node = run.layout.graph.nodes[zone.node]
@@ -197,11 +197,11 @@ def _names(run: RunData, places: list[Zone], middle: float, room: float) -> list
 
 
 def account(run: RunData) -> Rows | None:
-    """Where the time of a task goes, of a robot where there were none, in one unit; None: the log does not say."""
+    """Draw where the time of a task goes, or of a robot without tasks, in one unit; None: the log does not say."""
     if run.record.level != "all":
         return None
     by: By = "task" if counted_tasks(run.history) else "robot"
-    of = OF_TASKS if by == "task" else OF_ROBOTS
+    shares = OF_TASKS if by == "task" else OF_ROBOTS
     table = run.account(by)
     parts = table.mean().sort_values(ascending=False)
     whole = float(parts.sum())
@@ -210,7 +210,7 @@ def account(run: RunData) -> Rows | None:
     unit = numbers.times(run.model.units.time, [float(parts.iloc[0])])
     marks = tuple(
         Bar(
-            label=of[str(name)].doing,
+            label=shares[str(name)].doing,
             mean=float(part),
             text=f"{unit.value(float(part))} · {100 * part / whole:.0f} %",
             standing="part",

@@ -1,4 +1,4 @@
-"""How far a study is, and what it knows so far: a bar that moves on a terminal and in a cell of Jupyter, else lines."""
+"""Progress of a study, with results so far: a bar that moves on a terminal and in a cell of Jupyter, else lines."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from desim_warehouse.errors import number_of
 def in_notebook() -> bool:
     """Whether a notebook's kernel runs this program."""
     shell = sys.modules.get("IPython")
-    found = shell.get_ipython() if shell is not None else None
-    return found is not None and "IPKernelApp" in found.config
+    ipython = shell.get_ipython() if shell is not None else None
+    return ipython is not None and "IPKernelApp" in ipython.config
 
 
 class CellBar:
-    """The bar; shown when it is made."""
+    """The progress bar of a cell; shown when it is made."""
 
     def __init__(self) -> None:
         from IPython.display import display
@@ -30,7 +30,7 @@ class CellBar:
         self._shown = display(self, display_id=True)  # type: ignore[no-untyped-call]
 
     def update(self, done: int, total: int, lines: Sequence[str]) -> None:
-        """Show how many runs are done, with some lines of text, in the place of what was shown."""
+        """Show how many runs are done, with some lines of text, in the place of the last update."""
         self.done, self.total, self.lines = done, total, tuple(lines)
         self._shown.update(self)
 
@@ -125,7 +125,7 @@ class Progress:
         self.looked = looked
 
     def step(self, *, failed: bool) -> None:
-        """One more run is finished."""
+        """Count one more run as finished."""
         self.done += 1
         self.failed += failed
         now = monotonic()
@@ -141,12 +141,12 @@ class Progress:
         else:
             self.print(line)
 
-    def tell(self, known: str) -> None:
-        """Show what the runs tell so far beside the bar, and where Ctrl-C ends them."""
-        self.known = known
+    def tell(self, text: str) -> None:
+        """Show results so far beside the bar, and where Ctrl-C ends the runs."""
+        self.known = text
 
     def print(self, text: str) -> None:
-        """A line of its own, beside the bar."""
+        """Print a line of its own, beside the bar."""
         if not self.shown:
             return
         if self.cell is not None:
