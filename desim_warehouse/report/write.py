@@ -66,13 +66,15 @@ def page_of_answer(answer: Answer, replay: Path | None = None) -> str:
     Answers that are about no design, and those of which the run fails, have the page without a run. The run is written
     to the file `replay` where there is one, and the page links to it.
     """
-    run = None
-    if answer.about is not None:
+    about, run, worst = answer.about, None, None
+    if about is not None:
         try:
-            run = run_page.in_full(load_model(answer.about.model), answer.about.seed)
+            model = load_model(about.model)
+            run = run_page.in_full(model, about.seed)
+            worst = run_page.in_full(model, about.worst.seed) if run is not None and about.worst is not None else None
         except WarehouseError:  # such as with a user's own policy, which no report may run
             return page(answer)
-    return page(answer) if run is None else run_page.page_with(answer, run, _replayed(run, replay))
+    return page(answer) if run is None else run_page.page_with(answer, run, worst, _replayed(run, replay))
 
 
 def _replayed(run: RunData, replay: Path | None) -> str:
