@@ -127,13 +127,14 @@ def scouted(
     note: str = "",
     earlier: Earlier = NOTHING,
     beside: Sequence[Target] = (),
+    name: Callable[[int], str] = str,
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of the days that judge them (`scout_steps`).
 
     Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    None: the runs allowed ended before. `note`: results before, shown with the progress. `beside`: further
-    targets.
+    None: the runs allowed ended before. `note`: results before, shown with the progress, and `name` what a design is
+    called there. `beside`: further targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
@@ -145,13 +146,54 @@ def scouted(
             return cannot_last(scout, runner, number) is not None or any(missed)
 
         def steps(_: bool) -> Procedure[set[int] | None]:
+            looked = scout_steps(designs, cost, goal, budget, earlier, hopeless)
             try:
-                return (yield from scout_steps(designs, cost, goal, budget, earlier, hopeless))
+                return (yield from _watched(looked, goal, lambda seen: tell(about(designs, cost, seen, name))))
             except RunsEndedError:
                 return None
 
-        runner.progress.tell(note)
+        def tell(line: str) -> None:
+            runner.progress.tell(f"{note}{line}")
+
+        tell("")
         return scout.carry_out(runner, steps, goal.indicator, flat=goal.missed)
+
+
+def about(
+    designs: Sequence[tuple[int, ...]],
+    cost: Callable[[tuple[int, ...]], tuple[float, ...]],
+    met: Mapping[int, bool],
+    name: Callable[[int], str],
+) -> str:
+    """Say what single days tell so far: `about 10 robots + 1 charger`, or `more than 6 robots + 4 chargers`.
+
+    Args:
+        designs: all counts that could be built.
+        cost: what one costs.
+        met: numbers of the designs looked at, and whether they met the target on their day.
+        name: what a design is called.
+    """
+    enough = [number for number, is_met in met.items() if is_met]
+    if enough:
+        return f"about {name(min(enough, key=lambda number: cost(designs[number])))}"
+    return f"more than {name(max(met, key=lambda number: cost(designs[number])))}" if met else ""
+
+
+def _watched(
+    scouting: Procedure[set[int]], goal: Target, tell: Callable[[Mapping[int, bool]], None]
+) -> Procedure[set[int]]:
+    """Tell after each run of a scout which designs met the target in theirs."""
+    seen: dict[int, bool] = {}
+    try:
+        asked = next(scouting)
+        while True:
+            values = yield asked
+            seen |= {number: goal.met_by(value) for (number, _), value in zip(asked, values, strict=True)}
+            tell(seen)
+            asked = scouting.send(values)
+    except StopIteration as end:
+        doubted: set[int] = end.value
+        return doubted
 
 
 def judge_of(
