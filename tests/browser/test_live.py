@@ -10,7 +10,6 @@ import pytest
 import desim_warehouse as dw
 from tests.browser.pages import Opened
 from tests.browser.test_axe import AXE, EVERY
-from tests.daily import some
 
 TUTORIAL = "models/tutorial.yaml"
 TARGET = "T <= 6 min"  # three robots meet it, two do not
@@ -242,7 +241,10 @@ def test_without_its_server_the_page_stays_readable_and_goes_on_when_it_is_back(
             assert not page.browser.find_element("id", "note").is_displayed()
 
 
-@pytest.mark.parametrize(("width", "scheme"), some([(390, "light"), (1400, "light"), (1400, "dark")], 3))
+@pytest.mark.parametrize(
+    ("width", "scheme"),
+    [(390, "light"), *(pytest.param(1400, scheme, marks=pytest.mark.long) for scheme in ("light", "dark"))],
+)
 def test_axe_finds_nothing_and_nothing_is_wider_than_the_screen(page, width, scheme):
     page.browser.execute_cdp_cmd(
         "Emulation.setEmulatedMedia", {"features": [{"name": "prefers-color-scheme", "value": scheme}]}
