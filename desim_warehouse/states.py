@@ -106,7 +106,7 @@ def names(is_so: Callable[[State], bool]) -> frozenset[str]:
     return frozenset(name for name in STATES if is_so(seen(name, 0)) or is_so(seen(name, -1)))
 
 
-SERVER = Queue("station", "a place")
+SERVER = Queue("station", "a loading point")
 
 OPENING = Queue("station", "its opening")
 CHARGER = Queue("chargers", "a charger")
@@ -117,8 +117,8 @@ STATES = {
         State(
             "idle",
             doing="idle",
-            begins="a robot stands in a bay, with nothing to do",
-            time="in a bay, with nothing to do",
+            begins="a robot stands in a bay, or rests where it unloaded, with nothing to do",
+            time="in a bay or where it unloaded, with nothing to do",
             better=None,
             draws="standing",
             phase=Phase.REST,
@@ -392,7 +392,7 @@ TOO_LOW = frozenset(name for name, state in STATES.items() if state.queue == CHA
 
 def staff(zone: str) -> str:
     """Return who serves robots in a station, in the singular, as people say it."""
-    return "packer" if zone == PACKING else "place"
+    return "packer" if zone == PACKING else "loading point"
 
 
 def absent(model: Any) -> frozenset[str]:

@@ -12,7 +12,7 @@ from hypothesis import settings
 from desim_warehouse.world.robots.settled import SettledFleets
 from tests.costs import Costs
 
-settings.register_profile("fast", max_examples=30, deadline=None, derandomize=True)
+settings.register_profile("fast", max_examples=20, deadline=None, derandomize=True)
 settings.register_profile("long", max_examples=2000, deadline=None)
 settings.load_profile(os.environ.get("HYPOTHESIS_PROFILE", "fast"))
 

@@ -178,6 +178,8 @@ def _at_rate(cycle: MeanTask, rate: float | None, robots: int) -> tuple[float, f
 
 def idle_away(model: Model, layout: Layout) -> float:
     """Return the share of idle robots that stand in slots without a charger, and so draw on."""
+    if model.policies.parking.name == "where-it-is":
+        return 1.0
     home = model.fleet.homes(layout.bays)
     slots = {node: bay.slots(home.count(node)) for node, bay in layout.bays.items()}
     with_charger = {node for node, chargers in chargers_at(model, layout).items() if chargers >= slots[node]}

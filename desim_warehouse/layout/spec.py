@@ -437,7 +437,10 @@ class LayoutSpec(Part):
             ...,
         ],
         Forms("a list of storage places (edge, offset; or node), or {file: storage.csv}", StorageFile),
-    ] = Field((), description="places of goods, numbered from 0 as listed")
+    ] = Field(
+        (),
+        description="places of goods, numbered from 0 as listed; none where all flows run between stations or nodes",
+    )
     storage_names: Annotated[PlaceNames | None, Forms("a pattern with fields, or {file: names.csv}", NamesFile)] = (
         Field(None, description="names of storage places, for orders and drawings; default: numbers")
     )

@@ -121,12 +121,17 @@ def safe_json(value: Any) -> str:
     return text
 
 
-def colours() -> str:
-    """Return the colours of the parts of any page, on light and dark ground; prints are on light ground."""
+def colours(themes: bool = True) -> str:
+    """Return the colours of the parts of any page, on light and dark ground; prints are on light ground.
+
+    `themes`: for a page that sets `data-theme`, else the system alone decides.
+    """
     light, dark = (
         " ".join(f"--{name}: {colour};" for name, colour in PAGE[ground].items()) + f" color-scheme: {ground};"
         for ground in ("light", "dark")
     )
+    if not themes:
+        return f":root {{ {light} }}\n@media screen and (prefers-color-scheme: dark) {{ :root {{ {dark} }} }}\n"
     return (
         f":root {{ {light} }}\n"
         f'@media screen and (prefers-color-scheme: dark) {{ :root:not([data-theme="light"]) {{ {dark} }} }}\n'

@@ -447,9 +447,8 @@ class Model(Part):
     def _whole(cls, layout: LayoutSpec) -> LayoutSpec:
         if layout.blocks is None and not layout.nodes:
             raise wrong("neither blocks nor nodes, expected one of the two")
-        for key in ("edges", "storage"):
-            if layout.nodes and not getattr(layout, key):
-                raise wrong(f"a layout of nodes without {key}, expected at least one entry", key)
+        if layout.nodes and not layout.edges:
+            raise wrong("a layout of nodes without edges, expected at least one entry", "edges")
         return layout
 
     @field_validator("fleet")
@@ -465,6 +464,22 @@ class Model(Part):
                     text = f"no such kind of robot (got {got(kind)}), expected {expected}"
                     raise wrong(text, TOP, "layout", "bays", name, "kinds")
         return fleet
+
+    @field_validator("tasks")
+    @classmethod
+    def _have_storage(cls, tasks: Tasks, info: ValidationInfo) -> Tasks:
+        """Refuse tasks that begin or end at a storage place where the layout has none."""
+        layout: LayoutSpec | None = info.data.get("layout")
+        if layout is None or layout.storage_places:
+            return tasks
+        what = "goods are" if tasks.goods is not None else None
+        for name, flow in tasks.flows.items():
+            if any(isinstance(end, StorageEnd) for route in flow.routes for end in (route.source, route.target)):
+                what = f"tasks of flow '{name}' begin or end"
+        if what is not None:
+            expected = "at least one entry, or flows between stations or nodes"
+            raise wrong(f"no storage places, where {what}, expected {expected}", TOP, "layout", "storage")
+        return tasks
 
     @field_validator("pods")
     @classmethod

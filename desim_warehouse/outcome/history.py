@@ -456,7 +456,7 @@ class History:
     def lowest_levels(self) -> list[float]:
         """The lowest level of each battery in the counted time, as a share of its capacity; empty without batteries.
 
-        At every level of the log. Levels only fall between charge cycles, so the lowest is at the beginning of a
+        At every level of the log. Levels only fall between charging stops, so the lowest is at the beginning of a
         state, or at an end.
         """
         lowest = list(self.energy_at_end)

@@ -174,9 +174,9 @@ INDICATORS = {
         ),
         Indicator(
             "C",
-            "Charge cycles",
+            "Charging stops",
             "count",
-            "charge cycles after which a robot went out again",
+            "charging stops after which a robot went out again",
             "less",
             measures.count("recharged"),
             with_robots="rises",

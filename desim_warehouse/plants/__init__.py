@@ -81,7 +81,7 @@ def read_layout(
     Raises:
         ModelError: where it cannot be read, or robots could do nothing there.
     """
-    given: dict[str, Any] = {"operations": operations, "robots": robots, "robot": robot, "tasks": tasks}
+    settings: dict[str, Any] = {"operations": operations, "robots": robots, "robot": robot, "tasks": tasks}
     chosen: dict[str, Any] = {
         "layout": layout,
         "vehicle_type": vehicle_type,
@@ -92,4 +92,4 @@ def read_layout(
         "cell": cell,
     }
     options = {name: value for name, value in chosen.items() if value is not None}
-    return import_layout(path, **given, **options).model
+    return import_layout(path, **settings, **options).model

@@ -130,7 +130,7 @@ def edges_beside(path: Path) -> Path:
     if not _NODES.search(path.stem):
         text = f"{path}: a table whose name does not say what is in it, expected nodes.csv with edges.csv beside it"
         raise ModelError([text])
-    return path.with_name(_NODES.sub(lambda found: "EDGES" if found[0].isupper() else "edges", path.stem) + path.suffix)
+    return path.with_name(_NODES.sub(lambda match: "EDGES" if match[0].isupper() else "edges", path.stem) + path.suffix)
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,12 +142,14 @@ class Columns:
     unread: tuple[str, ...]
 
     @classmethod
-    def of(cls, header: Iterable[str], known: Mapping[str, tuple[str, ...]], where: str) -> Columns:
-        """Find them in a header; raises ModelError where a unit is not known, or a column is there twice."""
+    def of(cls, header: Iterable[str], headings: Mapping[str, tuple[str, ...]], where: str) -> Columns:
+        """Find the columns in a header; raises ModelError where a unit is not known, or a column is there twice."""
         named: dict[str, str] = {}
         units: dict[str, float] = {}
         unread = []
-        aliases = {heading(one)[0]: (name, rank) for name, all_ in known.items() for rank, one in enumerate(all_)}
+        aliases = {
+            heading(alias)[0]: (name, rank) for name, all_ in headings.items() for rank, alias in enumerate(all_)
+        }
         best: dict[str, int] = {}
         for title in header:
             words, unit = heading(title)
@@ -241,12 +243,12 @@ class TableRecord:
     def flag(self, name: str) -> bool | None:
         """Yes or no; None where it is empty."""
         value = self.get(name)
-        said = str(value).strip().casefold()
+        word = str(value).strip().casefold()
         if value is None:
             return None
-        if said not in _YES | _NO:
+        if word not in _YES | _NO:
             self.refuse(name, f"neither yes nor no (got {got(value)}), expected one of the two")
-        return said in _YES
+        return word in _YES
 
 
 def _or_nan(number: float | None) -> float:
@@ -330,8 +332,10 @@ class _Table:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
             line = content[: error.start].count(b"\n") + 1
-            said = f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as CSV UTF-8"
-            raise ModelError([f"{path}:{line}: {said}"]) from None
+            problem = (
+                f"not UTF-8 text (got byte 0x{content[error.start]:02x}), expected the file to be saved as CSV UTF-8"
+            )
+            raise ModelError([f"{path}:{line}: {problem}"]) from None
         first = text[: text.find("\n")] if "\n" in text else text
         delimiter = max(",;\t", key=first.count)
         return cls._of(path.name, f"{path}:", _lines(path, text, delimiter), comma=delimiter != ",")
@@ -348,9 +352,9 @@ class _Table:
             raise ModelError([f"{place}1: too many columns (got {len(header):,}), expected at most {_MOST:,}"])
         return cls(name, place, header, rows, comma)
 
-    def columns(self, known: Mapping[str, tuple[str, ...]]) -> Columns:
+    def columns(self, headings: Mapping[str, tuple[str, ...]]) -> Columns:
         """The columns that are read."""
-        return Columns.of(filter(None, self.header), known, f"{self.place}1")
+        return Columns.of(filter(None, self.header), headings, f"{self.place}1")
 
     def records(self, columns: Columns) -> Iterator[TableRecord]:
         """The rows that are not empty."""

@@ -131,14 +131,14 @@ def best(  # half of it documents its arguments
 
     Args:
         what: a study, whose runs are used, with its own confidence; or the warehouse, or its file.
-        indicator: what should be best.
+        indicator: what should be best; of a study one of its own, too.
         delta: smaller differences do not matter, in the indicator's unit; default: 1 % of the largest of the first
             means.
         target: of a model's designs, what must be met, such as "on_time >= 95 %".
         vary: of a model, key -> its values, in any form of a study file.
         place_chargers: how many nodes of a model have a charger; which is searched. None: chargers stay.
         directions: whether aisles of a model may be turned.
-        maximise: whether more is better (default: as usual for the indicator).
+        maximise: whether more is better (default: as usual for the indicator; of one of a study's own it must be said).
         search: how runs are done, at most 500 by default; first look and cap are those of a race.
 
     Returns:

@@ -8,7 +8,7 @@ from typing import Any
 
 from desim_warehouse.answer import words
 from desim_warehouse.answer.numbers import PERCENT, Scale, capital
-from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumber, Subject
+from desim_warehouse.answer.parts import Bar, BigNumber, Option, Rows, SaidNumber, ShownDay, Subject
 from desim_warehouse.answer.standing import Standing, standing
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Model
@@ -150,6 +150,24 @@ def tile(text: str, what: str) -> BigNumber:
     return BigNumber(value=value, what=what, note=ends.removesuffix(")"))
 
 
-def about(name: str, model: Model, seed: int) -> Subject:
-    """The subject of the page: the first run of a design."""
-    return Subject(name=name, model=model.content(), seed=run_seed(seed, 0))
+def about(name: str, model: Model, seed: int, days: tuple[Days, Target] | None = None) -> Subject:
+    """What the page shows of a design: its median and its worst day by a target, or where none is known its first run.
+
+    Args:
+        name: the design in words.
+        model: as simulated.
+        seed: of the study.
+        days: those that were simulated, and the target that they are sorted by.
+    """
+    if days is None:
+        return Subject(name=name, model=model.content(), seed=run_seed(seed, 0))
+    all_days, goal = days
+
+    def day(which: str, value: float, run: int) -> ShownDay:
+        text = words.scale(goal.indicator, model, (value,)).value(value)
+        reached = words.reached(goal.indicator, text)
+        return ShownDay(words=f"the {which} of {all_days.days} days, {reached}", seed=run_seed(seed, run))
+
+    median = day("median", all_days.median, all_days.median_run)
+    worst = day("worst", all_days.worst, all_days.worst_run)
+    return Subject(name=name, model=model.content(), seed=median.seed, day=median.words, worst=worst)

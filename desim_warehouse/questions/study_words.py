@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections import Counter
 from collections.abc import Iterator, Sequence
 
@@ -22,7 +21,7 @@ from desim_warehouse.study.plan import StudyPlan
 from desim_warehouse.study.results import ResultsData
 from desim_warehouse.study.statistics.judge import MOST_TO_TELL
 from desim_warehouse.study.statistics.screening import main_effects
-from desim_warehouse.study.target import days_of
+from desim_warehouse.study.target import Days, days_of
 
 _LISTED = 6
 """Options that are named one by one; of more, how many there are."""
@@ -135,10 +134,10 @@ class _Studied:
 
     def _days(self, design: str) -> str:
         """The worst of the days of an option, and how many of them miss the target."""
-        if self.goal is None:
-            return ""
-        values = self.study.values(design, self.goal.indicator).tolist()
-        return judged.in_row(days_of([*filter(math.isfinite, values)], self.goal), self.goal, self.base)
+        return "" if self.goal is None else judged.in_row(self._all_days(design), self.goal, self.base)
+
+    def _all_days(self, design: str) -> Days | None:
+        return None if self.goal is None else days_of(self.study.values(design, self.goal.indicator), self.goal)
 
     def number(self, design: str, indicator: str) -> SaidNumber | None:
         """An indicator with its one interval; None where it has no value, or none that means something."""
@@ -191,10 +190,12 @@ class _Studied:
         enough = [design for design in designs if self.options[design].standing == "met"]
         if enough:
             option = self.options[enough[0]]
-            are = "are" if option.name[:1].isdigit() and not option.name.startswith("1 ") else "is"
+            several = option.name[:1].isdigit() and not option.name.startswith("1 ") and ", " not in option.name
+            are = "are" if several else "is"
             which = "only" if len(enough) == 1 else "cheapest" if option.cost is not None else "first"
             year = f", {self._year(enough[0])} a year" if option.cost is not None else ""
-            text = f"{when}{option.name} {are} the {which} option shown to give {aim}: "
+            comma = "," * (", " in option.name)
+            text = f"{when}{option.name}{comma} {are} the {which} option shown to give {aim}: "
             return capital(f"{text}{self._found(enough[0], goal.indicator)}{year}."), enough[0]
         lasting = [design for design in designs if self.options[design].number is not None]
         near = max(lasting or designs, key=lambda design: goal.sign * self.study.judged[design].mean)
@@ -314,7 +315,10 @@ class _Studied:
 
     def _about(self, design: str) -> Subject | None:
         model = self.study.models.get(design)
-        return None if model is None else judged.about(name_of(self.study, design), model, self.study.plan.seed)
+        if model is None:
+            return None
+        name, seed, days = name_of(self.study, design), self.study.plan.seed, self._all_days(design)
+        return judged.about(name, model, seed, None if self.goal is None or days is None else (days, self.goal))
 
     def _figure(self) -> Rows | None:
         """The indicator of the target, or the first that differs, of the options that have it."""
@@ -342,7 +346,7 @@ class _Studied:
         rows = [(name_of(study, str(row.point)), str(row.replication), str(row.outcome.error)) for row in failed]
         if rows:
             yield Folded(title="Runs that failed", head=("option", "run", "error"), rows=tuple(rows[:_DRAWN]))
-        facts = [("options", f"{len(study.designs)}, {study.plan.rule}"), ("runs", _replications(study.plan))]
+        facts = [("options", f"{len(study.designs)}, {study.plan.rule}"), ("runs of each", _replications(study.plan))]
         facts += [("warm-up", _warm_up(study))]
         facts += [(words.factor_name(key), ", ".join(map(words.level, study.levels(key)))) for key in study.factors]
         yield Folded(title="The study", head=("", ""), rows=tuple(facts))
@@ -354,9 +358,9 @@ class _Studied:
             return None  # one factor, or factors varied together: their effects cannot be told apart
         rows: list[tuple[str, ...]] = []
         for indicator in study.moving:
-            scale, name = words.scale(indicator, study.base), words.indicator_name(indicator)
-            effects = main_effects(study.table, varied, indicator).factors
-            rows += [(name, words.factor_name(effect.factor), scale.bare(effect.swing)) for effect in effects]
+            name, effects = words.indicator_name(indicator), main_effects(study.table, varied, indicator).factors
+            scale = words.scale(indicator, study.base, [effect.swing for effect in effects])
+            rows += [(name, words.factor_name(effect.factor), scale.value(effect.swing)) for effect in effects]
         head = ("indicator", "factor", "largest − smallest mean")
         return Folded(title="Which factor matters", head=head, rows=tuple(rows))
 

@@ -10,9 +10,11 @@ from desim_warehouse.answer import words
 from desim_warehouse.answer.answer import Answer, Answered
 from desim_warehouse.answer.frame import number_columns
 from desim_warehouse.answer.numbers import capital, number, plural
+from desim_warehouse.answer.parts import Folded
 from desim_warehouse.errors import spoken
 from desim_warehouse.model import Source
 from desim_warehouse.questions import judged
+from desim_warehouse.questions.plan_sheet import CHANGES, GUESSES, OTHER_GUESSES
 from desim_warehouse.study.search import USUAL, Search
 from desim_warehouse.study.thresholds import InputThreshold, Thresholds, thresholds
 
@@ -86,8 +88,19 @@ def tipping_points(
 def with_thresholds(answer: Answer, points: TippingPoints) -> Answer:
     """Add the thresholds of its fleet to the answer of a plan."""
     facts = {"answer": list(points.answer.answer), **_facts(points), "runs": points.runs}
-    lines = (*answer.answer, *points.answer.answer)
-    return Answer(**{**dict(answer), "answer": lines, "runs": answer.runs + points.runs, "uncertain": facts})
+    lines, runs = (*answer.answer, *points.answer.answer), answer.runs + points.runs
+    tables = tuple(_beside(table, points) if table.title == CHANGES else table for table in answer.tables)
+    return Answer(**{**dict(answer), "answer": lines, "tables": tables, "runs": runs, "uncertain": facts})
+
+
+def _beside(changes: Folded, points: TippingPoints) -> Folded:
+    """Add to what would change the answer of a plan up to where its fleet is enough."""
+    units = points.model.units
+    tried = [
+        (_from_to(one, unit := words.factor_unit(one.key, units)), _known(points, one, unit)) for one in points.inputs
+    ]
+    rest = [(OTHER_GUESSES, said) if what == GUESSES else (what, said) for what, said in changes.rows]
+    return changes.model_copy(update={"rows": (*tried, *rest)})
 
 
 def _answer(searched: Thresholds) -> Answer:
@@ -131,9 +144,15 @@ def _facts(searched: Thresholds) -> dict[str, Any]:
 def _input(searched: Thresholds, threshold: InputThreshold) -> str:
     """A line such as `Load time, 5 to 20 s: 5 robots are enough up to 10.6 s (7.92 to 13.9)`."""
     unit = words.factor_unit(threshold.key, searched.model.units)
-    span = f"{_value(threshold.low)} to {_value(threshold.high, unit)}"
-    perhaps = "" if threshold.confirmed else "perhaps "
-    return f"{capital(words.in_words(threshold.key))}, {span}: {perhaps}{_enough(searched, threshold, unit)}."
+    return f"{_from_to(threshold, unit)}: {_known(searched, threshold, unit)}."
+
+
+def _from_to(threshold: InputThreshold, unit: str) -> str:
+    return f"{capital(words.in_words(threshold.key))}, {_value(threshold.low)} to {_value(threshold.high, unit)}"
+
+
+def _known(searched: Thresholds, threshold: InputThreshold, unit: str) -> str:
+    return f"{'' if threshold.confirmed else 'perhaps '}{_enough(searched, threshold, unit)}"
 
 
 def _enough(searched: Thresholds, threshold: InputThreshold, unit: str) -> str:

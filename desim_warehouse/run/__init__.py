@@ -103,7 +103,7 @@ class RunData:
 
     @property
     def C(self) -> int:  # noqa: N802 - the paper's name
-        """Charge cycles after which a robot went out again."""
+        """Charging stops after which a robot went out again."""
         return int(self._of_the_paper("C"))
 
     def _of_the_paper(self, name: str) -> float:
@@ -129,7 +129,7 @@ class RunData:
 
     @cached_property
     def robots(self) -> pd.DataFrame:
-        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, charge cycles."""
+        """One row per robot: time in each state and waiting, distance, energy, waits by cause, tasks, charges."""
         import pandas as pd
 
         return pd.DataFrame(self.record.robots).rename_axis("robot")

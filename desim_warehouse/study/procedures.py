@@ -65,21 +65,24 @@ def race(
 
     Args:
         study: its designs are the candidates, at its own confidence. Runs that it already has are used.
-        indicator: what is compared.
+        indicator: what is compared, one of ours or of the study's own.
         delta: indifference zone in the indicator's unit; None: `share` of the largest mean of the first replications.
         share: a part of that mean.
-        maximise: whether more is better (default: as usual for the indicator).
+        maximise: whether more is better (default: as usual for the indicator; of one of its own it must be said).
         search: how runs are done; confidence, seed and time limit are the study's.
 
     Raises:
-        StudyError: unknown indicator, fewer than two designs, or a run that failed.
+        StudyError: unknown indicator, one of its own without `maximise`, fewer than two designs, or a run that failed.
 
     Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
     """
-    measure = find(indicator)
+    is_own = any(indicator == one.name for one in study.plan.own)
+    if is_own and maximise is None:
+        raise StudyError(f"indicator {indicator!r}: of one of your own, expected maximise=False or True")
+    measure = None if is_own else find(indicator)
     if delta is not None and not delta >= LEAST_DELTA:
         raise StudyError(f"delta {delta:g}: the indifference zone must be at least {LEAST_DELTA:g}")
-    if delta is not None:
+    if delta is not None and measure is not None:
         check_zone(measure, delta)
     more = more_is_better(indicator) if maximise is None else maximise
     designs = len(study.points)
@@ -124,13 +127,14 @@ def scouted(
     note: str = "",
     earlier: Earlier = NOTHING,
     beside: Sequence[Target] = (),
+    name: Callable[[int], str] = str,
 ) -> set[int] | None:
     """The designs of a study that fail on a single day, which is not one of the days that judge them (`scout_steps`).
 
     Batteries need not settle before such a day (`StudyPlan.scouts`).
 
-    None: the runs allowed ended before. `note`: results before, shown with the progress. `beside`: further
-    targets.
+    None: the runs allowed ended before. `note`: results before, shown with the progress, and `name` what a design is
+    called there. `beside`: further targets.
     """
     plan = replace(study.plan, seed=study.plan.seed + 1, name=f"{study.plan.name} scout", scouts=True)
     scout = StudyEngine.of(plan.unreplicated())
@@ -142,13 +146,54 @@ def scouted(
             return cannot_last(scout, runner, number) is not None or any(missed)
 
         def steps(_: bool) -> Procedure[set[int] | None]:
+            looked = scout_steps(designs, cost, goal, budget, earlier, hopeless)
             try:
-                return (yield from scout_steps(designs, cost, goal, budget, earlier, hopeless))
+                return (yield from _watched(looked, goal, lambda seen: tell(about(designs, cost, seen, name))))
             except RunsEndedError:
                 return None
 
-        runner.progress.tell(note)
+        def tell(line: str) -> None:
+            runner.progress.tell(f"{note}{line}")
+
+        tell("")
         return scout.carry_out(runner, steps, goal.indicator, flat=goal.missed)
+
+
+def about(
+    designs: Sequence[tuple[int, ...]],
+    cost: Callable[[tuple[int, ...]], tuple[float, ...]],
+    met: Mapping[int, bool],
+    name: Callable[[int], str],
+) -> str:
+    """Say what single days tell so far: `about 10 robots + 1 charger`, or `more than 6 robots + 4 chargers`.
+
+    Args:
+        designs: all counts that could be built.
+        cost: what one costs.
+        met: numbers of the designs looked at, and whether they met the target on their day.
+        name: what a design is called.
+    """
+    enough = [number for number, is_met in met.items() if is_met]
+    if enough:
+        return f"about {name(min(enough, key=lambda number: cost(designs[number])))}"
+    return f"more than {name(max(met, key=lambda number: cost(designs[number])))}" if met else ""
+
+
+def _watched(
+    scouting: Procedure[set[int]], goal: Target, tell: Callable[[Mapping[int, bool]], None]
+) -> Procedure[set[int]]:
+    """Tell after each run of a scout which designs met the target in theirs."""
+    seen: dict[int, bool] = {}
+    try:
+        asked = next(scouting)
+        while True:
+            values = yield asked
+            seen |= {number: goal.met_by(value) for (number, _), value in zip(asked, values, strict=True)}
+            tell(seen)
+            asked = scouting.send(values)
+    except StopIteration as end:
+        doubted: set[int] = end.value
+        return doubted
 
 
 def judge_of(

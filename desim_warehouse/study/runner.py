@@ -101,6 +101,7 @@ class StudyRunner:
         """Do all replications of all points, and yield their rows as they end, finished ones first."""
         rule = self.plan.replications
         if isinstance(rule, Until):
+            self.progress.is_search = True
             yield from self._until(rule)
             return
         counts = rule if isinstance(rule, tuple) else (rule,) * len(self.points)
@@ -135,6 +136,7 @@ class StudyRunner:
             flat: the value of a run that ended because a robot ran flat, or None for an error like any other.
             failed: the value of a run that could not go on for any reason, or None for an error.
         """
+        self.progress.is_search = True
         exact, drew, first = self.deterministic, False, True
         procedure, values = make(exact), cast("list[float] | None", None)
         while True:
@@ -189,7 +191,8 @@ class StudyRunner:
             return
         if missing:
             self._has_functions()
-        self.progress.want(len(missing), len({(self.keys[n], r) for n, r in present}))
+        looked = sum(asked > 0 for asked in self.replications.values())
+        self.progress.want(len(missing), len({(self.keys[n], r) for n, r in present}), looked)
         LOG.debug("%s: %d runs to do, %d there already", self.plan.name, len(missing), len(present))
         yield from (self.row(*run) for run in present)
         names: dict[Handle, tuple[str, int]] = {}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -95,19 +95,34 @@ def indifference(goal: Target, zone: float | str | None, units: UnitNames) -> fl
 
 @dataclass(frozen=True)
 class Days:
-    """The days behind a mean: how many, the worst value of the target's indicator, and how many miss the target."""
+    """The days that a mean is of: how many, the worst value of the target's indicator, and how many miss the target.
+
+    `median`: the value of the day in the middle, of two of them the worse. `worst_run` and `median_run`: which
+    replications these two are, the first of equal ones.
+    """
 
     days: int
     worst: float
     missed: int
+    median: float
+    worst_run: int
+    median_run: int
 
 
-def days_of(values: Sequence[float], goal: Target) -> Days | None:
-    """The days of a design, by one value each; None for fewer than two, or where all agree."""
-    if len(values) < 2 or is_constant(np.asarray(values)):  # noqa: PLR2004 - the mean says it all
+def days_of(values: Iterable[float], goal: Target) -> Days | None:
+    """Sum the days of a design up; None for fewer than two, or where they all agree.
+
+    Args:
+        values: one for each replication, by its number; nan where it failed or is missing.
+        goal: the target.
+    """
+    known = {run: float(value) for run, value in enumerate(values) if math.isfinite(value)}
+    if len(known) < 2 or is_constant(np.asarray([*known.values()])):  # noqa: PLR2004 - the mean says it all
         return None
-    worst = min(values, key=lambda value: goal.sign * value)
-    return Days(len(values), worst, sum(not goal.met_by(value) for value in values))
+    order = sorted(known, key=lambda run: (goal.sign * known[run], run))
+    worst, middle = order[0], order[(len(order) - 1) // 2]
+    missed = sum(not goal.met_by(value) for value in known.values())
+    return Days(len(known), known[worst], missed, known[middle], worst, middle)
 
 
 def first_look(goal: Target, cap: int) -> int:

@@ -47,7 +47,7 @@ def test_a_few_words_make_a_model_that_works(tmp_path):
     assert model.tasks.goods.due_within == 900
 
 
-SOME = settings(max_examples=max(settings.default.max_examples // 15, 2))
+SOME = settings(max_examples=max(settings.default.max_examples // 10, 2))
 """What check tries of a night takes a second."""
 
 

@@ -33,9 +33,6 @@ TAKE_LONG = {
     f"docs/{name}.md"
     for name in (
         "how-to/a-working-day",
-        "how-to/acceleration",
-        "how-to/batteries",
-        "how-to/breakdowns",
         "how-to/calibrate",
         "how-to/closures-and-people",
         "how-to/find-the-bottleneck",
@@ -46,15 +43,17 @@ TAKE_LONG = {
         "how-to/how-many-robots",
         "how-to/if-demand-grows",
         "how-to/import-a-grid",
+        "how-to/in-a-notebook",
         "how-to/my-own-day",
         "how-to/open-rmf-fleet",
+        "how-to/orders",
+        "how-to/robots",
         "how-to/run-a-study",
-        "how-to/several-stops",
         "how-to/share-results",
         "how-to/shifts",
         "how-to/tables-and-drawings",
         "how-to/ten-questions",
-        "paper-findings",
+        "paper",
         "tutorial-pods",
     )
 }

@@ -36,6 +36,7 @@ from desim_warehouse.report.example import example
 from desim_warehouse.report.write import report
 from desim_warehouse.study.fleet import Designs, FleetSizes, Shown, Sized
 from desim_warehouse.study.held_up import HeldUp
+from desim_warehouse.study.plan import run_seed
 from desim_warehouse.study.statistics.effects import Gain, Gains
 from desim_warehouse.study.statistics.intervals import Estimate
 from desim_warehouse.study.statistics.judge import DesignVerdict
@@ -176,7 +177,10 @@ def test_terminal_page_and_json_of_plan_are_equal(number):
     else:
         best = demands[0].best
         assert answer.about.model["fleet"]["size"] == best.robots
-        assert (answer.tiles[0].value, answer.tiles[1].value) == (str(best.robots), str(best.chargers))
+        if plan.grown is None:
+            assert (answer.tiles[0].value, answer.tiles[1].value) == (str(best.robots), str(best.chargers))
+        else:  # a tile for each demand
+            assert answer.tiles[-1].value == words.fleet(best.robots, best.chargers)
         assert any(line.startswith(answer.about.name.partition(",")[0]) for line in answer.answer)
     for sized, panel in zip(filter(None, (plan.today, plan.grown)), answer.figure.panels.values(), strict=True):
         cells = [cell for row in panel for cell in row]
@@ -190,6 +194,33 @@ def is_known(sized, one):
     best = sized.best
     above = best and one[0] >= best.robots and one[1] >= best.chargers
     return above or any(one[0] <= few.robots and one[1] <= few.chargers for few in sized.below)
+
+
+def test_the_sheet_of_a_plan_has_nearest_misses_what_changes_it_and_what_it_rests_on():
+    """11 robots and 3 chargers are enough; 10 and 5 miss by less than 7 and 5. Two guesses are left in the model."""
+    chance = random.Random(3)
+    best, close, far = shown(chance, (11, 3), "meets"), shown(chance, (10, 5), "fails"), shown(chance, (7, 5), "fails")
+    far = replace(far, verdict=replace(far.verdict, mean=0.61, low=0.5, high=0.7))
+    today, later = (
+        Sized(name, growth, 200 * growth, best, (far, close), {}, False, (), {}, counts=((11, 3), (10, 5), (7, 5)))
+        for name, growth in (("today", 1.0), ("growth", 1.3))
+    )
+    sizes = FleetSizes(example(), GOAL, 0.01, 0.95, "nearest", (today, later), (), None, Designs(example()), 400)
+    answer = worded(sizes, guesses=["tasks.load_time", "fleet.robot.speed"]).answer
+    assert [[bar.label for bar in figure.rows] for figure in answer.nearest] == [
+        ["11 robots and 3 chargers", "10 robots and 5 chargers"]
+    ] * 2
+    changes, rests = (dict(part.rows) for part in answer.tables if part.on_sheet)
+    assert changes == {
+        "With 30 % more orders (260 an hour)": "11 robots and 3 chargers",
+        "Guesses that are wrong": "not tried",
+    }
+    assert rests["Guesses left, marked (!)"] == "2: load time, speed"
+    assert rests["Simulated"].startswith("400 days, each ")
+    assert "people in the aisles" in rests["Not in this model"]
+    source = text_of(page(answer))
+    assert "What it rests on" in source.partition("Everything tried")[0]
+    assert "What it rests on" not in printed(answer)
 
 
 def test_every_open_fleet_is_named_or_counted():
@@ -216,6 +247,12 @@ def test_a_plan_has_the_page_of_its_fleet(tmp_path, robots, changes, runs):
     source = needs_nothing_from_outside(report(tmp_path).read_text(encoding="utf-8")).text
     for line in found.answer.answer:
         assert line in source.replace("\u00a0", " ")
+    shown, days = found.answer.about, (found.grown.best or found.today.best).days
+    assert [one.seed for one in (shown, shown.worst)] == [run_seed(0, run) for run in (days.median_run, days.worst_run)]
+    by_seed = {seed: dw.simulate(shown.model, seed).kpis["on_time"] for seed in (shown.seed, shown.worst.seed)}
+    assert list(by_seed.values()) == pytest.approx([days.median, days.worst])
+    for text in (shown.day, shown.worst.words):
+        assert capital(text) in source
     assert "Watch this run" in report(tmp_path, replay=True).read_text(encoding="utf-8")
     assert (tmp_path / "report-replay.html").is_file()
     assert "iframe" in found._repr_html_()

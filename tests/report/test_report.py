@@ -190,12 +190,14 @@ def test_a_run_that_logged_little_is_simulated_again_for_its_account(model, tmp_
     assert again.kpis == pytest.approx(run.kpis, nan_ok=True)
 
 
+@pytest.mark.long
 def test_the_notebook_makes_a_small_study_and_shows_its_runs_as_a_table():
     made = nbformat.read(template(), as_version=4)
     nbformat.validate(made)
     code = [cell for cell in made.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code)
     assert code[0].metadata["tags"] == ["parameters"]
+    assert made.cells[0].source.startswith("# ")
     pieces, pictures = shown_by(made)
     differences, means, runs, page = pieces
     assert [piece.count("<tr") - 1 for piece in (differences, runs)] == [4, 40]
@@ -228,18 +230,24 @@ def test_the_notebook_opens_the_folder_of_a_run_and_of_a_search(make, tmp_path):
     assert pictures
 
 
-def test_the_code_of_the_notebook_goes_through_for_the_folder_of_a_run(tmp_path, monkeypatch):
-    """In this process: the start of a kernel takes seconds."""
-    folder, shown, names = tmp_path / "folder", [], {}
-    dw.simulate(example().replace(LASTING)).save(folder)
-    report(folder, notebook=tmp_path / "it.ipynb")
+@pytest.mark.parametrize("folder", [None, "run"])
+def test_the_code_of_the_notebook_goes_through(folder, tmp_path, monkeypatch):
+    """For a small study of its own, and for a run: in this process, as the start of a kernel takes seconds."""
+    made, shown, names = template(), [], {}
+    if folder is not None:
+        dw.simulate(example().replace(LASTING)).save(tmp_path / folder)
+        report(tmp_path / folder, notebook=tmp_path / "it.ipynb")
+        made = tmp_path / "it.ipynb"
     monkeypatch.setattr("IPython.display.display", shown.append)
-    for cell in nbformat.read(tmp_path / "it.ipynb", as_version=4).cells:
+    for cell in nbformat.read(made, as_version=4).cells:
         if cell.cell_type == "code":
             exec(cell.source, names)  # noqa: S102 - our own notebook
-    assert len(shown) == 1
-    assert "throughput_per_hour" in names["means"].index
-    assert (folder / "report.html").is_file()
+    assert len(shown) == (3 if folder is None else 1)
+    if folder is None:
+        assert (len(names["table"]), len(names["runs"])) == (4, 40)
+    else:
+        assert "throughput_per_hour" in names["means"].index
+    assert (Path(names["folder"]) / "report.html").is_file()
 
 
 def test_the_wheel_has_the_templates_and_the_gallery(tmp_path):

@@ -204,7 +204,9 @@ POLICIES = [
 ]
 
 
-@pytest.mark.parametrize("seed", [1, *(pytest.param(seed, marks=pytest.mark.long) for seed in (0, *range(2, 60)))])
+@pytest.mark.parametrize(
+    "seed", [43, *(pytest.param(seed, marks=pytest.mark.long) for seed in range(60) if seed != 43)]
+)
 def test_drafts_run_two_days_of_two_shifts_and_a_night(seed):
     chance = random.Random(seed)
     orders = chance.randint(20, 160)

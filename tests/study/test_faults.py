@@ -409,11 +409,11 @@ def test_a_script_needs_no_main_guard(tmp_path):
     script = tmp_path / "script.py"
     script.write_text(
         f"import desim_warehouse as dw\n"
-        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..6'}}, replications=4, changes={CHANGES!r})\n"
+        f"study = dw.Study({str(MULTIBOTS)!r}, {{'fleet.size': '1..2'}}, replications=2, changes={CHANGES!r})\n"
         f"print(len(study.run(workers=2).table), study.notes)\n"
     )
     done = subprocess.run([sys.executable, str(script)], capture_output=True, text=True, check=True, timeout=PATIENCE)
-    assert done.stdout == "24 []\n"
+    assert done.stdout == "4 []\n"
     assert not done.stderr
 
 

@@ -274,6 +274,7 @@ def test_a_worker_that_is_killed_while_it_settles_costs_nothing(model):
 
 
 @pytest.mark.slow
+@pytest.mark.long
 def test_two_commands_at_once_on_one_cache_settle_once_and_answer_as_one(tmp_path):
     path = tmp_path / "small.yaml"
     path.write_text(draft(WORDS))

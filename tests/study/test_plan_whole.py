@@ -115,7 +115,7 @@ def test_the_worst_hour_of_a_day_is_said_and_is_the_peak(how):
     assert {one.share.n for one in hours} == {max(DAYS, found.today.best.verdict.n)}
     assert min(hours, key=lambda one: one.share.mean).named == "09:00 to 09:30"
     assert " 09:00 to 09:30: " in found.answer.answer[0]
-    (table,) = found.answer.tables
+    table, *_ = found.answer.tables
     assert (table.title, len(table.rows)) == ("On time by the hour", 3)
     assert f'--target "{AT_NINE} >= 0.7"' in table.note
 

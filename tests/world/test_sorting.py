@@ -19,7 +19,7 @@ def test_the_floor_is_one_way_connected_and_has_the_chutes():
 
 def test_robots_that_share_equally_short_routes_reach_more_goals():
     alone, shared = (
-        sorting.goals(500, sorting.POLICIES[name], steps=100, warm_up=200)[0] for name in ("shortest", "spread")
+        sorting.goals(500, sorting.POLICIES[name], steps=60, warm_up=120)[0] for name in ("shortest", "spread")
     )
     assert shared > 1.4 * alone
 

@@ -24,6 +24,20 @@ def disturbances(model: Model, layout: Layout) -> list[str]:
     return [*_failures(model), *_delays(model), *_people(model, layout)]
 
 
+def left_out(model: Model) -> list[str]:
+    """Name what may keep robots, chargers and people from work, and does not in this model."""
+    layout, traffic = model.layout, model.traffic
+    parts = {
+        "breakdowns": bool(breakdowns(model)),
+        "outages of chargers": model.battery is None or any(bay.outages for bay in layout.bays.values()),
+        "time lost at nodes": any(robot.delays is not None for _, robot in _kinds(model)),
+        "people in the aisles": bool(model.people),
+        "closed lanes": bool(traffic.closures),
+        "shifts": bool(model.calendars),
+    }
+    return [what for what, is_there in parts.items() if not is_there]
+
+
 def _failures(model: Model) -> Iterator[str]:
     """Describe which robots and chargers fail, and what is left of their time."""
     unit = model.units.time

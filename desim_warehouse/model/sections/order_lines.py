@@ -279,7 +279,8 @@ class OrderRows:
     def _ends(self, column: str) -> list[str | int | None]:
         """Return names of nodes and stations, numbers of storage places, `storage` for any of these."""
         texts = self._texts(column)
-        places = {text: STORAGE if text == STORAGE else self.how.place(text) for text in set(texts) - {""}}
+        stored = STORAGE if self.how.places or self.how.items else None
+        places = {text: stored if text == STORAGE else self.how.place(text) for text in set(texts) - {""}}
         lost = [row for row, text in enumerate(texts) if text and places[text] is None]
         if lost:
             self.flag(lost, column, "no such place", self._expected(texts[lost[0]], "'storage', "))
@@ -324,4 +325,6 @@ class OrderRows:
         hint = f"; did you mean '{near}'?" if near else ""
         if self.how.items:
             return f"a station, or 'storage': with pods a row names an item (column item){hint}"
+        if not self.how.places:
+            return f"a node or a station, as the layout has no storage places{hint}"
         return f"a node, a station, {any_storage}or a storage place from 0 to {self.how.places - 1}{hint}"

@@ -26,9 +26,9 @@ def first_answer(designs: Sequence[Counts], cost: Cost, doubted: Collection[int]
     for number in order:
         if not any(within_counts(designs[number], other) for other in failed):
             judged = 1 + len(_largest(cheaper))
-            return f"by the scout {name(number)}, about {number_of(judged, 'fleet')} to judge"
+            return f"about {name(number)}, by single days; some {number_of(judged, 'fleet')} to judge"
         cheaper.append(designs[number])
-    return "by the scout no fleet is enough"
+    return "no fleet is enough, by single days"
 
 
 def _largest(designs: Sequence[Counts]) -> list[Counts]:

@@ -352,15 +352,8 @@ class Planner:
         scan = self.designs.scan
         if self.more_helps and not scan:
             doubts = scouted(
-                study,
-                self.target,
-                counts,
-                self.designs.key,
-                self.budget,
-                where,
-                self.answers,
-                earlier,
-                self.targets[1:],
+                *(study, self.target, counts, self.designs.key, self.budget, where, self.answers, earlier),
+                *(self.targets[1:], lambda number: _named(study.points[number])),
             )
         if doubts is None:
             order = sorted(range(len(counts)), key=lambda number: self.designs.key(counts[number]))
@@ -417,7 +410,8 @@ class Planner:
         done = study.results.estimate(rows, "throughput_per_hour")
         name, days, to_tell = self.target.indicator, None, None
         if mean is not None:
-            days = days_of([row.value(name) for row in rows if math.isfinite(row.value(name))], self.target)
+            by_run = {row.replication: row.value(name) for row in rows}
+            days = days_of([by_run.get(run, math.nan) for run in range(verdict.n)], self.target)
         if not verdict.closed:
             to_tell = self._to_tell(rows, verdict)
         why = _first_flat(rows).partition(": ")[2]

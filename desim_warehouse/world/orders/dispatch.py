@@ -193,9 +193,14 @@ class Dispatcher:
         departures.under_way.discard(robot.number)
         self.end_if_done()
 
+    def came_to_rest(self) -> None:
+        """Note that a robot rests where it has unloaded, which may be the last thing that the run waits for."""
+        self.end_if_done()
+
     def end_if_done(self) -> None:
-        """End the run when all robots are home and the last load is delivered and, where that counts, worked on."""
-        if not self.departures.under_way and self.done == self.demand.total and not self.stations.unfinished:
+        """End the run when all robots rest and the last load is delivered and, where that counts, worked on."""
+        all_rest = self.departures.under_way <= self.departures.resting
+        if all_rest and self.done == self.demand.total and not self.stations.unfinished and not self.finished.triggered:
             self.finished.succeed()
 
     def _forget(self, robot: Robot) -> None:
@@ -385,6 +390,15 @@ class Dispatcher:
         for number in sorted(self._passing):
             self.free.pop(number)[1].succeed()
         self._passing.clear()
+        if self.open and self.departures.resting:
+            self._call_to_bays()
+
+    def _call_to_bays(self) -> None:
+        """Call robots to their bays that may hold a slot in a station, or a departure, which an open task needs."""
+        for number in sorted(self.departures.resting):
+            robot = self.robots[number]
+            if robot.job is None and (robot.docked is not None or self.departures.most is not None):
+                robot.give_way()
 
     def _fault(self, text: str) -> PolicyError:
         if self.allocation is None:

@@ -25,6 +25,7 @@ class BayChoice:
         self.policy = policy
         self.travel = travel
         self.reaches = reaches
+        self.lets_dwell: bool = getattr(policy, "dwells", False)
         self._own_chargers = len(set(map(id, reaches.values()))) > 1
 
     def choose(self, robot: RobotView, bays: Sequence[Bay], *, must_charge: bool) -> Bay:

@@ -79,12 +79,16 @@ class Duty:
 
 
 class Departures:
-    """The robots under way, by number, and the most that may be under way to take up work (None: no cap)."""
+    """The robots under way, by number, and the most that may be under way to take up work (None: no cap).
+
+    Of them those `resting` have nothing to do, and rest where they have unloaded.
+    """
 
     def __init__(self, most: int | None, duty: Duty) -> None:
         self.most = most
         self.duty = duty
         self.under_way: set[int] = set()
+        self.resting: set[int] = set()
 
     @property
     def is_full(self) -> bool:

@@ -35,6 +35,7 @@ from desim_warehouse.world.robots.battery import Alarms, Battery
 from desim_warehouse.world.robots.breakdowns import Breakdowns
 from desim_warehouse.world.robots.charging import ChargingStop
 from desim_warehouse.world.robots.closings import Closings
+from desim_warehouse.world.robots.dwelling import Dwelling
 from desim_warehouse.world.robots.forecast import time_to_node
 from desim_warehouse.world.robots.itinerary import Itinerary
 from desim_warehouse.world.robots.surroundings import Surroundings
@@ -139,6 +140,16 @@ class Robot:
             pods=around.pods,
         )
         self.charging = ChargingStop(self, env, dispatcher=dispatcher, reach=reach, bays=bays)
+        self.dwelling = Dwelling(
+            self,
+            env,
+            is_allowed=around.bay_choice.lets_dwell,
+            dispatcher=dispatcher,
+            departures=around.departures,
+            bays=bays,
+            reach=reach,
+            traffic=around.traffic,
+        )
         self.ways_round = around.ways_round
         self.driving: Drive | None = None
         self.offer: Event | None = None
@@ -206,10 +217,24 @@ class Robot:
         if self.dispatcher.decides_later:
             self.enter("awaiting")
         yield decided
-        self.enter("empty" if self.job is not None else "returning")
-        if self.bay is not None and self.job is not None:  # its slot is kept
-            self.free_charger()
+        self.set_out()
         yield Timeout(self.env, self.clear_time)
+        if self.job is None and self.dwelling.may_begin:
+            if self.state != self.at_rest:  # the place became free while it cleared it
+                self.enter(self.at_rest)
+            yield from self.dwelling.rest()
+            if self.job is not None:
+                self.set_out()
+
+    def set_out(self) -> None:
+        """Set out to its task, or without one to a bay, unless it may rest where it is."""
+        if self.job is None:
+            rests = not self.clear_time and self.dwelling.may_begin
+            self.enter(self.at_rest if rests else "returning")
+            return
+        self.enter("empty")
+        if self.bay is not None:  # its slot is kept
+            self.free_charger()
 
     # Parking
 
@@ -346,7 +371,9 @@ class Robot:
 
     def lack_charge(self) -> None:
         """Rest with too little for the work that is open, while no charger is free."""
-        if self.phase is Phase.REST and self.departures.duty.has(self.number):
+        if self.is_out:
+            self.dwelling.end()  # in a bay it seeks a charger
+        elif self.phase is Phase.REST and self.departures.duty.has(self.number):
             self.enter("too_low")
 
     def have_charge(self) -> None:
@@ -385,7 +412,9 @@ class Robot:
 
     def hours_change(self) -> None:
         """Note that its hours begin or end: if it rests, it does so in another state from now on."""
-        if self.phase is Phase.REST and not self.is_out:
+        if self.is_out:
+            self.dwelling.end()
+        elif self.phase is Phase.REST:
             self.enter(self.at_rest)
 
     def charge_left(self) -> float:
@@ -427,7 +456,7 @@ class Robot:
     def view(self, *, node: str | None = None, free: bool = True, free_in: float | None = None) -> RobotView:
         """Return the robot as policies see it: by default as one that is free where it is."""
         spec = self.battery.spec
-        if free_in is None and self.phase is Phase.REST and self.body.is_on_lanes:  # where it stands at the start
+        if free_in is None and self.phase is Phase.REST and self.is_out:  # at the start, or where it unloaded
             free_in = time_to_node(self, self.env.now)
         elif free_in is None:
             free_in = self.fleet.exit_time if self.docked is None and self.body.lane is None else self.clear_time
@@ -648,6 +677,10 @@ class Robot:
         waited = self.body.waited_by(now) - self.waited_before
         present = now - self.since_state - waited if self.state in OPERATING else 0.0
         return sum(time for state, time in self.time_in.items() if state in OPERATING) + present
+
+    def give_way(self) -> None:
+        """Go on to a bay, if it rests, as others wait for it."""
+        self.dwelling.end()
 
     def notice_wait(self, waiting: bool) -> None:
         """Note that it begins, or ends, to wait in traffic, where standing may draw less than driving."""

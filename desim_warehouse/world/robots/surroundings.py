@@ -57,6 +57,9 @@ class WorkGiver(Protocol):
     def came_home(self, robot: Robot) -> None:
         """Note that a robot is back in a bay."""
 
+    def came_to_rest(self) -> None:
+        """Note that a robot rests where it has unloaded."""
+
     def call(self) -> None:
         """Something has changed that decisions depend on."""
 

@@ -23,6 +23,9 @@ class Driver(Protocol):
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Return another route if held up before `route[index]`, or None to wait. Asked while `detours` are left."""
 
+    def give_way(self) -> None:
+        """Go on to a bay, if it rests where it is, as others wait for it."""
+
     def notice_wait(self, waiting: bool) -> None:
         """Note that it begins, or ends, to wait in traffic."""
 
@@ -42,6 +45,9 @@ class NoDriver:
     def take_detour(self, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:  # noqa: ARG002
         """Return None: it waits."""
         return None
+
+    def give_way(self) -> None:
+        """Nothing to do."""
 
     def notice_wait(self, waiting: bool) -> None:
         """Do nothing."""

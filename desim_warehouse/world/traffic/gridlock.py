@@ -47,14 +47,38 @@ class Gridlock:
         self.mixed = mixed
         self.rule = rule
         self.rotations = 0
+        self._bodies: list[Body] = []
+        self._resting: dict[Body, None] = {}
+
+    # Robots that rest on lanes or nodes, until others wait for them
+
+    def know(self, robot: Body) -> None:
+        """Take note of a robot that may rest on lanes, or wait for one that does."""
+        self._bodies.append(robot)
+
+    def rests(self, robot: Body) -> None:
+        """Note that a robot rests where it stands, until others wait for it."""
+        self._resting[robot] = None
+
+    def goes_on(self, robot: Body) -> None:
+        """Note that it no longer does."""
+        self._resting.pop(robot, None)
+
+    def is_waited_for(self, robot: Body) -> bool:
+        """Return whether others wait for a robot, which then may not rest; with `avoid`, whether any robot waits."""
+        if self.rule == "avoid":
+            return any(other.is_waiting for other in self._bodies)
+        return any(other.blocker is robot for other in self._bodies)
 
     def check(self, robot: Body) -> None:
         """Follow who waits for whom from a robot that has just become blocked, and turn the ring if there is one.
 
         A blocked robot waits for exactly one other, so these are chains, and work can stop for good only where a chain
-        closes on itself.
+        closes on itself, or ends at a robot that rests: that one gives way.
         """
-        if self.rule == "avoid":
+        if self.rule == "avoid":  # why a step is refused has no single reason
+            for resting in list(self._resting):
+                resting.driver.give_way()
             return
         last, member, seen = robot, robot.blocker, {robot}
         while member is not None and member not in seen:
@@ -63,6 +87,8 @@ class Gridlock:
         if member is None:
             if last.claim is not None:  # the chain may be a ring when a lane that is closed opens
                 last.claim.node.wait_for_opening(last.claim, self.env._now)
+            elif last in self._resting:
+                last.driver.give_way()
             return
         ring = [member]
         while (after := ring[-1].blocker) is not member:

@@ -103,7 +103,8 @@ class PeopleSource:
         """Take the random streams of a run, the `hours` in which people come, and an `hour` in its time units."""
         self._streams = streams
         self._arrivals = self._times(hours, hour)
-        self._next = next(self._arrivals, math.inf)
+        # Without an aisle to come to, which `desim check` refuses, nobody does.
+        self._next = next(self._arrivals, math.inf) if self.aisles else math.inf
 
     def _times(self, hours: Hours, hour: float) -> Iterator[float]:
         """Iterate over the times at which people come: at random, a Poisson process in the time open to them."""

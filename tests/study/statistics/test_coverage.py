@@ -170,7 +170,7 @@ def test_kn_does_not_take_a_rare_event_for_none():
     assert right / 200 >= 0.95
 
 
-@pytest.mark.parametrize("correlated", [False, True])
+@pytest.mark.parametrize("correlated", [True, pytest.param(False, marks=pytest.mark.long)])
 def test_kn_picks_a_design_within_the_indifference_zone_in_95_per_cent_of_trials(correlated):
     # slippage: all rivals exactly delta behind, the hardest case the promise covers; variances unequal
     rng = np.random.default_rng(105)
