@@ -45,9 +45,7 @@ def test_a_terminal_gets_folded_lines_and_colours(capsys, monkeypatch):
 
 def test_what_options_were_shown_to_be_is_in_colour_in_tables_and_at_the_end_of_sentences(capsys, monkeypatch):
     terminal_of_80(monkeypatch)
-    text = (
-        "9 robots, at least 95 %: 97 %, met.\n9 robots met nobody.\n9 robots  97 %  met  33\n8 robots  93 %  not met"
-    )
+    text = "9 robots, at least 95 %: 97 %, met.\n9 robots met nobody.\n9 robots  97 %  met  33\n8 robots  93 %  not met"
     say(text)
     out = capsys.readouterr().out
     assert COLOURS_OF_TEXT.sub("", out) == f"{text}\n"
