@@ -27,22 +27,27 @@ _NUMBERS = {"p", "runs", "a year", "effect", "value"}
 
 
 def printed(answer: AnswerData, width: int = WIDTH) -> str:
-    """The lines of an answer in so many columns, of at most `MOST` bytes.
+    """Return the lines of an answer in so many columns, of at most `MOST` bytes where it has options.
 
-    Of more options those are left out that say least, with a line on where all are.
+    Of more options those are left out that say least, with a line on where all are; and where a few are still too long
+    beside its other tables, those are left out, too.
     """
     text = _printed(answer, answer.options, width)
-    if len(text.encode()) <= MOST:
+    if len(text.encode()) <= MOST or not answer.options:
         return text
     ranked = sorted(answer.options, key=partial(_rank, " ".join(answer.answer)))
-    fewest, most = min(FEWEST, len(ranked)), len(ranked)
-    while fewest < most:  # the largest number that fits
-        many = (fewest + most + 1) // 2
-        if len(_shortened(answer, ranked[:many], width).encode()) <= MOST:
-            fewest = many
-        else:
-            most = many - 1
-    return _shortened(answer, ranked[:fewest], width)
+    for short in (False, True):
+        fewest, most = min(FEWEST, len(ranked)), len(ranked)
+        while fewest < most:  # the largest number that fits
+            many = (fewest + most + 1) // 2
+            if len(_printed(answer, ranked[:many], width, short=short).encode()) <= MOST:
+                fewest = many
+            else:
+                most = many - 1
+        text = _printed(answer, ranked[:fewest], width, short=short)
+        if len(text.encode()) <= MOST:
+            break
+    return text
 
 
 def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short: bool = False) -> str:
@@ -54,8 +59,10 @@ def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short
         if some := [one for one in all_of_it if id(one) in kept]:
             parts += list(_tables(capital(group), answer.measures, some, width))[: 1 if short else None]
     left = len(answer.options) - len(options)
-    more = f"{number_of(left, 'option')} more: all are on the page and in the table (.table; --json)." if left else ""
-    return "\n\n".join([*parts, "\n".join([*([more] if more else []), *answer.notes, how_sure(answer)])])
+    more = [number_of(left, "option")] if left else []
+    more += ["tables"] if short else []
+    said = [f"{' and '.join(more)} more: all are on the page and in the table (.table; --json)."] if more else []
+    return "\n\n".join([*parts, "\n".join([*said, *answer.notes, how_sure(answer)])])
 
 
 def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -66,10 +73,6 @@ def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]
         table = printed_table(title, heads, rows[:many])
         text = f"{table}\n{number_of(len(rows) - many, 'row')} more: all are in the table (.table)."
     return text
-
-
-def _shortened(answer: AnswerData, options: Sequence[Option], width: int) -> str:
-    return _printed(answer, options, width, short=True)
 
 
 def _rank(sentences: str, option: Option) -> int:

@@ -1,4 +1,4 @@
-"""What a real fleet did: its log read, a model calibrated from it, a model held against it."""
+"""Logs of real fleets: reading them, calibrating a model from them, validating a model against them."""
 
 from __future__ import annotations
 
@@ -39,8 +39,8 @@ def read_log(path: str | Path, *, dates: Slashes | None = None) -> FleetLog:
 
 
 def read_logs(logs: Iterable[str | Path | FleetLog], dates: Slashes | None = None) -> list[FleetLog]:
-    """Logs, or what `read_log` reads them from; raises ReportError where there is none."""
-    read = [read_log(one, dates=dates) if isinstance(one, str | Path) else one for one in logs]
+    """Read every log that is a path with `read_log`, and keep the others; raises ReportError where there is none."""
+    read = [read_log(log, dates=dates) if isinstance(log, str | Path) else log for log in logs]
     if not read:
         raise ReportError("no log, expected at least one")
     return read

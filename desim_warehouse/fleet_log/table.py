@@ -67,7 +67,7 @@ LATE = 30.0
 
 @dataclass
 class Notes:
-    """What was met while reading: rows, bad rows (the first 20 by name), and what is wrong with the times.
+    """Findings while reading a log: rows, bad rows (the first 20 by name), and faults of its time stamps.
 
     `late` are messages that came after later ones of their robot and stand in order now. `jumps` are those left out
     as the robot's clock ran back, or ahead for a moment. `gaps` are times without messages, `missing` seconds in all.
@@ -92,24 +92,24 @@ class Notes:
             self.problems.append(f"{place}: {why}")
 
     def lines(self) -> list[str]:
-        """What is to be known of the log, in words; nothing where nothing was wrong."""
-        found = [*self.assumed, *self.problems]
+        """Remarks on the log, in words; empty where nothing was wrong."""
+        lines = [*self.assumed, *self.problems]
         if self.bad > len(self.problems):
-            found.append(f"and {self.bad - len(self.problems):,} more bad rows")
+            lines.append(f"and {self.bad - len(self.problems):,} more bad rows")
         if self.backwards:
-            found.append("the newest message stands first: read from the end")
-        said = {
+            lines.append("the newest message stands first: read from the end")
+        counts = {
             "duplicates left out": self.duplicates,
             "messages that came late": self.late,
             "messages left out, as a clock jumped": self.jumps,
             f"gaps, {self.missing / 60:,.0f} robot minutes in all": self.gaps,
         }
-        return found + [f"{count:,} {what}" for what, count in said.items() if count]
+        return lines + [f"{count:,} {what}" for what, count in counts.items() if count]
 
 
 @dataclass(frozen=True)
 class FleetLog:
-    """What a fleet did on one day: `table` is sorted by robot and time.
+    """Log of a fleet on one day: `table` is sorted by robot and time.
 
     Attributes:
         name: of the file or folder.
@@ -157,7 +157,7 @@ class Collector:
         self._nodes: dict[str, int] = {}
 
     def add(self, time: float, robot: tuple[str, str], x: float, y: float, node: str, *rest: float) -> None:
-        """A row; `robot`: its serial number and maker; `rest`: driving, load, action, charge, fault."""
+        """Add a row; `robot`: its serial number and maker; `rest`: driving, load, action, charge, fault."""
         number = self._robots.setdefault(robot, len(self._robots))
         place = self._nodes.setdefault(node, len(self._nodes))
         for count, limit in ((number, "robots"), (place, "nodes")):
@@ -206,7 +206,7 @@ class Collector:
         return FleetLog(self.name, table, self._names(), tuple(self._nodes), begin, step, notes)
 
     def _names(self) -> tuple[str, ...]:
-        """What robots are called: by their serial number, and their maker where two have the same."""
+        """Names of the robots: their serial numbers, with the maker where two have the same."""
         serials = Counter(serial for serial, _ in self._robots)
         return tuple(serial if serials[serial] == 1 else f"{serial} of {maker}" for serial, maker in self._robots)
 
@@ -230,7 +230,7 @@ class Collector:
         return time
 
     def _check_left(self) -> None:
-        """Refuse a log most of which would be left out."""
+        """Refuse a log with too many messages that would be left out."""
         notes, rows = self.notes, len(self._columns["time"])
         for count, most, why, cure in (
             (notes.jumps, _MOST_JUMPS, "clocks run back or ahead", "in order of time; sort the file by time stamp"),
@@ -272,7 +272,7 @@ def _clocks_ahead(robot: NDArray[Any], time: NDArray[np.float64]) -> dict[int, f
     ahead = pd.Series(off).groupby(robot[:rows]).median()
     ahead -= ahead.median()
     wrong = ahead[ahead.abs() > LATE]
-    return {int(number): float(by) for number, by in wrong.items()} if len(wrong) * 2 < len(ahead) else {}
+    return dict(zip(wrong.index.tolist(), wrong.tolist(), strict=True)) if len(wrong) * 2 < len(ahead) else {}
 
 
 def _clock_change(robot: NDArray[Any], time: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]] | None:
@@ -319,14 +319,14 @@ def _backwards(robot: NDArray[Any], time: NDArray[np.float64]) -> bool:
 
 
 def _in_order(robot: NDArray[Any], time: NDArray[np.float64], notes: Notes) -> NDArray[np.int64]:
-    """The numbers of the rows that stay, by robot and time; notes what is left out."""
+    """Numbers of the rows that stay, sorted by robot and time; counts the others in the notes."""
     by_robot = np.argsort(robot, kind="stable")
     kept = []
     for mine in np.split(by_robot, np.flatnonzero(np.diff(robot[by_robot])) + 1):
-        at = time[mine]
-        ahead = np.zeros(len(at), bool)
-        ahead[1:-1] = (at[1:-1] - at[:-2] > FAR) & (at[1:-1] - at[2:] > FAR)
-        back = np.maximum.accumulate(np.where(ahead, -np.inf, at)) - at
+        times = time[mine]
+        ahead = np.zeros(len(times), bool)
+        ahead[1:-1] = (times[1:-1] - times[:-2] > FAR) & (times[1:-1] - times[2:] > FAR)
+        back = np.maximum.accumulate(np.where(ahead, -np.inf, times)) - times
         jumped = ahead | (back >= LATE)
         rows = mine[~jumped]
         rows = rows[np.argsort(time[rows], kind="stable")]
@@ -342,7 +342,7 @@ def _carried(robot: NDArray[Any], action: NDArray[Any]) -> NDArray[np.int8]:
     """Whether each robot is loaded, by its last action, where no message says it: after a pick, until a drop ends."""
     handling = np.isin(action, (PICK, DROP))
     last = np.maximum.accumulate(np.where(handling, np.arange(len(action)), -1))
-    known = (last >= 0) & (robot[last] == robot)
-    then = np.where(known, action[last], NOTHING)
+    acted = (last >= 0) & (robot[last] == robot)
+    then = np.where(acted, action[last], NOTHING)
     loaded: NDArray[np.int8] = (((then == PICK) & (action != PICK)) | (action == DROP)).astype(np.int8)
     return loaded

@@ -52,7 +52,7 @@ def read_messages(path: Path, slashes: Slashes | None = None) -> FleetLog:
     Raises:
         ReportError: a file that cannot be read, or has no good line.
     """
-    found = Collector(str(path))
+    collector = Collector(str(path))
     try:
         with path.open("rb") as lines:
             for number, line in enumerate(iter(lambda: lines.readline(LONGEST + 1), b""), 1):
@@ -65,29 +65,29 @@ def read_messages(path: Path, slashes: Slashes | None = None) -> FleetLog:
                     continue
                 try:
                     for message in _unwrapped(value_of(_TOPIC.sub(b"", line))):
-                        _take(message, found, slashes)
+                        _take(message, collector, slashes)
                 except JsonError as error:
                     why = f"{error.where.removeprefix(':').strip()}: {error}" if error.expected else str(error)
-                    found.notes.refuse(f"{path}:{number}", f"{why}, expected {error.expected or _STATE}")
+                    collector.notes.refuse(f"{path}:{number}", f"{why}, expected {error.expected or _STATE}")
                 except ValueError as error:
-                    found.notes.refuse(f"{path}:{number}", str(error))
+                    collector.notes.refuse(f"{path}:{number}", str(error))
     except OSError as error:
         raise ReportError(f"{path}: cannot be read ({reason(error)}), expected a log") from error
-    return found.log()
+    return collector.log()
 
 
 def _unwrapped(value: Any) -> list[Any]:
-    """The messages of a line: the one that it is or wraps, or those of a list; raises JsonError for a payload."""
-    found = []
-    for one in value if isinstance(value, list) and value else [value]:
-        payload = one.get("payload") if isinstance(one, dict) and "timestamp" not in one else None
-        message = one if payload is None else payload
-        found.append(value_of(message.encode()) if isinstance(payload, str) else message)
-    return found
+    """Unwrap the message, or list of messages, of a line; raises JsonError for a payload that is not JSON."""
+    unwrapped = []
+    for item in value if isinstance(value, list) and value else [value]:
+        payload = item.get("payload") if isinstance(item, dict) and "timestamp" not in item else None
+        message = item if payload is None else payload
+        unwrapped.append(value_of(message.encode()) if isinstance(payload, str) else message)
+    return unwrapped
 
 
 def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
-    """What stands at a key of a message; None: nothing. Raises ValueError for what is of another kind."""
+    """Value at a key of a message; None where there is none. Raises ValueError for a value of another kind."""
     value = section.get(key)
     if value is None:
         return None
@@ -95,7 +95,7 @@ def _of(section: Any, key: str, kind: type[V], within: str = "") -> V | None:
     if kind is float:
         fits = isinstance(value, int | float) and not isinstance(value, bool)
     if kind is list and fits:
-        fits = all(isinstance(one, dict) for one in value)
+        fits = all(isinstance(entry, dict) for entry in value)
     if not fits:
         raise ValueError(f"{within}{key}: expected {_WORDS[kind]} (got {got(value)})")
     return value  # type: ignore[no-any-return]
@@ -118,7 +118,7 @@ def _figure(section: Any, key: str, within: str, low: float, high: float) -> flo
     return value
 
 
-def _take(message: Any, found: Collector, slashes: Slashes | None) -> None:
+def _take(message: Any, collector: Collector, slashes: Slashes | None) -> None:
     """Put a message into a log; raises ValueError for one that is no state message."""
     if not isinstance(message, dict):
         raise ValueError(f"expected {_STATE}, a JSON object (got {got(message)})")  # noqa: TRY004 - as for its parts
@@ -136,7 +136,7 @@ def _take(message: Any, found: Collector, slashes: Slashes | None) -> None:
     for state in _needed(message, "actionStates", list):
         if _needed(state, "actionStatus", str, "actionStates.") == "RUNNING":
             action = _KINDS.get(_of(state, "actionType", str, "actionStates.") or "", action)
-    found.add(
+    collector.add(
         instant(stamp, slashes),
         (_needed(message, "serialNumber", str), _of(message, "manufacturer", str) or ""),
         x,

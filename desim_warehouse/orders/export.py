@@ -21,7 +21,7 @@ from typing import TYPE_CHECKING
 from desim_warehouse.errors import ModelError, first_of, got, nearest
 from desim_warehouse.model.sections.flows import ORDER_COLUMNS
 from desim_warehouse.model.sections.orders import EXCEL, PARQUET, check_there, framed, parquet_chunks, unreadable
-from desim_warehouse.orders.workbook import rows_of
+from desim_warehouse.model.workbook import rows_of
 from desim_warehouse.values.fields import LIMITS
 from desim_warehouse.values.headings import heading
 

@@ -128,7 +128,7 @@ def template() -> Path:
 def _filled_in(folder: Path) -> str:
     """The notebook with the folder in the cell that sets the parameters."""
     notebook = json.loads(template().read_text(encoding="utf-8"))
-    lines = notebook["cells"][0]["source"]
+    lines = next(cell for cell in notebook["cells"] if cell["cell_type"] == "code")["source"]
     lines[0] = f"folder = {str(folder)!r}\n"
     return json.dumps(notebook, indent=1, ensure_ascii=False) + "\n"
 

@@ -284,7 +284,7 @@ def test_lengths_of_another_unit_than_coordinates_are_doubtful(tmp_path):
     assert {remark.kind for remark in made.remarks if remark.what == "doubtful"} == {"link"}
 
 
-def test_imports_take_the_fastest_way_where_lanes_differ_in_speed(tmp_path):
+def test_imports_take_the_fastest_way_also_where_lanes_have_no_speed(tmp_path):
     (tmp_path / "nodes.csv").write_text(
         "name,x,y,role,station\nA,0,0,load,\nS,10,2,,\nF,10,-6,,\nB,20,0,unload,packing\nX,10,20,park,\n"
     )
@@ -292,4 +292,4 @@ def test_imports_take_the_fastest_way_where_lanes_differ_in_speed(tmp_path):
     made = import_layout(tmp_path / "nodes.csv")
     assert made.content["policies"]["routing"] == "fastest"
     (tmp_path / "edges.csv").write_text("from,to,speed\nA,F,\nF,B,\nB,X,\nX,A,\n")
-    assert import_layout(tmp_path / "nodes.csv").content["policies"]["routing"] == "shortest"
+    assert import_layout(tmp_path / "nodes.csv").content["policies"]["routing"] == "fastest"

@@ -56,7 +56,8 @@ def test_damaged_files_are_read_or_are_one_message(name, tmp_path):
         hit.write_bytes(damaged(content[hit], draw))
         refused += outcome(path) is not None
         hit.write_bytes(content[hit])
-    assert 0 < refused < DAMAGED
+    assert refused > 0
+    assert refused < DAMAGED or name == "excel"  # an archive, whose parts have checksums
     assert outcome(path) is None
 
 

@@ -197,6 +197,7 @@ def test_the_notebook_makes_a_small_study_and_shows_its_runs_as_a_table():
     code = [cell for cell in made.cells if cell.cell_type == "code"]
     assert not any(cell.outputs or cell.execution_count for cell in code)
     assert code[0].metadata["tags"] == ["parameters"]
+    assert made.cells[0].source.startswith("# ")
     pieces, pictures = shown_by(made)
     differences, means, runs, page = pieces
     assert [piece.count("<tr") - 1 for piece in (differences, runs)] == [4, 40]
