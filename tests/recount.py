@@ -14,7 +14,7 @@ import numpy as np
 from tests.charging import batteries, swaps
 from tests.done import done, for_workers, workplaces
 
-APART = ("waiting_closed", "waiting_person")
+APART = ("waiting_closed", "waiting_person", "in_lift")
 WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "awaiting", "returning")
 STATES = ("idle", *WORK, "charging", "broken", "on_break", "too_low")
 DRAWS = {

@@ -41,6 +41,7 @@ _ROUNDING = 1e-9
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """What `simulate` refuses; the layout has no errors of its own."""
     yield from starts.errors(model, layout)
+    yield from _free_lifts(model, layout)
     yield from _width(model)
     yield from hours.errors(model, layout)
     if model.battery is not None:
@@ -69,6 +70,13 @@ def warnings(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Fin
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
     yield from clashes.notes(model, layout)
+
+
+def _free_lifts(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Lifts that would carry any number of robots at once."""
+    for node in sorted(model.traffic.free_nodes & {node for lift in layout.lifts for node in lift.nodes}):
+        text = "a lift carries one robot at a time, and cannot be open to all"
+        yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
 
 
 def _one_at_work(model: Model, found: QuickEstimate) -> Iterator[Finding]:
