@@ -104,6 +104,7 @@ def by_line(found: QuickEstimate, pile: PileOn, model: Model) -> QuickEstimate:
         fleet_capacity=found.fleet_capacity * most,
         crossing_capacity=None if found.crossing_capacity is None else found.crossing_capacity * most,
         stations=_pickers(model),
+        lifts=tuple(replace(lift, share=lift.share / most) for lift in found.lifts),
         power=None if found.power is None else _of_line(found.power, most),
         pile_on=pile,
     )

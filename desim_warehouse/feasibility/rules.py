@@ -58,6 +58,7 @@ def warnings(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Fin
     yield from _due(model, layout)
     yield from _one_at_work(model, found)
     yield from slow_ways(model, layout)
+    yield from _unused_lifts(model, layout, found)
     yield from _one_load(model)
     yield from _spread(model)
     if model.battery is not None:
@@ -224,6 +225,7 @@ def _demand(model: Model, found: QuickEstimate) -> Iterator[Finding]:
             f"at least {math.ceil(need)} robots are needed to keep up with it" if math.isfinite(need) else NO_NUMBER,
         )
     yield from _demand_of_stations(model, found)
+    yield from _demand_of_lifts(model, found, found.rate)
 
 
 def _robots_needed(found: QuickEstimate) -> str:
@@ -254,6 +256,42 @@ def _demand_of_stations(model: Model, found: QuickEstimate) -> Iterator[Finding]
             ),
             f"it needs {number_of(needed, who)}, or less {time_key}, or a part of its tasks elsewhere (station_choice)",
         )
+
+
+def _demand_of_lifts(model: Model, found: QuickEstimate, rate: float) -> Iterator[Finding]:
+    """Lifts of which more rides are asked than they can do."""
+    for lift in found.lifts:
+        rides, most = rate * lift.share * model.units.hour, lift.capacity * model.units.hour
+        if rides > most:
+            yield Finding(
+                "DEMAND_ABOVE_LIFT",
+                f"layout.lifts.{lift.name}",
+                f"it can do {amount(most)} rides an hour, {amount(rides)} are asked for: its queue grows without bound",
+                "another lift beside it, a shorter ride or quicker doors",
+            )
+
+
+def _unused_lifts(model: Model, layout: Layout, found: QuickEstimate) -> Iterator[Finding]:
+    """Lifts that no robot takes, as another goes to the same floors and the routing policy sees no queues."""
+    if model.policies.routing.name == "congestion-aware" or model.policies.routing.own:
+        return
+    used = {lift.name: lift for lift in found.lifts}
+    for lift in layout.lifts:
+        floors = {layout.floors[node] for node in lift.nodes}
+        beside = [
+            used[other.name]
+            for other in layout.lifts
+            if other.name in used and len(floors & {layout.floors[node] for node in other.nodes}) > 1
+        ]
+        if lift.name not in used and beside:
+            most = beside[0].capacity * model.units.hour
+            yield Finding(
+                "LIFT_UNUSED",
+                "policies.routing",
+                f"{model.policies.routing.name} knows no queues: all robots take lift {beside[0].name}, which can do "
+                f"{amount(most)} rides an hour, and none takes lift {lift.name} to the same floors",
+                f"congestion-aware takes both, which can do about {amount(2 * most)}; or fastest with spread: 2",
+            )
 
 
 def _one_load(model: Model) -> Iterator[Finding]:

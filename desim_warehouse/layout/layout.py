@@ -221,6 +221,15 @@ class Layout:
         return {edge: math.atan2(way.imag, way.real) for edge, way in ways.items()}
 
     @cached_property
+    def floors(self) -> dict[str, int]:
+        """By node a number for its floor, on which robots get about without a lift."""
+        import networkx as nx
+
+        lanes = nx.Graph(edge for edge in self.graph.edges if edge not in self.rides)
+        lanes.add_nodes_from(self.graph)
+        return {node: number for number, part in enumerate(nx.connected_components(lanes)) for node in part}
+
+    @cached_property
     def rides(self) -> dict[Edge, Lift]:
         """The edges between two floors, each with the lift that carries robots along it."""
         return {ride: lift for lift in self.lifts for ride in permutations(lift.nodes, 2)}

@@ -417,7 +417,7 @@ class StationSpec(PlacesSpec):
 
 
 class LiftSpec(Part):
-    """A lift, whose cabin carries one robot at a time between floors; a floor is what no lift need be taken within.
+    """A lift, whose cabin carries one robot at a time between floors: parts of the layout that only lifts join.
 
     A robot calls the cabin once there is room for it beyond the doors on the other floor. The doors open where the
     cabin comes, close behind the robot, open on its floor and close behind it again.
@@ -442,7 +442,9 @@ class LiftSpec(Part):
     @model_validator(mode="after")
     def _stops(self) -> LiftSpec:
         if len(self.nodes) < 2:  # noqa: PLR2004 - from one floor to another
-            raise wrong(f"too few floors (got {got(list(self.nodes))}), expected a node on each of two or more", "nodes")
+            raise wrong(
+                f"too few floors (got {got(list(self.nodes))}), expected a node on each of two or more", "nodes"
+            )
         double = next((node for rank, node in enumerate(self.nodes) if node in self.nodes[:rank]), None)
         if double is not None:
             raise wrong(f"a node twice (got {got(double)}), expected another on each floor", "nodes")

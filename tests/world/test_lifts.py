@@ -7,6 +7,7 @@ from floor to floor, its doors 4.
 import pytest
 
 import desim_warehouse as dw
+from desim_warehouse.study.suspects import suspects
 from desim_warehouse.world.traffic.motion import Motion
 from tests.world.floor import PARK, Floor
 
@@ -199,3 +200,61 @@ def test_a_run_that_ends_in_the_cabin_counts_what_has_happened():
         # it waits for the doors from 24 to 28, and is in the cabin from 29 on
         assert run.kpis["in_lift"] == 4 + 11
         assert run.kpis["share_loaded"] == (9 + 1) / 40
+
+
+def building(lifts, routing, per_hour=150.0):
+    """Six robots that carry loads from the home on one floor to the far end of the other, by lifts side by side."""
+    nodes = {"home": [0, 0], "hall": [20, 0], "ward": [20, 100], "far": [0, 100]}
+    streets, shafts = [("home", "hall"), ("ward", "far")], {}
+    for number in range(lifts):
+        nodes |= {f"a{number}": [40, 10 * number], f"b{number}": [40, 100 + 10 * number]}
+        streets += [("hall", f"a{number}"), (f"b{number}", "ward")]
+        shafts[f"lift{number}"] = {"nodes": [f"a{number}", f"b{number}"], "ride": 12, "doors": 4}
+    lanes = [{"from": a, "to": b, "side_by_side": True, "length": 20} for s in streets for a, b in (s, s[::-1])]
+    return {
+        "layout": {
+            "nodes": nodes,
+            "edges": lanes,
+            "storage": [{"node": "home"}],
+            "lifts": shafts,
+            "bays": {"home": {"at": ["home"], "places": 6}},
+            "stations": {"wards": {"at": ["far"], "places": 6, "servers": 6}},
+        },
+        "fleet": {"size": 6, "robot": {"radius": 0.4, "margin": 0.2, "speed": 1.0}},
+        "tasks": {"goods": {"poisson": per_hour}, "unload_at": ["wards"], "load_time": 5, "unload_time": 7},
+        "policies": {"routing": routing},
+        "run": {"length": 3 * 3600, "warm_up": 1800},
+        "log": "all",
+    }
+
+
+def test_of_two_lifts_side_by_side_congestion_aware_takes_both():
+    one, same, both = (
+        dw.simulate(building(*lifts), 1) for lifts in ((1, "fastest"), (2, "fastest"), (2, "congestion-aware"))
+    )
+    # up and down in turn the cabin drives with a robot each time: doors, in, doors, ride, doors, out, doors are 30 s
+    assert one.kpis["throughput_per_hour"] == same.kpis["throughput_per_hour"] == near(60, abs=0.5)
+    assert one.kpis["lift_utilisation"] == near(1, abs=0.01)
+    assert same.kpis["lift_utilisation"] == near(0.5, abs=0.01)
+    assert both.kpis["throughput_per_hour"] > 80
+    assert both.kpis["share_waiting"] < 0.06
+    assert same.kpis["share_waiting"] > 0.35
+    assert "the cabins of lift0 were the busiest, with" in str(one).lower()
+
+
+def test_check_says_what_a_lift_can_do_and_that_another_stands_unused():
+    report = dw.check(building(2, "fastest"))
+    high, unused = (str(one) for one in report.findings if one.code in {"DEMAND_ABOVE_LIFT", "LIFT_UNUSED"})
+    taken, other = ("lift0", "lift1") if "lifts.lift0" in high else ("lift1", "lift0")
+    assert f"layout.lifts.{taken}: it can do 120 rides an hour, 300 are asked for: its queue grows" in high
+    assert f"all robots take lift {taken}, which can do 120 rides an hour, and none takes lift {other}" in unused
+    assert "congestion-aware takes both, which can do about 240" in unused
+    assert f"The cabins of {taken} are busiest: 250 % of what they can do is asked for" in str(report)
+    assert not [one for one in dw.check(building(2, "congestion-aware")).findings if one.code == "LIFT_UNUSED"]
+
+
+def test_why_tries_a_faster_lift_first_where_robots_wait_for_it():
+    tried = suspects(dw.simulate(building(1, "fastest"), 1))
+    assert tried[0].relief == "lift lift0 twice as fast"
+    assert tried[0].overrides == {"layout.lifts.lift0.ride": 6, "layout.lifts.lift0.doors": 2}
+    assert not [one for one in tried if one.name.startswith("intersection a0")]

@@ -498,7 +498,7 @@ class Body:
         return waited + (now - self.waiting_since) if self.is_waiting else waited
 
     def waited_for(self, wait: str, now: float) -> float:
-        """Time waited so far for closures of one kind, or at lifts, the present episode included: part of `waited_by`."""
+        """Time waited so far for closures of one kind, or at lifts, with the present episode: a part of `waited_by`."""
         waited = self.waited_apart.get(wait, 0.0)
         claim = self.claim
         if claim is not None and claim.because is not None and claim.because.wait == wait:
