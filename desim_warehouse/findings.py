@@ -31,6 +31,7 @@ CODES: dict[str, Code] = {
         "error", "robots start in each other's way home where lanes are two-way, and none of them can make way"
     ),
     "ZONE": Code("error", "a zone that names what is not there, or under which robots could wait for ever"),
+    "LIFT": Code("error", "a lift in whose cabin robots would wait or work, or through which they would drive"),
     "CLOSURE": Code(
         "error", "a closure, slow zone or aisle of people that names what is not there, or no robot can wait before"
     ),
@@ -69,6 +70,8 @@ CODES: dict[str, Code] = {
     "DEMAND_ABOVE_FLEET": Code("warning", "more tasks are demanded than the robots can do"),
     "PEAK_ABOVE_FLEET": Code("warning", "more tasks are demanded in the busiest hour than the robots can do"),
     "DEMAND_ABOVE_STATIONS": Code("warning", "more tasks are demanded than the stations can serve"),
+    "DEMAND_ABOVE_LIFT": Code("warning", "more rides are asked of a lift than it can do"),
+    "LIFT_UNUSED": Code("warning", "routing takes one lift where another goes to the same floors"),
     "ONE_LOAD": Code(
         "warning",
         "robots carry several loads and no tasks go together, or tasks go together and no robot carries several",

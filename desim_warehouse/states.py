@@ -347,10 +347,25 @@ APART = {
             stacked=10,
             applies=lambda model: bool(model.people),
         ),
+        State(
+            "in_lift",
+            doing="waiting for a lift or riding in it",
+            begins="a robot has waited for a cabin at a `node`, or ridden to it along an `edge` between floors",
+            time="waiting before the doors of a lift for its cabin, and riding in it; only with `layout.lifts`",
+            better="less",
+            draws="standing",
+            phase=None,
+            queue=None,
+            role="wait",
+            colour="#3F6FA3",
+            stacked=16,
+            applies=lambda model: bool(model.layout.lifts),
+        ),
     )
 }
-"""Waits in traffic that are no collisions, where closures or people are in the model: counted beside `waiting`."""
-CLOSED_LANE, PERSON_AHEAD = APART
+"""Waits in traffic that are no collisions, where closures, people or lifts are in the model: counted beside `waiting`.
+"""
+CLOSED_LANE, PERSON_AHEAD, IN_LIFT = APART
 
 TIMES: dict[str, State] = {**STATES, WAITING.name: WAITING, **APART}
 """The states among which a robot's time is divided."""

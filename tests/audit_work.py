@@ -19,6 +19,7 @@ NO_ENERGY = {
     "released",
     "waiting_closed",
     "waiting_person",
+    "in_lift",
     "lifted",
     "stored",
 }

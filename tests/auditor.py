@@ -15,6 +15,7 @@ import networkx as nx
 
 from tests.audit_closures import Closures
 from tests.audit_hours import Hours
+from tests.audit_lifts import Lifts
 from tests.audit_motion import Motion
 from tests.audit_nodes import Nodes
 from tests.audit_servers import Servers
@@ -47,7 +48,7 @@ class Visit:
         return p1 if t1 <= t0 else p0 + (p1 - p0) * (time - t0) / (t1 - t0)
 
 
-class Audit(Nodes, Motion, Work, Closures, Hours, Servers):
+class Audit(Nodes, Motion, Work, Closures, Hours, Servers, Lifts):
     """Problems found in a run, one line each; an empty list is a clean bill."""
 
     def __init__(self, run):
@@ -90,6 +91,7 @@ class Audit(Nodes, Motion, Work, Closures, Hours, Servers):
         self.check_closures()
         self.check_held()
         self.check_nodes()
+        self.check_lifts()
         self.check_motion()
         return self.problems
 

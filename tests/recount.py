@@ -8,13 +8,14 @@ a row counts if its time lies there, a stretch of time (driving, waiting, being 
 import math
 import statistics
 from collections import Counter, defaultdict
+from itertools import permutations
 
 import numpy as np
 
 from tests.charging import batteries, swaps
 from tests.done import done, for_workers, workplaces
 
-APART = ("waiting_closed", "waiting_person")
+APART = ("waiting_closed", "waiting_person", "in_lift")
 WORK = ("empty", "loading", "loaded", "queueing", "closed", "unloading", "awaiting", "returning")
 STATES = ("idle", *WORK, "charging", "broken", "on_break", "too_low")
 DRAWS = {
@@ -517,9 +518,22 @@ class Recount:
                 if state not in self.absent
             },
             **{name: total[name] for name in APART},
+            **({"lift_utilisation": self.lifts(total)} if self.layout.lifts else {}),
             **(self.encounters(total, hours) if self.model.people else {}),
             **(self.spread() if self.model.people else {}),
         }
+
+    def lifts(self, total):
+        """Beside the calls and rides of robots a lift is taken while they drive in and out, and the doors close."""
+        drive = 2 * self.model.fleet.contact / self.model.fleet.fastest
+        own, usual = dict(self.model.traffic.node_times), self.model.traffic.node_time
+        taken = total["in_lift"]
+        for lift in self.model.layout.lifts.values():
+            for a, b in permutations(lift.nodes, 2):
+                each = drive + lift.doors + own.get(a, usual) + own.get(b, usual)
+                taken += self.edges[a, b]["passages"] * each
+        time = (self.end - self.begin) * len(self.model.layout.lifts)
+        return taken / time if time else math.nan
 
     def orders(self):
         """Orders without due times: from the release of the first line until the last is done."""

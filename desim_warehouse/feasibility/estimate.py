@@ -18,7 +18,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
 
-from desim_warehouse.feasibility.parts import MeanTask, PileOn, StationLoad
+from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, PileOn, StationLoad
 from desim_warehouse.findings import amount
 
 if TYPE_CHECKING:
@@ -89,6 +89,8 @@ class QuickEstimate:
     measured: tuple[float, float, float] | None = None
     looked_at: int = 0
     """Tasks of all robots together that were looked at."""
+    lifts: tuple[LiftLoad, ...] = ()
+    """The lifts that tasks use."""
 
     @property
     def peak_capacity(self) -> float:
@@ -113,6 +115,8 @@ class QuickEstimate:
             for item in self.stations
             if item.serve_capacity
         ]
+        most = self.cycle.time  # alone a robot finds the cabin where it left it, which may be sooner
+        places += [Place(f"the lift {item.name}", min(item.share * item.time, most), 1) for item in self.lifts]
         if self.charging and self.power is not None and self.power.chargers:
             places.append(Place(CHARGERS, self.charging, self.power.chargers))
         return places
@@ -133,6 +137,7 @@ class QuickEstimate:
     def places_limit(self) -> dict[str, float]:
         """The limits of any number of robots, in words, with the tasks per time unit that each lets through."""
         limits = {item.doing: item.capacity / item.share for item in self.stations if item.share}
+        limits |= {f"the lift {item.name}": self.on_duty * item.capacity / item.share for item in self.lifts}
         if math.isfinite(charged := self._charged(1)):
             limits[CHARGERS] = charged
         if self.most_out is not None and self.cycle.time:

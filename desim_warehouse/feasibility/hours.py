@@ -179,7 +179,8 @@ def _times(model: Model, layout: Layout, end: float) -> Iterator[tuple[float, fl
     None where no robot is on duty. It begins when the first flow asks for something.
     """
     slowest = min(robot.speed for robot in model.fleet.distinct())
-    once_round = 10 * sum(data["length"] for *_, data in layout.graph.edges(data=True)) / slowest
+    edges = [data for *_, data in layout.graph.edges(data=True)]
+    once_round = 10 * sum(data["length"] / slowest + data.get("takes", 0.0) for data in edges)
     robots = [model.hours(name) for name in dict.fromkeys(model.fleet.hours_of_robots())]
     stations = [model.hours(spec.hours) for spec in model.layout.stations.values()]
     closures = [

@@ -24,6 +24,7 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
     factor, foreseen = peak_factor(model), list[Load | None]()
     of_servers = {item.node: rate * item.share / item.serve_capacity for item in estimate.stations}
     of_people = {item.node: rate * item.share / item.work_capacity for item in estimate.stations if item.workers}
+    of_lifts = {item.name: rate * item.share / item.capacity for item in estimate.lifts}
     for group in (*groups(model), *_places(model, estimate.stations)):
         if group.kind == "robots":
             foreseen.append(_of_robots(group, estimate, rate, factor))
@@ -32,6 +33,9 @@ def loads(model: Model, estimate: QuickEstimate) -> tuple[Load, ...]:
             if power is not None and power.gives and power.draws is not None:
                 drawn = power.draws / power.gives
                 foreseen.append(Load(group, drawn, None, drawn))
+        elif group.kind == "lifts":
+            mean = of_lifts.get(group.zone, 0.0)
+            foreseen.append(Load(group, mean, in_peak(group, mean, factor), mean))
         else:
             foreseen.append(at_nodes(group, of_people if group.kind == "people" else of_servers, factor))
     return tuple(load for load in foreseen if load is not None)

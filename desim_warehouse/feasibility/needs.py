@@ -184,7 +184,8 @@ class _Floor:
         speed, edges = model.fleet.fastest, layout.graph.edges
         self._paces = {edge: min(speed, data["speed"]) for edge, data in edges.items()}
         self._times = {
-            edge: data["length"] / self._paces[edge] + special.get(edge[1], node_time) for edge, data in edges.items()
+            edge: data["length"] / self._paces[edge] + data.get("takes", 0.0) + special.get(edge[1], node_time)
+            for edge, data in edges.items()
         }
         self._back_in_time = {edge[::-1]: time for edge, time in self._times.items()}
         self._layout, self._draws, self._clear = layout, draws, draws.empty * model.tasks.clear_time

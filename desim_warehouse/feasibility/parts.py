@@ -95,6 +95,20 @@ class StationLoad:
 
 
 @dataclass(frozen=True)
+class LiftLoad:
+    """A lift: its rides for each task, `share`, and the mean `time` for which it is taken by one."""
+
+    name: str
+    share: float
+    time: float
+
+    @property
+    def capacity(self) -> float:
+        """Rides per time unit that it can do."""
+        return 1 / self.time if self.time else math.inf
+
+
+@dataclass(frozen=True)
 class PileOn:
     """Lines picked at a visit of a pod, measured: with `few` lines waiting, and with `many` to choose a pod by.
 

@@ -41,6 +41,7 @@ _ROUNDING = 1e-9
 def errors(model: Model, layout: Layout) -> Iterator[Finding]:
     """Find what `simulate` refuses; the layout has no errors of its own."""
     yield from starts.errors(model, layout)
+    yield from _free_lifts(model, layout)
     yield from _width(model)
     yield from hours.errors(model, layout)
     if model.battery is not None:
@@ -57,6 +58,7 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
     yield from _due(model, layout)
     yield from _one_at_work(model, estimate)
     yield from slow_ways(model, layout)
+    yield from _unused_lifts(model, layout, estimate)
     yield from _one_load(model)
     yield from _spread(model)
     if model.battery is not None:
@@ -69,6 +71,13 @@ def warnings(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[
     yield from unused.notes(model, layout)
     yield from magnitudes.notes(model)
     yield from clashes.notes(model, layout)
+
+
+def _free_lifts(model: Model, layout: Layout) -> Iterator[Finding]:
+    """Find lifts that would carry any number of robots at once."""
+    for node in sorted(model.traffic.free_nodes & {node for lift in layout.lifts for node in lift.nodes}):
+        text = "a lift carries one robot at a time, and cannot be open to all"
+        yield Finding("LIFT", f"traffic.nodes.{node}.free", text, "leave it out; a shorter ride makes a lift faster")
 
 
 def _one_at_work(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
@@ -219,6 +228,7 @@ def _demand(model: Model, estimate: QuickEstimate) -> Iterator[Finding]:
             f"at least {math.ceil(need)} robots are needed to keep up with it" if math.isfinite(need) else NO_NUMBER,
         )
     yield from _demand_of_stations(model, estimate)
+    yield from _demand_of_lifts(model, estimate, estimate.rate)
 
 
 def _robots_needed(estimate: QuickEstimate) -> str:
@@ -249,6 +259,42 @@ def _demand_of_stations(model: Model, estimate: QuickEstimate) -> Iterator[Findi
             ),
             f"it needs {number_of(needed, who)}, or less {time_key}, or a part of its tasks elsewhere (station_choice)",
         )
+
+
+def _demand_of_lifts(model: Model, estimate: QuickEstimate, rate: float) -> Iterator[Finding]:
+    """Find lifts of which more rides are asked than they can do."""
+    for lift in estimate.lifts:
+        rides, most = rate * lift.share * model.units.hour, lift.capacity * model.units.hour
+        if rides > most:
+            yield Finding(
+                "DEMAND_ABOVE_LIFT",
+                f"layout.lifts.{lift.name}",
+                f"it can do {amount(most)} rides an hour, {amount(rides)} are asked for: its queue grows without bound",
+                "another lift beside it, a shorter ride or quicker doors",
+            )
+
+
+def _unused_lifts(model: Model, layout: Layout, estimate: QuickEstimate) -> Iterator[Finding]:
+    """Find lifts that no robot takes, as another goes to the same floors and the routing policy sees no queues."""
+    if model.policies.routing.name == "congestion-aware" or model.policies.routing.own:
+        return
+    used = {lift.name: lift for lift in estimate.lifts}
+    for lift in layout.lifts:
+        floors = {layout.floors[node] for node in lift.nodes}
+        beside = [
+            used[other.name]
+            for other in layout.lifts
+            if other.name in used and len(floors & {layout.floors[node] for node in other.nodes}) > 1
+        ]
+        if lift.name not in used and beside:
+            most = beside[0].capacity * model.units.hour
+            yield Finding(
+                "LIFT_UNUSED",
+                "policies.routing",
+                f"{model.policies.routing.name} knows no queues: all robots take lift {beside[0].name}, which can do "
+                f"{amount(most)} rides an hour, and none takes lift {lift.name} to the same floors",
+                f"congestion-aware takes both, which can do about {amount(2 * most)}; or fastest with spread: 2",
+            )
 
 
 def _one_load(model: Model) -> Iterator[Finding]:

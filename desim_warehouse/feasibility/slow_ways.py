@@ -50,7 +50,7 @@ def _compared(model: Model, layout: Layout, speed: float) -> Iterator[tuple[floa
         return float(data["length"] * data.get("counts", 1.0))
 
     def time(_: str, __: str, data: Any) -> float:
-        return float(data["length"] / min(speed, data["speed"]))
+        return float(data["length"] / min(speed, data["speed"]) + data.get("takes", 0.0))
 
     for origin in nodes:
         paths = nx.single_source_dijkstra_path(graph, origin, weight=length)

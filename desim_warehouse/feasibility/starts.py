@@ -81,6 +81,9 @@ def _places(layout: Layout, starts: dict[int, Start], joined: dict[str, Stand], 
     on_lane: dict[tuple[Stand, str], list[int]] = {}
     for number, start in starts.items():
         if start.edge is None:
+            if any(start.node in lift.nodes for lift in layout.lifts):
+                yield _finding(number, start, "is in a lift", "start it in front of the doors")
+                continue
             bay = layout.bays.get(start.node)
             if bay is not None and bay.in_lane:
                 text = "is where another may be parked"

@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 
 from desim_warehouse.errors import first_of, number_of
 from desim_warehouse.findings import Finding
-from desim_warehouse.layout import way_home, zones
+from desim_warehouse.layout import lifts, way_home, zones
 from desim_warehouse.layout.layout import Edge, Layout
 from desim_warehouse.layout.zones import ZoneSpec
 
@@ -47,6 +47,11 @@ class Use:
     gridlock: str = "auto"
     zones: Mapping[str, ZoneSpec] = field(default_factory=dict)
 
+    @property
+    def at(self) -> dict[str, str]:
+        """What robots do at nodes, whatever stands there."""
+        return {**dict.fromkeys(self.unload_at, "handling"), **dict.fromkeys(self.start, "the start of a robot")}
+
 
 def examine(layout: Layout, use: Use) -> list[Finding]:
     """All findings, errors first."""
@@ -56,6 +61,7 @@ def examine(layout: Layout, use: Use) -> list[Finding]:
         *_bays(layout, use),
         *_in_lane(layout, use),
         *_two_way(layout, use),
+        *lifts.examine(layout, use.at, use.zones, use.contact),
         *zones.examine(layout, use.zones, use.contact, use.gridlock),
         *_stops(layout, use),
         *_queues(layout, use),
@@ -81,6 +87,7 @@ def errors(layout: Layout, use: Use) -> list[Finding]:
         *_bays(layout, use),
         *_in_lane(layout, use),
         *_two_way(layout, use),
+        *lifts.examine(layout, use.at, use.zones, use.contact),
         *zones.examine(layout, use.zones, use.contact, use.gridlock),
     )
     return [item for item in findings if item.level == "error"]
@@ -305,7 +312,8 @@ def _shared_names(layout: Layout) -> Iterator[Finding]:
 
 def _short(layout: Layout, use: Use) -> Iterator[Finding]:
     """Edges too short for a robot to stand on clear of both ends (condition 3)."""
-    lengths = {f"{a}>{b}": length for a, b, length in layout.graph.edges(data="length")}
+    lanes = [edge for edge in layout.graph.edges if edge not in layout.rides]
+    lengths = {">".join(edge): layout.length(edge) for edge in lanes}
     joined = [name for name, length in lengths.items() if length < use.contact - EPS]
     short = [name for name, length in lengths.items() if use.contact - EPS <= length < 2 * use.contact - EPS]
     if joined:
@@ -330,7 +338,8 @@ def _merges(layout: Layout) -> Iterator[Finding]:
     graph = layout.graph
     sharp = []
     for node in graph:
-        headings = sorted((layout.headings[source, node], source) for source in graph.predecessors(node))
+        lanes = [edge for edge in graph.in_edges(node) if edge not in layout.rides]
+        headings = sorted((layout.headings[edge], edge[0]) for edge in lanes)
         around = [*headings, *headings[: len(headings) > 2]]  # noqa: PLR2004 - two make one pair, three a circle
         for (angle, first), (next_angle, second) in pairwise(around):
             between = abs((angle - next_angle + math.pi) % (2 * math.pi) - math.pi)
@@ -392,7 +401,8 @@ def shortest_rings(highways: nx.DiGraph, most: int = 5, searched: int = 400) -> 
     import networkx as nx
 
     rings: dict[frozenset[str], tuple[float, list[str]]] = {}
-    for source, target, length in list(highways.edges(data="length"))[:searched]:
+    lanes = [lane for lane in highways.edges(data="length") if lane[2]]  # rides have no length
+    for source, target, length in lanes[:searched]:
         try:
             back, way = nx.single_source_dijkstra(highways, target, source, weight="length")
         except nx.NetworkXNoPath:
@@ -409,7 +419,7 @@ class Near:
     def __init__(self, layout: Layout, apart: float) -> None:
         import numpy as np
 
-        self.edges = list({frozenset(edge): edge for edge in layout.graph.edges}.values())
+        self.edges = list({frozenset(edge): edge for edge in layout.graph.edges if edge not in layout.rides}.values())
         ends = np.array([[layout.points[node] for node in edge] for edge in self.edges], dtype=complex).reshape(-1, 2)
         drawn = np.abs(ends[:, 1] - ends[:, 0])
         self._straight = np.array([layout.length(edge) for edge in self.edges]) < BENT * drawn

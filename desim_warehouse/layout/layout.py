@@ -7,6 +7,7 @@ from collections import defaultdict
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from itertools import permutations
 from operator import attrgetter
 from typing import TYPE_CHECKING
 
@@ -75,13 +76,41 @@ class StationPlaces:
     servers: int
 
 
+@dataclass(frozen=True, slots=True)
+class Lift:
+    """A lift for one robot at a time: its node on each floor, from the lowest up, where its cabin rests, and times.
+
+    `ride` is from one floor to the next. The doors take `doors` to open and as long to close.
+    """
+
+    name: str
+    nodes: tuple[str, ...]
+    ride: float
+    doors: float
+    rests: str | None = None
+
+    def way(self, one: str, other: str) -> float:
+        """Time in which the cabin comes from one of its nodes to another."""
+        return abs(self.nodes.index(one) - self.nodes.index(other)) * self.ride
+
+    def carrying(self, one: str, other: str) -> float:
+        """Time of a ride, from when the doors begin to close behind a robot until they are open for it."""
+        return self.doors + self.way(one, other) + self.doors
+
+    def mean_call(self, node: str) -> float:
+        """Mean time until the free cabin is at a node with open doors: it rests, or may be at each of its nodes."""
+        stands = self.nodes if self.rests is None else (self.rests,)
+        return sum(self.way(stand, node) for stand in stands) / len(stands) + self.doors
+
+
 @dataclass(frozen=True, eq=False)
 class Layout:
-    """A warehouse floor.
+    """A warehouse floor, or several that lifts join.
 
     `graph` is the Highways: nodes have x and y, and in_lane where robots park on them; edges have length, speed (limit,
     inf if none) and perhaps two_way: the edge and the one back are one lane, used in one direction at a time. An edge
-    that leads against a preferred direction `counts` that many times where routes are chosen. The order of a node's
+    that leads against a preferred direction `counts` that many times where routes are chosen. A ride in a lift is an
+    edge without length which `takes` its time, with the mean time until the cabin comes. The order of a node's
     successors is the order in which Algorithm 1 tries them. `place_names`: numbers of storage places by their names.
     """
 
@@ -91,6 +120,7 @@ class Layout:
     stations: dict[str, StationPlaces]
     goods_size: float = 0.0
     place_names: Mapping[str, int] = field(default_factory=dict)
+    lifts: tuple[Lift, ...] = ()
 
     @cached_property
     def called(self) -> dict[int, str]:
@@ -171,7 +201,7 @@ class Layout:
         source, target = self.graph.nodes[edge[0]], self.graph.nodes[edge[1]]
         if source is target:
             return source["x"], source["y"]
-        part = offset / self.graph.edges[edge]["length"]
+        part = offset / self.graph.edges[edge]["length"] if offset else 0.0
         return (
             source["x"] + part * (target["x"] - source["x"]),
             source["y"] + part * (target["y"] - source["y"]),
@@ -179,6 +209,27 @@ class Layout:
 
     @cached_property
     def headings(self) -> dict[Edge, float]:
-        """Directions of the edges in radians, 0 along x, growing towards y."""
+        """Directions of the edges in radians, 0 along x, growing towards y.
+
+        A ride has that of the way out of the cabin: there a robot turns before it rides, whatever way floors are drawn.
+        """
         ways = {(a, b): self.points[b] - self.points[a] for a, b in self.graph.edges}
+        for ride in self.rides:
+            for node in self.graph[ride[1]]:
+                if (ride[1], node) not in self.rides:
+                    ways[ride] = ways[ride[1], node]
         return {edge: math.atan2(way.imag, way.real) for edge, way in ways.items()}
+
+    @cached_property
+    def floors(self) -> dict[str, int]:
+        """By node a number for its floor, on which robots get about without a lift."""
+        import networkx as nx
+
+        lanes = nx.Graph(edge for edge in self.graph.edges if edge not in self.rides)
+        lanes.add_nodes_from(self.graph)
+        return {node: number for number, part in enumerate(nx.connected_components(lanes)) for node in part}
+
+    @cached_property
+    def rides(self) -> dict[Edge, Lift]:
+        """The edges between two floors, each with the lift that carries robots along it."""
+        return {ride: lift for lift in self.lifts for ride in permutations(lift.nodes, 2)}

@@ -44,9 +44,9 @@ class RouteOracle:
     """The cheapest routes on the Highways for one cost of an edge, with their lengths and free driving times.
 
     `hops` counts nodes and breaks ties by the successors' order from the origin, as the paper's Algorithm 1 does.
-    `length` is in length units. `time` includes node times and edge speed limits, but no waiting. Times of a route are
-    at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes are compared
-    by length or time. The lengths and times given are those driven.
+    `length` is in length units. `time` includes node times, edge speed limits and rides, but no waiting. Times of a
+    route are at `speed`, whatever the cost that chose it. An edge that `counts` several times does so where routes are
+    compared by length or time. The lengths and times given are those driven.
     """
 
     def __init__(
@@ -70,7 +70,7 @@ class RouteOracle:
                 (
                     self.index[target],
                     data["length"],
-                    data["length"] / min(speed, data["speed"]) + own.get(target, node_time),
+                    data["length"] / min(speed, data["speed"]) + data.get("takes", 0.0) + own.get(target, node_time),
                 )
                 for target, data in highways[name].items()
             ]

@@ -27,6 +27,7 @@ from desim_warehouse.values.fields import (
     By,
     Coordinate,
     Count,
+    Duration,
     Flag,
     Forms,
     FrozenMap,
@@ -36,6 +37,7 @@ from desim_warehouse.values.fields import (
     NotNegative,
     Part,
     Speed,
+    Time,
     Usual,
     Whole,
     at_most,
@@ -416,6 +418,43 @@ class StationSpec(PlacesSpec):
         return self
 
 
+class LiftSpec(Part):
+    """A lift, whose cabin carries one robot at a time between floors: parts of the layout that only lifts join.
+
+    A robot calls the cabin once there is room for it beyond the doors on the other floor. The doors open where the
+    cabin comes, close behind the robot, open on its floor and close behind it again.
+    """
+
+    nodes: tuple[NodeName, ...] = Field(
+        title="stops of a lift",
+        description="its node on each floor, from the lowest up; the lane to each begins in front of the doors there",
+    )
+    ride: Annotated[Duration, Usual("2 s", "2 min")] = Field(
+        title="ride of a lift", description="how long its cabin takes from one floor to the next"
+    )
+    doors: Annotated[Time, Usual("1 s", "20 s")] = Field(
+        0.0, title="doors of a lift", description="how long its doors take to open, and as long to close"
+    )
+    rests: NodeName | None = Field(
+        None,
+        title="where a lift rests",
+        description="the node of its own to which the empty cabin goes; default: it stays where it was left",
+    )
+
+    @model_validator(mode="after")
+    def _stops(self) -> LiftSpec:
+        if len(self.nodes) < 2:  # noqa: PLR2004 - from one floor to another
+            raise wrong(
+                f"too few floors (got {got(list(self.nodes))}), expected a node on each of two or more", "nodes"
+            )
+        double = next((node for rank, node in enumerate(self.nodes) if node in self.nodes[:rank]), None)
+        if double is not None:
+            raise wrong(f"a node twice (got {got(double)}), expected another on each floor", "nodes")
+        if self.rests is not None and self.rests not in self.nodes:
+            raise wrong(f"no stop of the lift (got {got(self.rests)}), expected {spoken(self.nodes, 'or')}", "rests")
+        return self
+
+
 class LayoutSpec(Part):
     """The layout section: `blocks`, or `nodes` with `edges` and `storage`; then what stands at the nodes."""
 
@@ -448,6 +487,9 @@ class LayoutSpec(Part):
         FrozenMap(), description="departure, parking and charging zones by name"
     )
     stations: Annotated[Named[StationSpec], By("at")] = Field(FrozenMap(), description="stations beside nodes by name")
+    lifts: Annotated[Named[LiftSpec], By("of")] = Field(
+        FrozenMap(), title="lifts", description="lifts between floors by name"
+    )
 
     @property
     def storage_places(self) -> int:

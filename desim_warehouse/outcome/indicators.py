@@ -456,6 +456,17 @@ INDICATORS = {
             by_time=measures.server_utilisation,
         ),
         Indicator(
+            "lift_utilisation",
+            "Lift utilisation",
+            "share of capacity",
+            "share of the time of all lifts in which a robot has them, from the call of the cabin until the doors have "
+            "closed behind it; only with lifts",
+            None,
+            measures.lift_utilisation,
+            lambda history: bool(history.layout.lifts),
+            with_robots="rises",
+        ),
+        Indicator(
             "robots_busy",
             "Robots busy",
             "share of fleet time",

@@ -64,6 +64,7 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
     """
     model, measured = history.model, list[Load | None]()
     factor, (carried, worked) = peak_factor(model), _asked_for(history)
+    taken = measures.lifts_taken(history)
     time, at_servers, at_work = of_robots(kpis, model), use_of_stations(history), _use_of_people(history)
     for group in groups(model):
         if group.kind == "robots":
@@ -71,6 +72,9 @@ def loads(history: History, kpis: Mapping[str, float]) -> tuple[Load, ...]:
                 measured.append(Load(LANES, time.traffic))
             mean = time.work * carried
             measured.append(Load(group, mean, in_peak(group, mean, factor), mean, time.back, time.held))
+        elif group.kind == "lifts":
+            mean = taken[group.zone] * carried
+            measured.append(Load(group, mean, in_peak(group, mean, factor), mean))
         elif group.kind == "chargers":
             used = kpis.get("charger_utilisation", math.nan)
             measured.append(Load(group, used, None, used))

@@ -10,8 +10,9 @@ import statistics
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from desim_warehouse.model.facts.lifts import beside, time_taken
 from desim_warehouse.outcome.records import Deadline, TaskHistory, Trip
-from desim_warehouse.states import AT_START, BROKEN, OPERATING, RESTING, SERVER, names
+from desim_warehouse.states import AT_START, BROKEN, IN_LIFT, OPERATING, RESTING, SERVER, names
 
 if TYPE_CHECKING:
     from desim_warehouse.outcome.history import History
@@ -359,6 +360,27 @@ def pod_visits(history: History) -> int:
 def pile_on(history: History) -> float:
     visits = pod_visits(history)
     return history.totals["delivered"] / visits if visits else math.nan
+
+
+def lifts_taken(history: History) -> dict[str, float]:
+    """Work out for each lift the share of the counted time in which it is taken, by the rides in it.
+
+    The time that robots wait for cabins and ride is known of all lifts together, and shared as the rides take.
+    """
+    layout, model, whole = history.layout, history.model, history.counted
+    passed = {row["edge"]: row["passages"] for row in history.log.edges} if layout.lifts else {}
+    rides = {
+        lift: {ride: passed[">".join(ride)] for ride, of in layout.rides.items() if of is lift} for lift in layout.lifts
+    }
+    driven = {lift: beside(model, lift, mine) for lift, mine in rides.items()}
+    least = {lift: time_taken(model, lift, mine) - driven[lift] for lift, mine in rides.items()}
+    times = history.totals[IN_LIFT] / math.fsum(least.values()) if any(least.values()) else 0.0
+    return {lift.name: (times * least[lift] + driven[lift]) / whole if whole else math.nan for lift in rides}
+
+
+def lift_utilisation(history: History) -> float:
+    """The mean over all lifts."""
+    return statistics.fmean(lifts_taken(history).values())
 
 
 def station_idle(history: History) -> float:

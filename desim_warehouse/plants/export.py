@@ -5,6 +5,7 @@ from __future__ import annotations
 import csv
 import io
 import itertools
+import math
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -129,7 +130,15 @@ class _Drawing:
             metres = round(offset * self.metre, 3)
             stops[edge][metres] = stops[edge].get(metres, 0) + 1
         for edge, counts in stops.items():
-            self.lane(edge, counts)
+            if edge not in self.layout.rides:
+                self.lane(edge, counts)
+        for lift in self.layout.lifts:
+            for a, b in itertools.pairwise(lift.nodes):
+                far = math.dist(*((point.x, point.y) for point in (self.plant.points[a], self.plant.points[b])))
+                self.plant.links.append(Link(f"{a}>{b}", a, b, far, math.inf, math.inf))
+                self.pieces[frozenset((a, b))] = [f"{a}>{b}"]
+        lost = "a lane from floor to floor: its cabin, its times and that one robot rides at a time are lost"
+        self.plant.note("changed", "lift", [lift.name for lift in self.layout.lifts], lost)
         added = [name for names in self.pieces.values() for name in names if name not in self.layout.graph]
         added = [name for name in added if name in self.plant.points]
         self.plant.note("changed", "point", added, "where robots load beside a lane, which is two links there")

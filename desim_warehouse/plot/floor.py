@@ -188,13 +188,35 @@ def draw_goods(axes: Axes, floor: Layout, step: float, fetched: set[int]) -> Non
 
 
 def draw_edges(axes: Axes, floor: Layout, step: float, colour: str) -> None:
-    """Draw a line for each lane, with an arrow in its middle; a two-way lane has one each way."""
+    """Draw a line for each lane, with an arrow in its middle; a two-way lane has one each way. Lifts are dashed."""
     from desim_warehouse.plot import paths
 
-    paths.lines(axes, (ends(floor, edge, step) for edge in floor.lanes), colour, 1.0, 2)
+    lanes = [edge for edge in floor.lanes if edge not in floor.rides]
+    paths.lines(axes, (ends(floor, edge, step) for edge in lanes), colour, 1.0, 2)
     for both, part in ((False, 0.56), (True, 0.7)):
-        some = [edge for edge, _, _, two_way in floor.edges if two_way == both]
+        some = [edge for edge, _, _, two_way in floor.edges if two_way == both and edge not in floor.rides]
         arrows(axes, [ends(floor, edge, step) for edge in some], colour, part)
+    _draw_lifts(axes, floor, step, colour)
+
+
+def _draw_lifts(axes: Axes, floor: Layout, step: float, colour: str) -> None:
+    """A broken line from floor to floor for each lift, with its name, and its cabin as a square on each floor."""
+    from desim_warehouse.plot import paths
+
+    for lift in floor.lifts:
+        places = [_at(floor, node) for node in lift.nodes]
+        axes.plot(*zip(*places, strict=True), color=colour, linewidth=1.0, linestyle=(0, (4, 4)), zorder=1.5)
+        paths.squares(axes, places, 0.25 * step, 2.2, facecolor="white", edgecolor=colour, linewidth=1.0)
+        (x0, y0), (x1, y1) = places[:2]
+        axes.annotate(
+            f"lift {look.text(lift.name)}",
+            ((x0 + x1) / 2, (y0 + y1) / 2),
+            (4, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize="x-small",
+            color=colour,
+        )
 
 
 def arrows(

@@ -203,6 +203,8 @@ def time_at_end(
     speed = edge["speed"] if roads.limit is None else roads.limit((here, there))
     driving = edge["length"] / min(roads.speed, speed)
     time: float = begin + driving * counts + roads.time_at(there) * counts + waiting
+    if not driving:
+        time += edge["takes"]  # a ride in a lift
     if closed_for is not None:
         time += min(closed_for((here, there), begin), NEVER)
     if roads.turning is not None and before is not None:

@@ -92,7 +92,8 @@ def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> d
     among = {
         number: place.utilisation(history.begin, history.end)
         for number, place in enumerate(places)
-        if (group.kind == "chargers" == place.kind) or (place.kind == "station" and place.zone == group.zone)
+        if (group.kind == "chargers" == place.kind)
+        or (place.kind == "station" and place.zone == group.zone and group.nodes)
     }
     if not among:
         return {"said": said, "time": begin}

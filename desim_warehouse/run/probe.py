@@ -31,6 +31,7 @@ from desim_warehouse.world import World
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator, Mapping
 
+    from desim_warehouse.layout import Layout
     from desim_warehouse.model import Model
     from desim_warehouse.model.sections.fleet import Consumption, Kind
     from desim_warehouse.outcome.log import Log
@@ -62,6 +63,7 @@ class Probe:
         visits: how often for each task it was handled at a node, and how long each time.
         put_down: loads left at a node for each task.
         passages: of nodes for each task.
+        rides: in lifts for each task, by edge.
         tasks: how many were looked at.
     """
 
@@ -72,6 +74,7 @@ class Probe:
     visits: Mapping[str, tuple[float, float]]
     put_down: Mapping[str, float]
     passages: Mapping[str, float]
+    rides: Mapping[str, float]
     tasks: int
 
 
@@ -117,7 +120,7 @@ def _probe(
     """Probe a model with one robot; `draws`: the consumption of a robot whose battery is never empty."""
     log = _run(model, kind, waiting, in_turn, rates)
     begin, end, _ = _counted(log, waiting, log.end)
-    return _measured(log, begin, end, draws)
+    return _measured(log, model.floor, begin, end, draws)
 
 
 def _counted(log: Log, waiting: int, now: float) -> tuple[float, float, int]:
@@ -187,7 +190,7 @@ def _calm(
     pause: float,
 ) -> tuple[float, float]:
     log = _run(model, kind, waiting, in_turn, rates, pause)
-    sample = _measured(log, *_without_the_first(log, math.inf), draws, at_rest=False)
+    sample = _measured(log, model.floor, *_without_the_first(log, math.inf), draws, at_rest=False)
     return sample.time, sample.energy
 
 
@@ -320,8 +323,11 @@ def _built_in(model: Model) -> dict[str, PolicySpec]:
     return {kind: PolicySpec(name=next(iter(catalogue.OURS[kind]))) for kind in own}
 
 
-def _measured(log: Log, begin: float, end: float, draws: Consumption | None, *, at_rest: bool = True) -> Probe:
+def _measured(
+    log: Log, layout: Layout, begin: float, end: float, draws: Consumption | None, *, at_rest: bool = True
+) -> Probe:
     """Measure the mean task between two times from a log; `at_rest`: time at rest counts."""
+    rides = {">".join(ride) for ride in layout.rides}
     done = [row for row in log.of("delivered") if begin < row.time <= end]
     tasks = len(done)
     phases: dict[Phase, float] = {}
@@ -354,6 +360,7 @@ def _measured(log: Log, begin: float, end: float, draws: Consumption | None, *, 
         visits=FrozenMap({node: (len(t) / tasks, math.fsum(t) / len(t)) for node, t in handled.items()}),
         put_down=FrozenMap(put_down),
         passages=FrozenMap({row["node"]: row["passages"] / every for row in log.nodes}),
+        rides=FrozenMap({row["edge"]: row["passages"] / every for row in log.edges if row["edge"] in rides}),
         tasks=tasks,
     )
 

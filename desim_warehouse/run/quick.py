@@ -10,13 +10,14 @@ from desim_warehouse.errors import ModelError
 from desim_warehouse.feasibility.asked import most_loads
 from desim_warehouse.feasibility.estimate import THE_ROBOTS, QuickEstimate
 from desim_warehouse.feasibility.hours import on_duty
-from desim_warehouse.feasibility.parts import MeanTask, StationLoad, mixed
+from desim_warehouse.feasibility.parts import LiftLoad, MeanTask, StationLoad, mixed
 from desim_warehouse.feasibility.pods import by_line, driven, pile_on
 from desim_warehouse.feasibility.power import power
 from desim_warehouse.layout import checks
 from desim_warehouse.layout.zones import closed, zones_on
 from desim_warehouse.model.facts.demand import arrival_rate
 from desim_warehouse.model.facts.disturbances import closures, disturbances
+from desim_warehouse.model.facts.lifts import time_taken
 from desim_warehouse.model.facts.peak import peak_rate
 from desim_warehouse.model.facts.places import destinations, handling, open_share, specs, worked_capacity
 from desim_warehouse.model.sections.goods import Popularity
@@ -93,6 +94,7 @@ def estimate(model: Model, waiting: int | None = None) -> QuickEstimate:
         None if peak is None else peak / model.units.hour,
         duty,
         unbroken=unbroken,
+        lifts=_lifts(model, layout, probes, count),
     )
 
 
@@ -242,6 +244,21 @@ def _stations(
         busy = [None if rate is None or not limit else rate * share / limit for limit in (serve, work)]
         workers, doing = 0 if spec.work_time is None else spec.workers, done.get(node, "unloading")
         loads.append(StationLoad(node, share, station.servers, serve, busy[0], workers, work, busy[1], part, doing))
+    return tuple(loads)
+
+
+def _lifts(model: Model, layout: Layout, probes: Mapping[str, Probe], count: Mapping[str, int]) -> tuple[LiftLoad, ...]:
+    """List the lifts that robots of the probes used, by how often."""
+    robots, loads = sum(count.values()), []
+    for lift in layout.lifts:
+        mine = [ride for ride, owner in layout.rides.items() if owner is lift]
+        rides = {
+            ride: math.fsum(count[kind] * probe.rides.get(">".join(ride), 0.0) for kind, probe in probes.items())
+            / robots
+            for ride in mine
+        }
+        if share := math.fsum(rides.values()):
+            loads.append(LiftLoad(lift.name, share, time_taken(model, lift, rides) / share))
     return tuple(loads)
 
 

@@ -33,6 +33,7 @@ from desim_warehouse.states import (
     BROKEN,
     CHARGER,
     CLOSED_LANE,
+    IN_LIFT,
     OPENING,
     PACKING,
     PERSON_AHEAD,
@@ -127,6 +128,7 @@ def _all(run: RunData) -> list[Suspect]:
         *_chargers(model, _queued(nodes, CHARGER, list(nodes.index)) / whole),
         *_workers(model, queued),
         *_hours(model, closed),
+        *_lifts(run),
         *_under_way(run),
         *_on_the_way(run),
         *_lanes(run),
@@ -141,6 +143,7 @@ def _all(run: RunData) -> list[Suspect]:
 def _intersections(run: RunData, before: pd.Series[float], whole: float) -> Iterator[Suspect]:
     """Nodes before which robots wait (`before`: as a share of the fleet's time), or cross longer than at others."""
     usual, own = run.model.traffic.node_time, dict(run.model.traffic.node_times)
+    shafts = {node for lift in run.layout.lifts for node in lift.nodes}
     passages = run.nodes["passages"]
     longer = {
         node: max(time - usual, 0.0) * float(passages.get(node, 0.0)) / whole
@@ -149,12 +152,25 @@ def _intersections(run: RunData, before: pd.Series[float], whole: float) -> Iter
     }
     spent = {str(node): float(share) + longer.get(str(node), 0.0) for node, share in before.items()}
     for node in sorted(spent, key=lambda node: -spent[node])[:MOST_NODES]:
-        if spent[node] < LEAST_WAITING or "." in node:  # a name that cannot stand in a dotted key
+        if spent[node] < LEAST_WAITING or "." in node or node in shafts:  # a name that cannot stand in a dotted key
             continue
         free, key = f"nobody waits at {node}", f"traffic.nodes.{node}"
         relief = f"{free} or is longer there than elsewhere" if node in longer else free
         as_others = {f"{key}.time": None} if node in longer else {}
         yield Suspect(f"intersection {node}", relief, {f"{key}.free": True, **as_others}, float(before[node]))
+
+
+def _lifts(run: RunData) -> Iterator[Suspect]:
+    """List faster lifts, by the time that robots wait before them, ride in them and wait for their cabins."""
+    nodes = run.account(by="node")
+    whole = run.history.counted * run.model.fleet.size or 1.0
+    for lift in run.layout.lifts:
+        rows = nodes.loc[list(lift.nodes)]
+        spent = float((rows["before_intersection"] + rows[IN_LIFT]).sum()) / whole
+        if spent >= LEAST_WAITING and "." not in lift.name:
+            key = f"layout.lifts.{lift.name}"
+            faster = {f"{key}.ride": HALF * lift.ride, f"{key}.doors": HALF * lift.doors}
+            yield Suspect(f"lift {lift.name}", f"lift {lift.name} twice as fast", faster, spent, -HALF)
 
 
 def _queued(nodes: pd.DataFrame, queue: Queue, members: list[str]) -> float:

@@ -13,6 +13,7 @@ from tests.laws.breakdowns import with_breakdowns
 from tests.laws.closures import with_closures
 from tests.laws.hours import with_hours
 from tests.laws.kinds import with_kinds
+from tests.laws.lifts import with_lifts
 from tests.laws.moving import moving
 from tests.laws.pods import with_pods
 from tests.laws.tours import with_tours
@@ -111,6 +112,7 @@ FEATURES = {
     "breakdowns": with_breakdowns,
     "hours": with_hours,
     "kinds": with_kinds,
+    "lifts": with_lifts,
     "pods": with_pods,
     "policies": with_policies,
     "restless": restless,

@@ -31,6 +31,7 @@ def standstill(run):
     )
     edges = run.layout.graph.edges(data=True)
     around = sum(data["length"] / min(slowest, data["speed"]) for *_, data in edges)
+    around += 10 * sum(data.get("takes", 0.0) for *_, data in edges)
     patience = 3 * (around + len(run.layout.graph) * model.traffic.node_time) + 50 + model.policies.interval
     if model.battery is not None:
         patience += 5 * model.battery.capacity / model.battery.charge_rate

@@ -17,6 +17,7 @@ from desim_warehouse.questions.run import simulate
 from desim_warehouse.run.quick import BY_TIME, UNKNOWN, estimate, left_out
 from desim_warehouse.values.distributions import Distribution
 from tests.daily import some
+from tests.world.test_lifts import building
 
 CLOSE = 0.03
 WAITING = 8
@@ -89,6 +90,10 @@ FLOWS = {  # the same of goods that come in and go out
     "tasks.flows.*.arrivals": {"tasks.flows.out.arrivals": {"poisson": 100}},
     "policies.batching of flows": {"fleet.robot.capacity": 2, "policies.batching": {"name": "fixed-size", "size": 2}},
 }
+LIFTS = {  # the same of a robot that rides up and down for each
+    "layout.lifts.*.ride": {"layout.lifts.lift0.ride": 40},
+    "layout.lifts.*.doors": {"layout.lifts.lift0.doors": 12},
+}
 AS = {  # keys that are moved with another one, or as another one is
     "layout.edges.*.speed": "traffic.slow.*.speed",
     "layout.edges.*.speed_back": "traffic.slow.*.speed",
@@ -152,6 +157,23 @@ def flows():
     return goods().replace(BOTH_WAYS)
 
 
+@lru_cache(maxsize=1)
+def lifts():
+    """Goods that are wanted on another floor, by a lift that comes back down."""
+    alone = {
+        "tasks.goods": {"saturated": WAITING},
+        "policies.allocation": "in-order",
+        "fleet.size": 1,
+        "layout.lifts.lift0.rests": "a0",
+        "layout.bays.home.chargers": 1,
+        "policies.charging": "reach-aware",
+        "battery": {"capacity": 25, "consumption": 0.005, "charge_rate": 0.02},
+        "run": {"length": 200_000, "warm_up": 20_000},
+        "log": "tasks",
+    }
+    return dw.load(building(1, "fastest")).replace(alone)
+
+
 def _places():
     floor = goods().floor
     aisles = [list(edge) for edge in list(dict.fromkeys(place.edge for place in floor.storage))[:4]]
@@ -177,6 +199,7 @@ def told(model):
 MOVED = {
     **{name: (goods, changes) for name, changes in GOODS.items()},
     **{name: (flows, changes) for name, changes in FLOWS.items()},
+    **{name: (lifts, changes) for name, changes in LIFTS.items()},
 }
 APART = {"fleet.robot.breakdowns.every": ["energy"], "fleet.hours": ["tasks"], "layout.stations.*.hours": ["tasks"]}
 """What the estimate does not follow, and a line of check names."""

@@ -44,6 +44,8 @@ GROUPS = (
     "policies",
     "restless",
     "restless breakdowns",
+    "lifts",
+    f"{EVERYTHING} lifts",
     EVERYTHING,
 )
 """Features that warehouses have together."""

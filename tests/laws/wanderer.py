@@ -21,5 +21,11 @@ class Wanderer:
         way = [origin]
         for _ in range(self.random.choice([0, 0, 1, 1, 2])):
             if way[-1] != goal:
-                way.append(self.random.choice(list(roads.graph.successors(way[-1]))))
+                outside = [node for node in roads.graph[way[-1]] if is_outside(roads.graph, node)]
+                way += self.random.choices(outside, k=1) if outside else []
         return [*way, *list(roads.oracle("hops").way(way[-1], goal))[1:]]
+
+
+def is_outside(graph, node):
+    """Whether a node is in no lift: a turn there would lead through the cabin on one floor."""
+    return all(graph.edges[edge]["length"] for edge in graph.out_edges(node))

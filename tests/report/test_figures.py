@@ -19,6 +19,7 @@ from desim_warehouse.study.statistics.warmup import mser, welch
 from desim_warehouse.study.table import cells
 from desim_warehouse.study.warm_up import settle
 from tests.report.replay.floors import people_run, spurs_run
+from tests.world.test_lifts import TWO
 
 plot = dw.plot
 HALF_WIDTH = 4.302652729911275 / np.sqrt(3)
@@ -430,3 +431,13 @@ def test_the_course_of_a_run_is_drawn_as_it_is_computed(lifelong):
         assert list(curve.get_data()[0]) == values.tolist()
     assert [tick.get_text() for tick in battery.get_yticklabels()] == ["0", "100 %"]
     assert [tick.get_text() for tick in battery.get_xticklabels()][:2] == ["0 s", "60 s"]
+
+
+def test_a_lift_is_a_broken_line_between_its_cabins_on_two_floors():
+    ax = plot.layout(dw.load(TWO))
+    assert "lift main" in [text.get_text() for text in ax.texts]
+    (shaft,) = ax.lines
+    assert shaft.get_xydata().tolist() == [[20, 0], [20, 30]]
+    assert shaft.get_linestyle() == "--"
+    (arrows,) = heads_of(ax)
+    assert len(arrows.ways) == 2 * 4  # one each way on four two-way lanes, and none for rides

@@ -181,6 +181,16 @@ def queues():
         yield Case("Queues", title, model, (done,), runs=1, curve="closed line D/D/1", robots=robots)
 
 
+def lifts():
+    """N robots that ride in one lift: what it lets through as the repairman of Takacs."""
+    for robots, length, runs in ((1, 300, 20), (2, 100, 20), (4, 150, 20), (8, 8, 10), (12, 40, 20)):
+        hourly = repairman(robots, 300.0, models.RIDING) * 3600 / models.RIDING
+        rides = Quantity("rides per hour", hourly, "throughput_per_hour")
+        model = partial(models.upstairs, robots, 300.0, 3600.0 * length)
+        title = f"M/G/1//{robots}, {count(robots, 'robot')} and a lift"
+        yield Case("Lifts", title, model, (rides,), runs=runs, long=runs > 10)
+
+
 # Lanes and intersections
 
 ROADS = "Lanes and intersections"
@@ -454,4 +464,4 @@ def pods():
         )
 
 
-CASES = [*queues(), *people(), *roads(), *chargers(), *hours_and_buffers(), *failures(), *pods()]
+CASES = [*queues(), *lifts(), *people(), *roads(), *chargers(), *hours_and_buffers(), *failures(), *pods()]

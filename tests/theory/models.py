@@ -16,6 +16,9 @@ TRIANGLE = {
     "bays": {"home": {"at": ["A"]}},
 }
 AROUND = 100 + 50 * math.sqrt(2)
+CABIN, DOORS = 12.0, 4.0
+RIDING = CABIN + DOORS + DOORS + CABIN + DOORS + DOORS
+"""Of a lift whose cabin is called down for each robot: down, doors open, closed, up, open, closed."""
 ROUND = AROUND / FAST["speed"]
 """Driving time from A round to A."""
 
@@ -320,6 +323,38 @@ def crossing(robots):
         "policies": {"allocation": "nearest"},
         "run": {"length": 2000, "warm_up": 500},
         "log": "moves",
+    }
+
+
+# Lifts
+
+
+def upstairs(robots, away, length):
+    """All robots ride up in one lift, work `away` on average, at random times, and come down by a ramp.
+
+    The cabin has to come down for each, and loading takes as long as its doors to close behind the one before.
+    """
+    nodes = {"hall": [0, 0], "below": [10, 0], "above": [10, 50], "ward": [0, 50]}
+    lanes = [("hall", "below"), ("below", "hall"), ("above", "ward"), ("ward", "above")]
+    return {
+        "layout": {
+            "nodes": nodes,
+            "edges": [*({"from": a, "to": b, "side_by_side": True} for a, b in lanes), ["ward", "hall"]],
+            "storage": [{"node": "hall"}],
+            "lifts": {"main": {"nodes": ["below", "above"], "ride": CABIN, "doors": DOORS}},
+            "bays": {"home": {"at": ["hall"]}},
+            "stations": {"ward": {"at": ["ward"], "places": robots, "servers": robots}},
+        },
+        "fleet": {"size": robots, "robot": FAST},
+        "tasks": {
+            "goods": {"saturated": 2 * robots},
+            "unload_at": ["ward"],
+            "load_time": DOORS,
+            "unload_time": {"exponential": away},
+        },
+        "traffic": {"node_time": 0},
+        "run": {"length": length, "warm_up": length / 20},
+        "log": "tasks",
     }
 
 

@@ -18,10 +18,14 @@ PARK = "park"
 
 
 class Floor:
-    """Nodes by name and place, edges as "A>B" or (edge, length) or (edge, length, speed limit)."""
+    """Nodes by name and place, edges as "A>B" or (edge, length) or (edge, length, speed limit), lifts as in a model."""
 
     def __init__(self, nodes, edges, *, D=2.0, theta=30.0, node_time=0.0, rotate=True, mixed=True, **special):  # noqa: N803
-        spec = {"nodes": nodes, "edges": [_edge(edge) for edge in edges]}
+        lifts = special.pop("lifts", {})
+        pairs = {frozenset(name.split(">")) for name in edges if isinstance(name, str)}
+        spec = {"nodes": nodes, "edges": [_edge(edge) for edge in edges], "lifts": lifts}
+        for edge in spec["edges"] if lifts else ():  # lanes there and back lie side by side
+            edge["side_by_side"] = frozenset((edge["from"], edge["to"])) in pairs
         self.layout = build(LayoutSpec.model_validate(spec))
         self.env = simpy.Environment()
         self.log = Log("all")

@@ -1,4 +1,4 @@
-"""The workers of a warehouse (robots, chargers, servers, pickers, people), and how much is asked of them.
+"""The workers of a warehouse (robots, chargers, servers, pickers, people, lifts), and how much is asked of them.
 
 The load of a group is what is asked of it over what it can give in its hours: 1.08 is 8 % too much. In the busiest hour
 it is as many times larger as more comes then. What is foreseen (`feasibility.loads`) and what a run shows
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
 
     from desim_warehouse.model.schema import Model
 
-Kind = Literal["robots", "chargers", "servers", "pickers", "people", "lanes"]
+Kind = Literal["robots", "chargers", "servers", "pickers", "people", "lifts", "lanes"]
 """Lanes do not work, but hold robots up: they are named where robots wait in traffic longer than they work."""
 NEAR = 0.05
 """Loads that differ by no more are both named as the largest."""
@@ -34,7 +34,7 @@ SCARCE = 0.7
 
 @dataclass(frozen=True)
 class Group:
-    """Workers of one kind: all robots, all chargers, or those at the `nodes` of the station `zone`.
+    """Workers of one kind: all robots, all chargers, the lift `zone`, or those at the `nodes` of the station `zone`.
 
     `number`: of all of them. `open`: the part of the run in which they are in their hours.
     """
@@ -48,10 +48,10 @@ class Group:
 
     @property
     def name(self) -> str:
-        """The name in the plural: `robots`, `packers`, `places of dock`."""
+        """The name in the plural: `robots`, `packers`, `places of dock`, `cabins of main`."""
         if not self.zone:
             return self.kind
-        who = {"people": "workers", "pickers": "pickers"}.get(self.kind, "places")
+        who = {"people": "workers", "pickers": "pickers", "lifts": "cabins"}.get(self.kind, "places")
         return "packers" if self.packs else f"{who} of {self.zone}"
 
 
@@ -83,7 +83,7 @@ class Load:
 
 @lru_cache(maxsize=64)
 def groups(model: Model) -> tuple[Group, ...]:
-    """List the workers of a warehouse: robots, chargers, then for each station its servers or pickers, and its people.
+    """List the workers of a warehouse: robots, chargers, for each station its servers or pickers and people, and lifts.
 
     In a station named for packing the packers are its people where loads are worked on there (`work_time`), else its
     servers.
@@ -104,12 +104,13 @@ def groups(model: Model) -> tuple[Group, ...]:
         workers.append(Group(kind, zone, servers, part, nodes, zone == PACKING and not worked))
         if worked:
             workers.append(Group("people", zone, spec.workers * len(nodes), part, nodes, zone == PACKING))
+    workers += [Group("lifts", lift.name) for lift in layout.lifts]
     return tuple(workers)
 
 
 def staff(model: Model) -> dict[str, Group]:
     """Find for each station who is paid there: its people where loads are worked on, else its servers."""
-    return {group.zone: group for group in groups(model) if group.zone}
+    return {group.zone: group for group in groups(model) if group.nodes}
 
 
 def peak_factor(model: Model) -> float | None:

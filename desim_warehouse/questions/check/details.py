@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterator
 
     from desim_warehouse.feasibility.estimate import QuickEstimate
-    from desim_warehouse.feasibility.parts import PileOn
+    from desim_warehouse.feasibility.parts import LiftLoad, PileOn
     from desim_warehouse.feasibility.power import Power
     from desim_warehouse.model import Model
     from desim_warehouse.model.schema import Units
@@ -76,6 +76,7 @@ def of_estimate(estimate: QuickEstimate, units: Units) -> list[str]:
         *([] if estimate.pile_on is None else [_pods(estimate.pile_on, units)]),
         _robots(estimate, time, hour),
         _stations(estimate, hour),
+        *(_lift(lift, estimate, hour) for lift in estimate.lifts),
         *([] if estimate.power is None else _energy(estimate.power, time)),
         f"knee: about {robots:,} robots; twice as many do hardly more, limited by {limit}",
     ]
@@ -158,6 +159,12 @@ def _stations(estimate: QuickEstimate, hour: float) -> str:
         return text
     text += f"; asked for, {worst.node} ({worst.staff}) is busy {100 * (worst.busy or 0.0):.3g} % of the time"
     return f"{text} in which it is open ({amount(100 * worst.open)} % of all time)" if worst.open < 1 else text
+
+
+def _lift(lift: LiftLoad, estimate: QuickEstimate, hour: float) -> str:
+    """What a lift can do, and what is asked of it."""
+    text = f"lift {lift.name}: it can do {amount(lift.capacity * hour)} rides an hour, {amount(lift.share)} for a task"
+    return text if estimate.rate is None else f"{text}; {amount(estimate.rate * lift.share * hour)} are asked for"
 
 
 def _energy(power: Power, time: str) -> list[str]:

@@ -35,7 +35,8 @@ _BEYOND = 1.05
 def indicators_of(model: Model) -> tuple[str, ...]:
     """List the indicators from which loads follow."""
     stations = "server_utilisation" if model.pods is None else _PICKERS_IDLE
-    return *share_names(model), "charger_utilisation", stations, "worker_utilisation"
+    lifts = ("lift_utilisation",) if model.layout.lifts else ()
+    return *share_names(model), "charger_utilisation", stations, "worker_utilisation", *lifts
 
 
 def loads_at(study: StudyEngine, point: Point) -> dict[Load, Estimate]:
@@ -81,6 +82,8 @@ def _values(
             values[group] = [time.work for time in times]
         elif group.kind == "chargers":
             values[group] = [row.value("charger_utilisation") for row in rows]
+        elif group.kind == "lifts":
+            values[group] = [row.value("lift_utilisation") * _part_of_lift(quick, group) for row in rows]
         elif group.kind == "people":
             values[group] = [row.value("worker_utilisation") * parts.get(group, math.nan) for row in rows]
         elif group.kind == "pickers":
@@ -92,6 +95,12 @@ def _values(
     return values
 
 
+def _part_of_lift(quick: QuickEstimate | None, group: Group) -> float:
+    """How many times the mean load of the lifts is that of one, by how long a task takes it."""
+    taken = {} if quick is None else {item.name: item.share * item.time for item in quick.lifts}
+    return taken.get(group.zone, 0.0) / fmean(taken.values()) if taken else math.nan
+
+
 def _parts(model: Model, quick: QuickEstimate) -> dict[Group, float]:
     """The load of a whole kind as a multiple of one group's load at a station, by the time a task takes there.
 
@@ -100,7 +109,7 @@ def _parts(model: Model, quick: QuickEstimate) -> dict[Group, float]:
     loads_of_stations = {item.node: item for item in quick.stations}
     work, time = dict[Group, float](), dict[Group, float]()
     for group in groups(model):
-        if not group.zone:
+        if not group.nodes:
             continue
         used = [loads_of_stations[node] for node in group.nodes if node in loads_of_stations]
         each = group.number * group.open / len(group.nodes)

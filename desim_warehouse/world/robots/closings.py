@@ -65,7 +65,7 @@ class Closings:
         """Turn off, if the way to its good is closed, at the node that it comes to next."""
         robot, body, now = self.robot, self.robot.body, self.env.now
         loads = STATES[robot.doing].phase is Phase.TO_GOOD
-        if not loads or not body.is_on_lanes or not self.is_cut_off or robot.is_at_good_edge:
+        if not loads or not body.is_on_lanes or body.is_at_lift or not self.is_cut_off or robot.is_at_good_edge:
             return
         declared, bay = robot.itinerary.is_declared, robot.home if robot.bay is None else robot.bay.node
         if not self.cut_off.has_way(robot.node, bay, now) or (declared and not self._declares_way_to(bay)):

@@ -31,7 +31,7 @@ def tallies(
     for body in (robot.body for robot in robots):
         if body.entered_at > now:
             early[body.lane] = early.get(body.lane, 0) + 1
-        if body.delay is not None and body.delay.end > now:
+        if body.delay is not None and body.delay.end > now and not body.delay.in_lift:
             lane = body.delay.lane
             later[lane] = later.get(lane, 0) + 1
             blocked[lane] = blocked.get(lane, 0.0) - body.delay_after(now)

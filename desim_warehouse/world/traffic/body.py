@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from functools import partial
 from math import inf
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from desim_warehouse.states import IN_LIFT
 from desim_warehouse.world.traffic.braking import LookAhead
 from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.driver import Driver, NoDriver
@@ -26,6 +28,22 @@ class Delay(NamedTuple):
     other: Body | None
     begin: float
     end: float
+
+    @property
+    def in_lift(self) -> bool:
+        """Whether it is no collision, but time at a lift."""
+        return False
+
+
+class LiftTime(Delay):
+    """A wait for the cabin of a lift at the end of a lane, or a ride along one: no collision, and counted apart."""
+
+    __slots__ = ()
+
+    @property
+    def in_lift(self) -> bool:
+        """It is."""
+        return True
 
 
 class Body:
@@ -440,6 +458,12 @@ class Body:
         return self.lane is not None or self.held is not None
 
     @property
+    def is_at_lift(self) -> bool:
+        """Whether it comes to a lift next, or is in its cabin: it goes on from there, whatever it is wanted for."""
+        at = self.lane.end if self.lane is not None else self.held
+        return at is not None and at.is_lift
+
+    @property
     def time_left(self) -> float:
         """The time that it drives at its pace to the end of its lane."""
         lane = self.lane
@@ -474,11 +498,13 @@ class Body:
         return waited + (now - self.waiting_since) if self.is_waiting else waited
 
     def waited_for(self, wait: str, now: float) -> float:
-        """Time waited for closures of one kind so far, which is a part of `waited_by`, the present episode included."""
+        """Time waited so far for closures of one kind, or at lifts, with the present episode: a part of `waited_by`."""
         waited = self.waited_apart.get(wait, 0.0)
         claim = self.claim
         if claim is not None and claim.because is not None and claim.because.wait == wait:
             waited += now - self.waiting_since
+        if wait == IN_LIFT and self.delay is not None and self.delay.in_lift:
+            waited -= self.delay_after(now)
         return waited
 
     def kept_out(self, closure: Closure, duration: float) -> None:
@@ -486,6 +512,26 @@ class Body:
         self.waited += duration
         self.waited_apart[closure.wait] = self.waited_apart.get(closure.wait, 0.0) + duration
         self.encounters += closure.is_person
+
+    def uses_lift(self, lane: Lane, begin: float, end: float) -> None:
+        """It waits for a cabin at the end of a lane, or rides along one, from `begin` to `end`."""
+        if end > begin:
+            self.delay_is_known(LiftTime(lane, None, begin, end))
+            self._log_lift(lane, end, end - begin)
+            self.waited += end - begin
+            self.waited_apart[IN_LIFT] = self.waited_apart.get(IN_LIFT, 0.0) + end - begin
+
+    def _leave_out_of_lift(self, delay: Delay, now: float) -> None:
+        """The run ends before it is through a lift: what is left of that time does not count."""
+        left = self.delay_after(now)
+        self.waited -= left
+        self.waited_apart[IN_LIFT] -= left
+        if delay.begin < now - EPS:
+            self._log_lift(delay.lane, now, now - delay.begin)
+
+    def _log_lift(self, lane: Lane, end: float, duration: float) -> None:
+        if lane.rules.log.everything:
+            lane.rules.log.kept_out(end, self, IN_LIFT, lane.edge[1], lane.edge, duration)
 
     def delay_after(self, now: float) -> float:
         """Return the part of its delay that is still to come."""
@@ -498,7 +544,7 @@ class Body:
 
     def rear_ends_by(self, now: float) -> int:
         """Episodes behind other robots that have ended."""
-        return self.rear_ends - (self.delay is not None and self.delay.end > now)
+        return self.rear_ends - (self.delay is not None and self.delay.end > now and not self.delay.in_lift)
 
     def wait_for(self, claim: Claim, now: float) -> None:
         """Wait for an intersection and room beyond it, until it holds them."""
@@ -531,6 +577,11 @@ class Body:
         self.waits_for = self.ahead
         self.driver.notice_wait(waiting=True)
 
+    def ride(self, since: float, until: float) -> None:
+        """It stands in the cabin of a lift, which carries it."""
+        self.since = since
+        self.until = until
+
     def stop_waiting(self, now: float) -> Drive:
         """Stop waiting behind another, as it may go on. The caller says when its drive is due."""
         drive, self.waiting_behind = self.waiting_behind, None
@@ -543,7 +594,8 @@ class Body:
     def end_waits(self, now: float) -> None:
         """End, at the end of a run, the episode that is under way; one that was to come does not begin."""
         if self.delay is not None and self.delay.end > now:
-            self.delay.lane.cut_delay(self, self.delay, now)
+            cut = self._leave_out_of_lift if self.delay.in_lift else partial(self.delay.lane.cut_delay, self)
+            cut(self.delay, now)
             self.delay = None
         if self.waiting_since >= now - EPS:
             return

@@ -151,22 +151,26 @@ class Drive:
 
     @property
     def may_be_cleared(self) -> bool:
-        """Whether a broken robot may be off its lane: once where it has still to stop there, as it must drive it again.
+        """Whether a broken robot may be off its lane: once where it must drive it again.
 
-        Else one that broke down sooner than it came there would never do so.
+        Else one that broke down sooner than it came there would never do so. Never out of the cabin of a lift, which
+        may be between floors: it is repaired there.
         """
-        return not (self.cleared_before_stop and self._stops_on_its_lane)
+        held = self.robot.held
+        return not (self.cleared_before_stop and self._drives_its_lane_again) and (held is None or not held.is_lift)
 
     @property
-    def _stops_on_its_lane(self) -> bool:
-        return self.robot.lane is not None and self.stop is not None and self.onward is None
+    def _drives_its_lane_again(self) -> bool:
+        """Whether it does so once it is repaired: it has still to stop there, or there is a lift at its end."""
+        lane = self.robot.lane
+        return lane is not None and ((self.stop is not None and self.onward is None) or lane.end.is_lift)
 
     def clear(self) -> Lane | None:
         """A broken robot is off its lane now. Returned is the lane if it has to drive it again."""
-        if not self._stops_on_its_lane:
+        if not self._drives_its_lane_again:
             return None
         lane: Lane = self.robot.lane
-        self.route, self.index, self.cleared_before_stop = [lane], 0, True
+        self.route, self.index, self.cleared_before_stop = [lane, *self.rest], 0, True
         return lane
 
     def _under_way(self) -> Event:
@@ -258,7 +262,7 @@ class Drive:
     def may_go_round(self) -> bool:
         """Whether it may go another way from the node that it comes to next, or stands on."""
         robot = self.robot
-        if not self.rest or robot.granted is not None or robot.recall_at <= self.env._now:
+        if not self.rest or robot.granted is not None or robot.recall_at <= self.env._now or robot.is_at_lift:
             return False
         claim = robot.claim
         return claim is None or robot.held is None or claim.node is robot.held
@@ -273,6 +277,9 @@ class Drive:
             claim.go_for(self._rests_beyond(), self._closes_beyond())
         else:
             claim.go_for(None if other[0].short else other[0], None)
+            if other[0].short:  # it stands on the node already, and that is all it claims now
+                claim.node.award(claim, None)
+                return
         claim.node.freed(self.env._now)
 
     def _pass_when_free(self, onward: Lane) -> Steps:
@@ -437,7 +444,7 @@ class Drive:
         """Drive from the stop line to stand on the intersection."""
         robot = self.robot
         if robot.held is None:
-            if robot.recall_at > self.env._now:
+            if robot.recall_at > self.env._now or robot.lane.end.is_lift:  # out of a cabin it goes on to the next node
                 yield from robot.lane.end.claim(robot, self._rests_beyond(), robot.lane, self._closes_beyond())
             else:
                 yield from robot.lane.end.claim(robot, None, robot.lane)
@@ -584,9 +591,10 @@ class Drive:
         """Whether a recalled robot may stay on the intersection, and leave the room granted beyond it to others.
 
         Where steps are guarded it counts as standing there already, so it goes on and is recalled at the next node.
-        That costs energy, never liveness: its declared route ends in a slot that is its own.
+        That costs energy, never liveness: its declared route ends in a slot that is its own. So does one in a lift.
         """
-        return self.robot.granted is None or self.rules.guard is None
+        robot = self.robot
+        return not robot.held.is_lift and (robot.granted is None or self.rules.guard is None)
 
 
 ROLL = [Drive.roll]

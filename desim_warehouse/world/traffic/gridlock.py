@@ -14,8 +14,9 @@ intersection and waits on it. This leaves a gap behind it, and the rings on eith
 
 from __future__ import annotations
 
+from collections import Counter
 from functools import partial
-from typing import TYPE_CHECKING, Literal
+from typing import TYPE_CHECKING, Literal, cast
 
 from simpy.events import Timeout
 
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     from simpy.events import Event
 
     from desim_warehouse.world.traffic.body import Body
+    from desim_warehouse.world.traffic.intersection import Claim
+    from desim_warehouse.world.traffic.lift import Lift
 
 
 _NAMED = 6  # robots of a ring that an error names
@@ -100,9 +103,12 @@ class Gridlock:
     def _is_open(self, ring: list[Body]) -> bool:
         """Whether all in the ring can go: no intersection is still closing behind a robot, and no robot turns on one.
 
+        Nor does one wait for the cabin of a lift, which is called for it.
+
         If not, it is looked at again.
         """
         now: float = self.env._now
+        calls: list[tuple[Lift, Claim]] = []
         for robot in ring:
             claim = robot.claim
             if (
@@ -115,7 +121,16 @@ class Gridlock:
             if not claim.node.is_open(robot, claim.via, now):
                 claim.node.reopen_later(now)
                 return False
-        return True
+            if claim.node.is_lift:
+                calls.append((cast("Lift", claim.node), claim))
+        return not calls or self._cabins_are_there(calls, now)
+
+    @staticmethod
+    def _cabins_are_there(calls: list[tuple[Lift, Claim]], now: float) -> bool:
+        """Whether the cabins of lifts stand open before robots of a ring; one that it passes twice need not yet."""
+        passed = Counter(lift for lift, _ in calls)
+        ready = [lift.is_ready(claim, now) for lift, claim in calls if passed[lift] == 1]  # all of them are called
+        return all(ready)
 
     def _look_again(self, robot: Body, _: Event) -> None:
         self.check(robot)

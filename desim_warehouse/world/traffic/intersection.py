@@ -93,6 +93,8 @@ class Intersection:
     others. Afterwards it is closed to those whose path would come too close, at most until the robot is D beyond.
     """
 
+    is_lift = False
+
     __slots__ = (
         "blocked",
         "claims",

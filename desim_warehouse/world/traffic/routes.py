@@ -102,6 +102,7 @@ class Routes:
         self.blocked = self._broken.values()
         """Lanes with a broken robot, and for how long they are expected to be blocked."""
         self._in_lane = layout.in_lane
+        self._shafts = layout.lifts
         self._fixed = bool(getattr(policy, "fixed", False)) and not self.passes_closures
         self._known: dict[Edge, list[Lane]] = {}
 
@@ -141,7 +142,19 @@ class Routes:
         if closed:
             said = f"{' > '.join(names)} is no route from {origin} to {goal}"
             raise fault("routing", policy, now, f"{said}, as {min(closed)} is a bay in the lane (layout.bays: in_lane)")
+        if self._shafts and (through := self._through_lift(lanes)) is not None:
+            said = f"{' > '.join(names)} is no route from {origin} to {goal}"
+            raise fault(
+                "routing", policy, now, f"{said}, as {through} is in a lift, through which it leads on one floor"
+            )
         return lanes
+
+    def _through_lift(self, lanes: Sequence[Lane]) -> str | None:
+        """The node of a lift by which lanes lead in and out on the same floor."""
+        for one, other in itertools.pairwise(lanes):
+            if one.end.is_lift and not one.inside and not other.inside:
+                return one.edge[1]
+        return None
 
     def detour(self, node: str, route: Sequence[Lane], index: int, stop: float | None) -> list[Lane] | None:
         """Return another route for a robot held up before `route[index]` at `node`, or None to wait."""

@@ -24,6 +24,7 @@ from desim_warehouse.world.traffic.drive import Drive
 from desim_warehouse.world.traffic.gridlock import Gridlock, Rule
 from desim_warehouse.world.traffic.intersection import FreeIntersection, Intersection
 from desim_warehouse.world.traffic.lane import Lane, RestrictedLane
+from desim_warehouse.world.traffic.lift import Lift, Ride
 from desim_warehouse.world.traffic.rulebook import Rules
 from desim_warehouse.world.traffic.rules import exact_length
 from desim_warehouse.world.traffic.zones import ZoneDirection, directions
@@ -146,6 +147,8 @@ def _intersections(
             one += other
             groups.update(dict.fromkeys(other, one))
     found: dict[str, Intersection] = {}
+    for shaft in layout.lifts:
+        found.update(dict.fromkeys(shaft.nodes, Lift(rules, shaft)))
     for name, group in groups.items():
         if name not in found:
             node = Intersection(rules, group) if free.isdisjoint(group) else FreeIntersection(rules, group)
@@ -165,14 +168,17 @@ def _lanes(
 ) -> dict[Edge, Lane]:
     """Make the lanes, by edge."""
     lanes: dict[Edge, Lane] = {}
-    points, headings, restricted = layout.points, layout.headings, restrictions.edges
+    points, headings = layout.points, layout.headings
+    kinds: dict[Edge, Callable[..., Lane]] = {
+        edge: partial(
+            RestrictedLane, closures=restrictions.closures.get(edge, ()), slow=restrictions.slow.get(edge, ())
+        )
+        for edge in restrictions.edges
+    }
+    kinds |= dict.fromkeys(layout.rides, Ride)
     for edge, _, limit, two_way in layout.edges:
         source, target = edge
-        kind: Callable[..., Lane] = Lane
-        if edge in restricted:
-            closures, slow = restrictions.closures.get(edge, ()), restrictions.slow.get(edge, ())
-            kind = partial(RestrictedLane, closures=closures, slow=slow)
-        lane = kind(
+        lane = kinds.get(edge, Lane)(
             rules,
             edge,
             length=lengths[edge],

@@ -1,0 +1,34 @@
+"""How long a lift is taken for its rides: from when it is a robot's until the doors have closed behind that."""
+
+from __future__ import annotations
+
+import math
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from desim_warehouse.layout.layout import Edge, Lift
+    from desim_warehouse.model.schema import Model
+
+
+def time_taken(model: Model, lift: Lift, rides: Mapping[Edge, float]) -> float:
+    """Work out for how long a lift is taken at the least by so many rides along each way between two of its nodes.
+
+    Its cabin is called from where it was left, and drives empty only as far as more robots ride one way than the other.
+    """
+    rank = {node: number for number, node in enumerate(lift.nodes)}
+    more = [0.0] * len(rank)  # rides up from each floor to the next, less those down
+    for (begin, end), count in rides.items():
+        for floor in range(*sorted((rank[begin], rank[end]))):
+            more[floor] += math.copysign(count, rank[end] - rank[begin])
+    empty = lift.ride * math.fsum(map(abs, more))
+    opening = math.fsum(count * (lift.doors + lift.carrying(*ride)) for ride, count in rides.items())
+    return empty + opening + beside(model, lift, rides)
+
+
+def beside(model: Model, lift: Lift, rides: Mapping[Edge, float]) -> float:
+    """For how long it is taken beside the time that robots wait for the cabin or ride: they drive in and out of it."""
+    own, drive = dict(model.traffic.node_times), 2 * model.fleet.contact / model.fleet.fastest + lift.doors
+    stops = {node: own.get(node, model.traffic.node_time) for node in lift.nodes}
+    return math.fsum(count * (drive + stops[begin] + stops[end]) for (begin, end), count in rides.items())

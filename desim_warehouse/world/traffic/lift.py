@@ -1,0 +1,141 @@
+"""A lift: an intersection of nodes on several floors, which a robot crosses in a cabin that has to come first.
+
+A robot claims the lift with room to stand beyond it on the other floor, in one step, as any intersection. Then only the
+cabin is called, and the robot waits for its doors at the stop line. So it is known beforehand for how long: waiting for
+the cabin and riding depend on no other robot, and who waits for whom is as with other intersections. Nothing is
+scheduled for the cabin. Where it stands is worked out when it is called.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Generator
+from typing import TYPE_CHECKING
+
+from desim_warehouse.layout.layout import Lift as Shaft
+from desim_warehouse.world.traffic.events import Arrival
+from desim_warehouse.world.traffic.intersection import Claim, Intersection
+from desim_warehouse.world.traffic.lane import Lane
+from desim_warehouse.world.traffic.rulebook import Rules
+from desim_warehouse.world.traffic.rules import EPS
+
+if TYPE_CHECKING:
+    from simpy.events import Event
+
+    from desim_warehouse.world.traffic.body import Body
+
+    Steps = Generator[Event, object, None]
+
+
+class Lift(Intersection):
+    """The cabin stands, or is sure to be, at the `floor` of a robot. From `free_at` on it may be called or go to rest.
+
+    Floors are ranks in the nodes of its `shaft`. It is free once the robot that left is D beyond it and the doors have
+    closed. A ring turns as one, so before it does the cabin comes to its robot that waits for the lift. It stands open
+    there, `ready_for` it, until anybody calls it.
+    """
+
+    __slots__ = ("floor", "free_at", "ready_for", "shaft")
+
+    is_lift = True
+
+    def __init__(self, rules: Rules, shaft: Shaft) -> None:
+        super().__init__(rules, list(shaft.nodes))
+        self.shaft = shaft
+        self.floor = 0 if shaft.rests is None else shaft.nodes.index(shaft.rests)
+        self.free_at = -math.inf
+        self.ready_for: Body | None = None
+
+    def is_open(self, robot: Body, via: Lane | None, now: float) -> bool:  # noqa: ARG002 - to all or to none
+        """Whether a robot may have it now."""
+        return self.free_at <= now + EPS if self.holder is None else self.holder is robot
+
+    def opens_at(self, robot: Body, via: Lane | None) -> float:  # noqa: ARG002 - to all at once
+        """When the doors have closed behind the robot that left."""
+        return self.free_at
+
+    def take(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> bool:  # noqa: ARG002
+        """Never at once: a robot stops before the doors, also one that claims other intersections on its way."""
+        return False
+
+    def claim(self, robot: Body, lane: Lane | None, via: Lane | None, over: Lane | None = None) -> Steps:
+        """Wait for it and room beyond it, then before the doors until the cabin is there."""
+        inside = self.holder is robot  # it has come without room beyond, in a ring that passes twice
+        yield from super().claim(robot, lane, via, over)
+        if inside:
+            return
+        assert via is not None  # nothing stands beside a lift
+        now: float = self.rules.env._now
+        there = self._call(robot, via.edge[1], now)
+        robot.uses_lift(via, now, there)
+        if there > now:
+            yield Arrival(self.rules.env, there)
+
+    def is_ready(self, claim: Claim, now: float) -> bool:
+        """Whether the cabin stands open before a robot in a ring; if not, it comes, and is nobody's until it is there.
+
+        The ring is looked at again then.
+        """
+        assert claim.via is not None
+        if self._stands_open(claim.robot, claim.via.edge[1], now):
+            return True
+        if self.free_at <= now + EPS:
+            self.free_at = self._call(claim.robot, claim.via.edge[1], now)
+            self.ready_for = claim.robot
+        if self.free_at <= now + EPS:
+            return True
+        self.reopen_later(now)
+        return False
+
+    def _stands_open(self, robot: Body, node: str, now: float) -> bool:
+        """Whether it has come for a robot, or the robot before it in a ring that turns gets out there."""
+        if self.free_at > now + EPS:
+            return self.ready_for is None and self.shaft.nodes[self.floor] == node
+        return self.ready_for is robot
+
+    def _call(self, robot: Body, node: str, now: float) -> float:
+        """The cabin is to come to a robot at a node; returns when the doors are open."""
+        if self._stands_open(robot, node, now):
+            there = now
+        else:
+            begin = max(now, self.free_at)
+            there = begin + self._comes_from(node, begin) + self.shaft.doors
+        self.floor, self.ready_for = self.shaft.nodes.index(node), None
+        return there
+
+    def _comes_from(self, node: str, now: float) -> float:
+        """How long the cabin takes to a node from where it stands, open or closed, or is on its way to rest."""
+        shaft, floor = self.shaft, float(self.floor)
+        if self.ready_for is not None:
+            return shaft.doors + abs(shaft.nodes.index(node) - floor) * shaft.ride
+        if shaft.rests is not None and now > self.free_at:
+            to = shaft.nodes.index(shaft.rests) - floor
+            floor += math.copysign(min((now - self.free_at) / shaft.ride, abs(to)), to)
+        return abs(shaft.nodes.index(node) - floor) * shaft.ride
+
+    def passed(self, robot: Body, onward: Lane, time: float) -> None:
+        """A robot's centre leaves the cabin at a time, and the doors close when it is D beyond."""
+        super().passed(robot, onward, time)
+        self.floor = self.shaft.nodes.index(onward.edge[0])
+        self.free_at = time + self.rules.headway / robot.pace + self.shaft.doors
+
+
+class Ride(Lane):
+    """The way in the cabin from one node of a lift to another, without length: it takes as long as doors and cabin."""
+
+    __slots__ = ()
+
+    def enter_standing(self, robot: Body, since: float) -> None:
+        """A robot stands in the cabin."""
+        robot.onto_short_lane(self, self.last, since)
+        self.last = robot
+        self.passages += 1
+
+    def set_off(self, robot: Body, target: float, now: float) -> None:  # noqa: ARG002 - there is one
+        """The doors close behind a robot once it stands, and open on its floor."""
+        assert isinstance(self.start, Lift)
+        begin = robot.brake_to_stand(now)
+        robot.ride(begin, begin + self.start.shaft.carrying(*self.edge))
+        robot.uses_lift(self, begin, robot.until)
+        if self.rules.log.everything:
+            self.rules.log.drive(robot, begin)

@@ -1,0 +1,91 @@
+"""The part of the auditor that looks at lifts: one robot rides at a time, and the cabin is where it can be by then.
+
+The cabin is followed from passage to passage by what robots did: from where the last one got out, or from where it
+rests, or on its way there. Where rings turn it may have come before, at the earliest when it was free.
+"""
+
+import math
+from dataclasses import dataclass
+
+from tests.audit_nodes import Stay
+
+
+@dataclass
+class Passage:
+    """A robot has the cabin called to `node` at `called`, sets out for it at `there`, and rides along `edge`."""
+
+    robot: int
+    node: str
+    called: float
+    there: float
+    edge: tuple[str, str]
+    begin: float
+    until: float
+    out: object
+
+
+class Lifts:
+    """Checks of lifts, for `Audit`."""
+
+    def check_lifts(self):
+        for name, lift in self.run.model.layout.lifts.items():
+            passages = sorted(self.passages_of(name, lift), key=lambda one: (one.there, one.called))
+            for one in passages:
+                self.check_ride(name, lift, one)
+            self.check_cabin(name, lift, passages)
+
+    def passages_of(self, name, lift):
+        """Every robot that set out for the cabin and got into it, as its visits and the rows of waiting say."""
+        calls = [row for row in self.run.record.rows if row[1] == "in_lift" and row[5][1] in lift.nodes]
+        waits = [row for row in self.run.record.rows if row[1] == "collision" and row[4] in lift.nodes]
+        for robot, visits in self.visits.items():
+            for rank, visit in enumerate(visits[:-1]):
+                if visit.edge[1] not in lift.nodes or visit.edge[0] in lift.nodes or visit.cleared:
+                    continue
+                there, ride = self.sets_out(visit), visits[rank + 1]
+                if ride.edge[1] not in lift.nodes:
+                    self.fault(ride.enter, f"robot {robot} drove through lift {name} on one floor")
+                    continue
+                early, late = visit.enter - self.delay, there + self.delay
+                began = [row[0] - row[6] for row in calls if row[2] == robot and row[5] == visit.edge]
+                held_up = [row[0] for row in waits if row[2] == robot and early <= row[0] <= late]
+                line = self.length(visit) - self.contact - self.slack
+                there_since = next((t for t, p in zip(visit.times, visit.places, strict=True) if p >= line), there)
+                at_line = max([there_since, *held_up])
+                called = next((time for time in began if early <= time <= late), min(at_line, there))
+                begin, until = ride.times[1:3] if len(ride.times) > 1 else (math.inf, math.inf)
+                out = visits[rank + 2] if rank + 2 < len(visits) else None
+                yield Passage(robot, visit.edge[1], called, there, ride.edge, begin, until, out)
+
+    def check_ride(self, name, lift, one):
+        """It takes as long as doors and cabin do, and ends on the floor that it leads to."""
+        takes = 2 * lift.doors + lift.ride * abs(lift.nodes.index(one.edge[0]) - lift.nodes.index(one.edge[1]))
+        if math.isfinite(one.until) and abs(one.until - one.begin - takes) > self.delay:
+            self.fault(
+                one.begin, f"robot {one.robot} rides in lift {name} for {one.until - one.begin:g}, not {takes:g}"
+            )
+        if one.out is not None and (one.out.edge[0] != one.edge[1] or one.out.enter < one.until - self.delay):
+            self.fault(one.out.enter, f"robot {one.robot} left lift {name} before it was there")
+
+    def check_cabin(self, name, lift, passages):
+        """It is called when it is free, comes from where it is, and nobody else is in it."""
+        floor, free, rings = float(lift.nodes.index(lift.rests or lift.nodes[0])), -math.inf, self.run.record.rings
+        for one in passages:
+            to = lift.nodes.index(one.node)
+            early = one.called - self.start_time() - self.delay
+            in_ring = any(early <= time <= one.called + self.delay for time in self.trains[one.robot])
+            if one.called < free - self.delay and not in_ring:
+                self.fault(one.called, f"robot {one.robot} calls lift {name}, which is free at {free:g}")
+            begin = max(one.called, free)
+            rests = floor if lift.rests is None else lift.nodes.index(lift.rests)
+            at = floor + math.copysign(min((begin - free) / lift.ride, abs(rests - floor)), rests - floor)
+            there = begin + abs(to - at) * lift.ride + lift.doors
+            if rings and to == floor and in_ring:  # as one gets out the next gets in
+                there = one.called
+            elif rings:
+                there = min(there, max(free, 0.0) + min(abs(to - floor), abs(to - rests)) * lift.ride + lift.doors)
+            if one.there < there - self.delay:
+                self.fault(one.there, f"lift {name} is at {one.node} for robot {one.robot}, not before {there:g}")
+            floor, free = float(lift.nodes.index(one.edge[1])), math.inf
+            if one.out is not None:
+                free = self.clear(Stay(left=one.out.enter, away=one.out)) + lift.doors

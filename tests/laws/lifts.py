@@ -1,0 +1,70 @@
+"""Upper floors for random models: bays, stations and places of work up there, which robots reach by lifts."""
+
+import random
+
+from tests.laws.random_models import lasting
+
+RIDES, DOORS = (1.0, 12.0, 60.0), (0.0, 4.0)
+LASTS, MOST = 50, 1e12
+"""Times as long as it did, and the most that a model may say: rides take longer than what batteries are made for."""
+KEPT = frozenset({"start", "hours"})
+"""Keys that name bays upstairs, or calendars."""
+
+
+def with_lifts(mapping, key):
+    """A model in which one to four nodes where robots work or rest lie on upper floors; of blocks as it is.
+
+    A node keeps its name upstairs. In the lanes another takes its place, with a lift beside it.
+    """
+    draw = random.Random(f"lifts {key}")
+    layout = mapping["layout"]
+    if "blocks" in layout:
+        return mapping
+    used = {node for zone in (*layout["bays"].values(), *layout.get("stations", {}).values()) for node in zone["at"]}
+    used |= {node for node in mapping["tasks"].get("unload_at", ()) if node in layout["nodes"]}
+    contact = 2 * mapping["fleet"]["robot"]["radius"] + mapping["fleet"]["robot"].get("margin", 0)
+    two_way = any(isinstance(edge, dict) and edge.get("two_way") for edge in layout["edges"])
+    moved = draw.sample(sorted(used), min(len(used), draw.randint(1, 4)))
+    below = {node: f"{node}_" for node in moved}
+    nodes, edges = {}, renamed(layout["edges"], below)
+    for name, at in layout["nodes"].items():
+        nodes[below.get(name, name)] = at
+    height = 10 * max(abs(y) for _, y in layout["nodes"].values()) + 100
+
+    def street(a, b):
+        length = draw.choice((2, 2, 3, 6)) * contact * 1.0001
+        both = two_way and draw.random() < 0.8
+        for one, other in ((a, b), (b, a)):
+            edges.append({"from": one, "to": other, "length": length, "side_by_side": not both})
+
+    lifts = {}
+    while moved:
+        upstairs = [moved.pop() for _ in range(min(len(moved), draw.choice((1, 1, 2, 3))))]
+        for shaft in range(draw.choice((1, 1, 2))):
+            stops = []
+            for floor, name in enumerate((below[upstairs[0]], *upstairs)):
+                x, y = layout["nodes"][upstairs[max(floor - 1, 0)]]
+                up = floor * height * (len(lifts) + 1)
+                if floor:
+                    nodes[name] = [x, y - up]
+                stops.append(f"{name}^{shaft}.{floor}")
+                nodes[stops[-1]] = [x + (3 + shaft) * contact, y - up - 0.5]
+                street(name, stops[-1])
+            lift = {"nodes": stops, "ride": draw.choice(RIDES), "doors": draw.choice(DOORS)}
+            lifts[f"lift{len(lifts)}"] = lift | ({"rests": draw.choice(stops)} if draw.random() < 0.5 else {})
+    storage = renamed(layout["storage"], below)
+    made = {**layout, "nodes": nodes, "edges": edges, "storage": storage, "lifts": lifts}
+    downstairs = {key: renamed(mapping[key], below) for key in ("fleet", "traffic", "people") if key in mapping}
+    battery = lasting(mapping["battery"], LASTS)
+    if battery:
+        battery["reserve"] = min(battery["reserve"], MOST)
+    return {**mapping, **downstairs, "layout": made, "battery": battery}
+
+
+def renamed(part, names):
+    """A part of a model, at the nodes that take the place of those that are upstairs now."""
+    if isinstance(part, str):
+        return names.get(part, part)
+    if isinstance(part, dict):
+        return {key: value if key in KEPT else renamed(value, names) for key, value in part.items()}
+    return [renamed(value, names) for value in part] if isinstance(part, list | tuple) else part

@@ -1,0 +1,102 @@
+"""What desim check says of lifts: where robots would wait or work in a cabin, or drive through it. D = 1."""
+
+import pytest
+
+import desim_warehouse as dw
+from desim_warehouse.questions.check import check
+from tests.world.test_lifts import TWO
+
+LIFT = "layout.lifts.main"
+
+
+def said(*codes, **changes):
+    model = dw.load(TWO, {key.replace("__", "."): value for key, value in changes.items()})
+    return [str(one) for one in check(model).findings if one.code in codes]
+
+
+def test_a_building_as_it_should_be_has_no_errors():
+    assert said("LIFT", "SHORT_EDGES", "EDGES_BELOW_2D", "CROSSING_EDGES", "LANES_OVERLAP") == []
+
+
+def with_edge(a, b, **more):
+    return {"layout__edges": [*TWO["layout"]["edges"], {"from": a, "to": b, "two_way": True, **more}]}
+
+
+def test_a_lift_with_two_lanes_on_one_floor_could_be_driven_through():
+    (text,) = said("LIFT", **with_edge("home", "lift0"))
+    assert "lift0 has lanes to hall, home, so robots could drive through the cabin; join it to one node" in text
+
+
+def test_a_short_lane_would_make_robots_wait_in_the_cabin():
+    edges = [{**edge, "length": 1.9} if edge["to"] == "lift0" else edge for edge in TWO["layout"]["edges"]]
+    (text,) = said("LIFT", layout__edges=edges)
+    assert "hall>lift0 is shorter than 2 (2 D), so robots would wait in the cabin; make it longer" in text
+
+
+@pytest.mark.parametrize(
+    ("changes", "what"),
+    [
+        ({"layout__stations": {"wards": {"at": ["lift1"]}}}, "station wards"),
+        ({"layout__bays": {"home": {"at": ["lift0"], "places": 4}}}, "bay home"),
+        ({"layout__storage": [{"node": "lift0"}]}, "good 0"),
+        ({"traffic__zones": {"doors": {"members": [["hall", "lift0"]], "rule": "one-robot"}}}, "zone doors"),
+    ],
+)
+def test_nothing_else_is_in_a_lift(changes, what):
+    texts = said("LIFT", **changes)
+    assert len(texts) == 1
+    assert what in texts[0]
+    assert "robots would be in the cabin; move it to the node in front of the doors" in texts[0]
+
+
+def test_no_robot_starts_in_a_lift():
+    (text,) = said("START_ON_LANES", fleet__start_on_lanes=[{"node": "lift0"}])
+    assert "robot 0 on node lift0 is in a lift; start it in front of the doors" in text
+
+
+def test_a_lift_is_not_open_to_all():
+    (text,) = said("LIFT", traffic__nodes={"lift0": {"free": True}})
+    assert "a lift carries one robot at a time, and cannot be open to all" in text
+
+
+def test_closures_name_the_lanes_to_the_doors():
+    """Rides cannot be named: they are no edges of the file."""
+    hours = {"calendars": {"night": {"open": ["22:00-06:00"]}}}
+    texts = said("CLOSURE", **hours, traffic__closures={"shut": {"members": ["lift0"], "hours": "night"}})
+    assert "lift1>lift0 is a ride, and robots do not wait in lifts; name the edges that lead there" in texts[0]
+    for key, part in (
+        ("people", {"visitors": {"aisles": [["lift0", "lift1"]], "per_hour": 10, "stay": 20}}),
+        ("traffic.slow", {"ride": {"members": [["lift0", "lift1"]], "speed": 0.1}}),
+    ):
+        with pytest.raises(dw.ModelError, match="edge"):
+            dw.load(TWO, {key: part})
+
+
+def test_the_lanes_to_the_doors_may_close():
+    hours = {"calendars": {"night": {"open": ["00:00-00:02"]}}}
+    doors = {"doors": {"members": [["hall", "lift0"], ["lift1", "ward"]], "hours": "night", "tasks": "go"}}
+    run = dw.simulate(dw.load(TWO, {**hours, "traffic.closures": doors}))
+    # loaded at 15; it enters the lane to the doors when that opens, at 120
+    assert run.kpis["waiting_closed"] == 105
+    assert run.kpis["T"] == 140 + 105
+
+
+@pytest.mark.parametrize(
+    ("lift", "text"),
+    [
+        ({"nodes": ["lift0"], "ride": 12}, "too few floors (got [lift0]), expected a node on each of two or more"),
+        ({"nodes": ["lift0", "lift0"], "ride": 12}, "a node twice (got 'lift0')"),
+        ({"nodes": ["lift0", "cellar"], "ride": 12}, "no such node (got 'cellar')"),
+        ({"nodes": ["lift0", "lift1"], "ride": 0}, "main.ride: "),
+        ({"nodes": ["lift0", "lift1"], "ride": 12, "rests": "hall"}, "no stop of the lift (got 'hall')"),
+    ],
+)
+def test_a_lift_that_cannot_be(lift, text):
+    with pytest.raises(dw.ModelError) as error:
+        dw.load(TWO, {"layout.lifts": {"main": lift}})
+    assert text in str(error.value)
+
+
+def test_an_edge_beside_a_ride_is_refused():
+    with pytest.raises(dw.WarehouseError, match="the edge lift0>lift1 leads from floor to floor, as its rides do"):
+        dw.simulate(dw.load(TWO, {"layout.edges": with_edge("lift0", "lift1")["layout__edges"]}))
