@@ -173,6 +173,7 @@ def test_a_script_of_a_user_passes_a_strict_type_checker_and_a_misspelt_name_doe
         assert "error: " in checked(script.replace(right, wrong)), wrong
 
 
+@pytest.mark.slow
 def test_a_large_study_prints_what_says_most_and_where_the_rest_is(tmp_path):
     factors = {"fleet.size": range(1, 7), "policies.allocation": ["in-order", "nearest", "regret", "auction"]}
     study = dw.Study(MODEL, factors, replications=2, indicators=["T", "S"]).run(out=tmp_path / "study")
