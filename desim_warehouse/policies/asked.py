@@ -43,7 +43,7 @@ def place_in(error: BaseException, policies: Iterable[str]) -> str:
 def asked_for_all(
     kind: str, policy: object, now: float, ask: Callable[[], Iterable[Answer]], expected: str
 ) -> list[Answer]:
-    """All that a policy answers; one that answers nothing that could be gone through is told what is `expected`."""
+    """List all answers of a policy; raises PolicyError, with what is `expected`, for an answer that is no iterable."""
 
     def whole() -> list[Answer]:
         answer = ask()
