@@ -34,7 +34,7 @@ def give(answer: Answer, out: str | Path | None, warnings: Sequence[Any] | None,
 
 
 def columns() -> int:
-    """Columns of tables: those of the terminal, or where the output is none, as many as texts have."""
+    """Width of tables in columns: the terminal's, or the width of texts where the output is no terminal."""
     from desim_warehouse.answer.text import WIDTH
 
     return max(shutil.get_terminal_size().columns, _NARROWEST) if is_terminal(sys.stdout) else WIDTH

@@ -1,4 +1,4 @@
-"""What a shell completes besides commands and options: keys of a model, indicators, and files."""
+"""Shell completion beyond commands and options: keys of a model, indicators, and files."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ class Bash(BashComplete):
 
 
 def keys_then(end: str) -> Callable[[click.Context, click.Parameter, str], list[str]]:
-    """Complete dotted keys of a model, section by section; names are those of the model file before it on the line."""
+    """Complete dotted keys of a model, section by section, with the names in the model file earlier on the line."""
 
     def complete(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
         from desim_warehouse.model.schema import OUTLINE

@@ -59,12 +59,12 @@ def command(
         _wait(live, opens=opens)
 
 
-def _vary(given: tuple[str, ...]) -> dict[str, Any]:
+def _vary(texts: tuple[str, ...]) -> dict[str, Any]:
     """Keys with their values; None: the usual ones."""
-    found: dict[str, Any] = {}
-    for text in given:
-        found |= read_vary((text,)) if "=" in text else {text.strip(): None}
-    return found
+    factors: dict[str, Any] = {}
+    for text in texts:
+        factors |= read_vary((text,)) if "=" in text else {text.strip(): None}
+    return factors
 
 
 def _wait(live: Live, *, opens: bool) -> None:

@@ -115,10 +115,10 @@ def _read_range(values: str) -> Any:
     from desim_warehouse.errors import ModelError
 
     problems: list[str] = []
-    found = read_values(values, f"--range {values}", problems)
+    levels = read_values(values, f"--range {values}", problems)
     if problems:
         raise ModelError(problems)
-    return found
+    return levels
 
 
 def _see_upwards(values: str, searched: list[Any]) -> None:

@@ -145,11 +145,15 @@ def with_search(
 
     def add(function: F) -> F:
         @wraps(function)
-        def call(*, no_cache: bool, quiet: bool, **given: Any) -> Any:
+        def call(*, no_cache: bool, quiet: bool, **arguments: Any) -> Any:
             from desim_warehouse.study.search import Search
 
-            said = {field.name: given.pop(field.name) for field in dataclass_fields(Search) if field.name in given}
-            return function(**given, search=Search(**said, cache=not no_cache, progress=not quiet, command=typed()))
+            settings = {
+                field.name: arguments.pop(field.name) for field in dataclass_fields(Search) if field.name in arguments
+            }
+            return function(
+                **arguments, search=Search(**settings, cache=not no_cache, progress=not quiet, command=typed())
+            )
 
         decorated = cast("F", call)
         for option in reversed(options):
@@ -175,12 +179,12 @@ def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:
 
 
 def at_home(search: Search, study: str) -> Search:
-    """The same; a study that is a folder is resumed there."""
+    """Return the search with its folder: a study that is a folder is resumed there."""
     return replace(search, out=search.out or study) if Path(study).is_dir() else search
 
 
 def stated(search: Search) -> dict[str, Any]:
-    """What options say of a search that a study file says, too: only what was typed."""
+    """Fields of a search that were typed as options and that a study file has, too."""
     source = click.get_current_context().get_parameter_source
     return {name: getattr(search, name) for name in _STATED if source(name) not in {None, ParameterSource.DEFAULT}}
 

@@ -1,4 +1,4 @@
-"""What a command says while somebody waits: one line on a terminal, from two seconds on, and nothing elsewhere."""
+"""Progress of a command while somebody waits: one line on a terminal, from two seconds on; nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ class Waiting(StopSignal):
         super().obey(clock)
 
     def line(self, lasted: float) -> str:
-        """What is known after so many seconds: the part of the run, and the time left where that can be told."""
+        """Progress after so many seconds: the part of the run that is done, and an estimate of the time left."""
         so_far = f"{numbers.duration(lasted, 's')} so far"
         if self.clock is None or self.model is None:
             return f"{self.what}: {so_far}"

@@ -86,7 +86,7 @@ class ExportRows(OrderRows):
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float)
 
     def loads(self, quantities: list[int]) -> list[int]:
-        """How many tasks each quantity of pieces is."""
+        """Number of tasks that each quantity of pieces takes."""
         self.pieces = quantities
         most = self._per_load
         return [max(1, math.ceil(amount / most)) for amount in quantities] if most else quantities
@@ -131,7 +131,7 @@ class ExportRows(OrderRows):
         ]
 
     def _to_the_end_of_days(self, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Due dates, of which those without a time of day are at the end of their day."""
+        """Due dates, moved to the end of their day where they have no time of day."""
         days = _are_days(dates)
         alone = [
             _has_no_time(date) and (days or ":" not in text)

@@ -63,17 +63,17 @@ class OrderDay:
 
     @property
     def orders(self) -> int:
-        """How many orders there are."""
+        """Number of orders."""
         return len({line.order for line in self.lines})
 
     @property
     def a_day(self) -> float:
-        """How many orders there are on average on a day on which some come."""
+        """Mean number of orders on the days on which some come."""
         return self.orders / max(1, len({self.time_of(line.release) // _DAY for line in self.lines}))
 
     @property
     def trips(self) -> int:
-        """How many tasks there are."""
+        """Number of tasks."""
         return sum(line.quantity for line in self.lines)
 
     @property
@@ -180,7 +180,7 @@ def order_day(
 
 
 def _ours(cells: pd.DataFrame) -> list[str]:
-    """Our columns of a table."""
+    """Select our columns of a table."""
     return [name for name in cells if name in ORDER_COLUMNS]
 
 
