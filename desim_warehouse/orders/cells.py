@@ -106,7 +106,7 @@ class ExportRows(OrderRows):
         return read
 
     def _on_one_clock(self, column: str, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Dates without their offsets from UTC, which is said.
+        """Dates without their offsets from UTC; how they are read is added to `assumed`.
 
         In a night of a clock change all are on the clock of the first. Times of any other zone are refused.
         """
