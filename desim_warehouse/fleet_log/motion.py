@@ -1,4 +1,4 @@
-"""How fast robots drive, where they are slow, and what a node costs, from positions a second apart.
+"""Speeds of robots, slow edges and times at nodes, from positions a second apart.
 
 Times at nodes come from positions, not from when the node in a message changes: that is up to a second late, and the
 bias of a trial was many times its interval. Of messages near a node not the last before it and the first after it
@@ -86,14 +86,14 @@ class DrivingTimes:
         self.time = tracks.time[last] - tracks.time[first]
 
     def _usual(self, loaded: bool) -> NDArray[np.bool_]:
-        """The stretches where nothing but the robot sets its speed."""
+        """Whether each stretch is free of speed limits and slow edges, for loaded or empty robots."""
         slow = {number for numbers, _ in getattr(self, "slow", ()) for number in numbers}
         free = np.isinf(self.limits)
         free[list(slow)] = False
         return np.asarray(free[self.edge] & (self.loaded == loaded) & (self.way > 0))
 
     def _speed(self, loaded: bool) -> tuple[float, float, int]:
-        """The speed, the half-width of its interval, and from how many stretches; nan where they are too few."""
+        """Speed, half-width of its interval, and number of stretches; nan where they are too few."""
         return (
             _steady(self.way[use], self.time[use], self.edge[use], self.sigma)
             if (use := self._usual(loaded)).sum() >= FEWEST
@@ -101,14 +101,14 @@ class DrivingTimes:
         )
 
     def _noise(self) -> float:
-        """Standard deviation of a way that is measured between two positions, by those longer than they should be."""
+        """Standard deviation of a way measured between two positions, from ways longer than the speed explains."""
         own = np.array([speed for speed, _, _ in self.speeds])[self.loaded.astype(int)]
         off = (self.way - own * self.time)[self._usual(False) | self._usual(True)]
         off = off[np.isfinite(off)]
         return undisturbed(off, 1)[1] if len(off) else 1e-9
 
     def _slow_edges(self) -> list[tuple[list[int], tuple[float, float, int]]]:
-        """Edges slower than they should be, by the model's limits and the speed elsewhere: zones of like speeds."""
+        """Edges slower than the model's limits and the speed elsewhere, grouped by like speeds."""
         speeds: dict[int, float] = {}
         for number in np.unique(self.edge):
             for loaded, (usual, _, _) in enumerate(self.speeds):
@@ -241,7 +241,7 @@ class DrivingTimes:
 
 
 def _steady(way: Floats, time: Floats, edge: Ints, sigma: float) -> tuple[float, float, int]:
-    """The speed of robots that are now and then held up, the half-width of its interval, and how many were not."""
+    """Robust speed, without stretches where robots were held up: mean, half-width of its interval, and number."""
     speed = densest(way / time)
     use = np.ones(len(way), bool)
     for _ in range(_ROUNDS):

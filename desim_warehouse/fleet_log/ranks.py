@@ -49,7 +49,7 @@ class Ranked:
 
     @property
     def out(self) -> Flags:
-        """Which figures lie outside the simultaneous band."""
+        """Whether each figure lies outside the simultaneous band."""
         return np.asarray(np.abs(self.off) > self.bound)
 
     def band(self, day: int) -> tuple[Floats, Floats]:

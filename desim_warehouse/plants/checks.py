@@ -66,7 +66,7 @@ def _separate(plant: Plant) -> None:
 
 
 def floor_of(plant: Plant) -> tuple[float, float]:
-    """How far the points reach across and down, in metres."""
+    """Width and height of the box around all points, in metres."""
     xs, ys = (
         [point.x for point in plant.points.values()] or [0.0],
         [point.y for point in plant.points.values()] or [0.0],
@@ -75,11 +75,11 @@ def floor_of(plant: Plant) -> tuple[float, float]:
 
 
 def length_of(plant: Plant, link: Link) -> float:
-    """How long a link is: as drawn, else the straight distance."""
+    """Length of a link in metres: as drawn, else the straight distance."""
     return distance(plant, link.source, link.target) if link.length is None else link.length
 
 
 def distance(plant: Plant, source: str, target: str) -> float:
-    """The straight distance between two points."""
+    """Straight distance between two points, in metres."""
     a, b = plant.points[source], plant.points[target]
     return math.hypot(b.x - a.x, b.y - a.y)

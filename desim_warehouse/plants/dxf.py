@@ -72,7 +72,7 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
 
 def _document(path: Path, content: bytes, plant: Plant) -> Any:
-    """The drawing as ezdxf reads it, also where it is a little damaged, which is noted in the plant."""
+    """Read the drawing with ezdxf, also where it is a little damaged; repairs are noted in the plant."""
     if content.startswith((b"AC10", b"AutoCAD Binary DXF")):
         raise ModelError([f"{path}: a binary drawing (DWG or binary DXF), expected it saved as DXF in text (ASCII)"])
     try:
@@ -110,7 +110,7 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
 
 
 def _without(content: bytes, message: str) -> bytes:
-    """The drawing without the entity, `KIND(#HANDLE)`, that a message of ezdxf blames; all of it if it names none."""
+    """Remove the entity `KIND(#HANDLE)` that a message of ezdxf blames; the drawing is unchanged if it names none."""
     named = re.search(r"\b([A-Z]+)\(#([0-9A-F]+)\)", message)
     if named is None:
         return content
@@ -174,7 +174,7 @@ def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]
 
 
 def _drawn(insert: Any, sizes: dict[str, int]) -> int:
-    """How many entities an inserted block is taken apart into; `sizes`: of blocks that were counted before."""
+    """Number of entities that an inserted block is taken apart into; `sizes`: numbers of blocks counted before."""
     block = insert.block()
     name = str(insert.dxf.get("name", ""))
     if block is not None and name not in sizes:
@@ -184,7 +184,7 @@ def _drawn(insert: Any, sizes: dict[str, int]) -> int:
 
 
 def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str]:
-    """The layers whose lines are lanes."""
+    """Choose the layers whose lines are lanes; raises ModelError where that is unclear."""
     counts = [f"{layer} ({number:,} lines)" for layer, number in layers.most_common(12)]
     have = spoken(counts) if counts else "none"
     chosen = set()
