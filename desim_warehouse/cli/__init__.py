@@ -179,7 +179,7 @@ def main() -> None:
     from desim_warehouse.study.execution import process
 
     process.alone()
-    if sys.stdout is not None:  # it is None where the shell has closed it
+    if sys.stdout is not None:  # None where the shell has closed it
         sys.stdout = _Harmless(sys.stdout)
     try:
         desim(standalone_mode=True)

@@ -59,7 +59,7 @@ class DrivingTimes:
         self.speeds = [self._speed(loaded) for loaded in (False, True)]
         self.sigma = self._noise()
         self.slow = self._slow_edges()
-        if self.slow:  # those are not what robots drive elsewhere
+        if self.slow:  # slow edges say nothing of the speed elsewhere
             self.speeds = [self._speed(loaded) for loaded in (False, True)]
 
     def _lower(self, zone: Any) -> None:
@@ -78,8 +78,8 @@ class DrivingTimes:
         begins = free & ~np.concatenate([[False], follows])
         ends = free & ~np.concatenate([follows, [False]])
         first, last = np.flatnonzero(begins), np.flatnonzero(ends)
-        first, last = first + 1, last - 1  # at the margin the noise of a position decides whether it is the first
-        long = last - first >= 2  # noqa: PLR2004 - three messages: one that stood in between would show
+        first, last = first + 1, last - 1  # noise decides which position is first past the margin
+        long = last - first >= 2  # noqa: PLR2004 - three messages: a stop in between would show
         first, last = first[long], last[long]
         self.edge, self.loaded = tracks.edge[first], tracks.load[first]
         self.way = tracks.along[last] - tracks.along[first]
@@ -192,7 +192,7 @@ class DrivingTimes:
             value = short(max(turn, 0.0))
             half = t_quantile(n) * max(turn_error, float(np.hypot(*error)))
             corner = KeyEstimate(keys[1], value, turn, max(turn - half, 0.0), turn + half, n, "nodes passed")
-        if len(groups) == 1 and part[0]:  # only corners: what is the node's, and what the turn's?
+        if len(groups) == 1 and part[0]:  # only corners: times of the node and of the turn cannot be separated
             both, half = float(mean[0]), t_quantile(n) * float(error[0])
             why = "all of them turned: with the time of the turn"
             return [

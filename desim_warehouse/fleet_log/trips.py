@@ -44,7 +44,7 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
                         if row.cells != len(header):
                             raise ValueError(f"a row with other than {len(header)} cells")  # noqa: TRY301
                         if math.isnan(time):
-                            instant(text, slashes)  # which says why it is none
+                            instant(text, slashes)  # raises ValueError with the reason
                     if end < start:
                         raise ValueError(f"it ends before it starts (got {got(row.end)})")  # noqa: TRY301
                 except ValueError as error:

@@ -45,8 +45,8 @@ HEADINGS = {
 
 They are looked for where a file has no column `release`, so in none that is written in our words.
 """
-_HEAD = 20  # rows in which the header is looked for
-_SAMPLE = 65_536  # bytes that show how a file is written
+_HEAD = 20  # rows in which the header is searched
+_SAMPLE = 65_536  # bytes that show the format of a file
 _MIDNIGHT = r"[ T]00:00:00(\.0+)?$"
 
 

@@ -19,7 +19,7 @@ from typing import Any
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.values.fields import LIMITS
 
-_LARGEST_PART = 10_000_000  # bytes from which on a part of it may not unfold to too many times its size
+_LARGEST_PART = 10_000_000  # bytes: larger parts may not unfold to too many times their size
 _FOLDED = 100  # times; sheets of orders are some 5 to 25
 _LARGEST_CELL = 1_000_000  # bytes; Excel writes 32,767 characters at most
 _LARGEST_ROW = 20  # megabytes

@@ -12,10 +12,10 @@ APART = 0.01
 """Points drawn on one spot are moved so far from each other, in metres."""
 DIGITS = 4
 """Of coordinates and lengths in metres: no more than a drawing means."""
-_SHORT = 0.99  # of the straight distance: what is shorter is said
-_FAR_TOO_SHORT = 0.1  # of the straight distance: what is shorter may be in another unit
-_WIDEST = 1000.0  # metres: a floor that is wider may be in another unit
-_LONG = 200.0  # metres: where half of all links are longer, the unit may be another
+_SHORT = 0.99  # of the straight distance: shorter links are noted
+_FAR_TOO_SHORT = 0.1  # of the straight distance: shorter links may be in another unit
+_WIDEST = 1000.0  # metres: a wider floor may be in another unit
+_LONG = 200.0  # metres: if half of all links are longer, their unit may be another
 
 
 def put_right(plant: Plant) -> None:

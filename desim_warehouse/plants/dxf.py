@@ -29,9 +29,9 @@ EXPECTED = "a drawing (DXF)"
 _LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
 _LANES = re.compile(r"lane|path|route|track|aisle|highway|agv|amr|fahrweg|gasse", re.IGNORECASE)
 _ONE_WAY = re.compile(r"one[ _-]?way|einbahn", re.IGNORECASE)
-_WIDE = 5000.0  # units; a drawing without units that is wider is in mm, else in m
-_BROKEN = 50  # entities that are left out as damaged: each costs another reading
-_FAULTS, _LONGEST = 1000, 100  # that are named, and letters of each
+_WIDE = 5000.0  # units: a wider drawing that names no unit is in mm, others in m
+_BROKEN = 50  # damaged entities to leave out at most: each costs another reading
+_FAULTS, _LONGEST = 1000, 100  # faults to name, and letters of each, at most
 _FINE = 1000  # parts of a curve's size: no chord is finer
 
 
@@ -178,7 +178,7 @@ def _drawn(insert: Any, sizes: dict[str, int]) -> int:
     block = insert.block()
     name = str(insert.dxf.get("name", ""))
     if block is not None and name not in sizes:
-        sizes[name] = 1  # where it is inside itself, which ezdxf refuses
+        sizes[name] = 1  # for a block inside itself, which ezdxf refuses
         sizes[name] = sum(_drawn(part, sizes) if part.dxftype() == "INSERT" else 1 for part in block)
     return int(insert.mcount) * sizes.get(name, 1)
 

@@ -177,7 +177,7 @@ class _Drawing:
         critical = battery.threshold / battery.capacity if battery else None
         counts: dict[str, int] = {}
         for robot, kind in zip(fleet.robots(), fleet.kinds_of_robots(), strict=True):
-            kind = kind or "robot"  # noqa: PLW2901 - ordinary ones have no kind
+            kind = kind or "robot"  # noqa: PLW2901 - ordinary robots have no kind
             counts[kind] = counts.get(kind, 0) + 1
             size, speed = 2 * robot.radius * self.metre, robot.speed * self.metre / seconds
             self.plant.vehicles.append(Vehicle(f"{kind} {counts[kind]}", size, speed, critical=critical))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
 EXPECTED = "a graph (GraphML)"
-_NAME = "node"  # of the columns for what a graph says beside attributes
+_NAME = "node"  # column of a node's id, which is no attribute of it
 _TAIL, _HEAD = "from_node", "to_node"
 _WEIGHT, _SLACK = "weight", 0.99
 _NODE_LINK = re.compile(rb'\{\s*"(directed|multigraph|nodes)"\s*:')

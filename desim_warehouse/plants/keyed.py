@@ -16,7 +16,7 @@ from desim_warehouse.model.messages import printable
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.values.fields import LIMITS
 
-_MOST = 20  # problems that are told at once
+_MOST = 20  # problems in one error, at most
 _WRONG = 500_000  # values
 _LARGEST = LIMITS["number"][0]
 _FLAGS = {"true": True, "false": False}

@@ -43,9 +43,9 @@ OPTIONS = ("layout", "vehicle_type", "two_way", "strict")
 _MOST = 3_000_000  # values: LIF has many words for an edge
 _LETTER = "to the letter of LIF 1.0"
 _OPEN = "lists no vehicle type, which says that none may use it; taken to be open to all"
-_TYPES = 1000  # of vehicles, at most
-_FIT = 0.05  # of the distance between its nodes: a trajectory whose ends are off by more belongs elsewhere
-_RAMP = 1.0  # metres: a lift or ramp is at least so long
+_TYPES = 1000  # types of vehicles, at most
+_FIT = 0.05  # of the distance between the nodes: if the ends of a trajectory are off by more, it belongs elsewhere
+_RAMP = 1.0  # metres, the least length of a lift or ramp
 
 _STEEPEST = 30  # degree
 _NODES = 16  # of the quadrature

@@ -22,9 +22,9 @@ CURVE = 0.25
 """Metres that a chord may be off its curve."""
 NEAR = 2.0
 """Metres that a mark may be off its lane."""
-_MOST_TESTS = 500_000  # pairs of segments that are looked at: what a tangle of lines costs is limited
-_CELLS = 50_000  # of the grid in which neighbours are looked for
-_WINDOW = 64  # points of a line after which one stays: what curves cost is limited
+_MOST_TESTS = 500_000  # pairs of segments to test, a limit of the cost of tangled lines
+_CELLS = 50_000  # of the grid in which neighbours are searched
+_WINDOW = 64  # points of a line after which a point is kept, a limit of the cost of curves
 _FLAT = 1e-12
 
 Spot = tuple[float, float]

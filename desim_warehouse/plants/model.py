@@ -38,15 +38,13 @@ from desim_warehouse.values.fields import Part
 Content = dict[str, Any]
 Keys = tuple[str | int, ...]
 
-_SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
+_SIZE, _SPEED = 1.0, 1.0  # of a vehicle without them in the drawing: metres, m/s
 _HANDLING = 15
 _SHIFT = 8 * 3600
-_ROOM = (
-    2  # slots in all stations together for each point of the plant, which is more than robots that could drive there
-)
+_ROOM = 2  # slots in all stations together for each point of the plant, more than the robots that could drive there
 _LASTS, _CHARGES = 8 * 3600, 2 * 3600  # seconds from full to empty, and from empty to full
 _CRITICAL = 0.3
-_LONGEST = 500  # letters about what was lost, in a message
+_LONGEST = 500  # letters about losses in a message, at most
 _EQUAL = 1e-3  # lengths that differ by less are the straight distance
 
 
@@ -247,7 +245,7 @@ class _Maker:
         """A storage place at every point where robots load."""
         common = Counter(name for names in self.stops.load.values() for name in names)
         for rank, (point, names) in enumerate(self.stops.load.items()):
-            if names != [point] and any(common[name] == 1 for name in names):  # what is said of all says nothing
+            if names != [point] and any(common[name] == 1 for name in names):  # a name that all share tells nothing
                 self.named["layout", "storage", rank] = " + ".join(names)
         return [{"node": point} for point in self.stops.load]
 
@@ -449,7 +447,12 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
             empty.append(area)
     positions = {area.name: area.position for area in plant.areas}
     node = next(iter(content["layout"]["nodes"]))
-    any_work = {"goods": [0], "unload_at": [node], "load_time": 0, "unload_time": 0}  # those of orders are in a file
+    any_work = {
+        "goods": [0],
+        "unload_at": [node],
+        "load_time": 0,
+        "unload_time": 0,
+    }  # tasks from orders stand in a file
     model = load({**content, "tasks": any_work, "traffic": {"zones": zones}}) if zones else None
     if model is not None:
         for finding in examine(model.floor, model.traffic.zones, model.fleet.contact, "auto"):

@@ -30,7 +30,7 @@ from desim_warehouse.values.fields import LIMITS
 EXPECTED = "a map of Open-RMF (YAML with levels)"
 OPTIONS = ("layout", "graph")
 LARGEST, _MOST = 1_000_000, 200_000  # bytes and values: YAML is slow to read
-_DIFFER = 0.05  # of the mean: measured distances that do are doubted
+_DIFFER = 0.05  # of the mean: scales that differ by more are doubtful
 _PAIR = 2
 _UNNAMED = {"", "building", "site"}
 """What traffic editors call a map that nobody gave a name."""

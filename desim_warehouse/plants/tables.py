@@ -55,8 +55,8 @@ _SEVERAL = re.compile(r"\s*[+;,|/]\s*")
 _SHORTEST = 0.001
 """Of a length in metres, and of a speed in metres a second: what is below is a slip."""
 _METRES = UnitNames()
-_SHOWN = 30  # of them in a message
-_COMPARED = 1000  # names in which one like another is looked for
+_SHOWN = 30  # names in a message, at most
+_COMPARED = 1000  # names to search for a similar one, at most
 
 EXPECTED = "a table of nodes (CSV) with the columns name, x and y"
 NODES_FILE, EDGES_FILE = "nodes.csv", "edges.csv"

@@ -16,7 +16,7 @@ from desim_warehouse.plants.plant import Link, Plant, Vehicle, claim
 
 _MM = 1000
 _EXACT = 1e-6
-_ROUNDED = 0.001  # metres by which lengths may differ more once they are in mm
+_ROUNDED = 0.001  # metres: difference of lengths from rounding to mm
 _TYPES = {"load": "goods", "unload": "station", "charge": "charger"}
 _SIGNS = {"load": "LOAD_TRANSFER_GENERIC", "unload": "WORKING_GENERIC", "charge": "RECHARGE_GENERIC"}
 _TYPE_OF_RULE = {rule: kind for kind, rule in RULES.items()}

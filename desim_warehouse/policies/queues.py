@@ -48,7 +48,7 @@ class _Queues(ABC):
             if not tasks:
                 return
             group = free[begin : begin + self.robots]
-            most = max(self.candidates, self.depth * len(group))  # enough to fill the queues of all who are free
+            most = max(self.candidates, self.depth * len(group))  # enough to fill the queues of all free robots
             taken = set()
             for robot, queue in self._planned(situation, group, busy, tasks[:most]):
                 assigned = queue if self.commit else queue[:1]
