@@ -57,7 +57,7 @@ _GARBAGE = 200_000
 
 
 class _Commands(click.Group):
-    """Looks subcommands up in their modules when they are needed."""
+    """Group of subcommands, which are imported from their modules when they are needed."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta["desim.typed"] = list(args)

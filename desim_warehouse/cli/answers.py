@@ -1,4 +1,4 @@
-"""How every command that asks a question ends: its answer is kept, and printed as text or JSON."""
+"""The end of every command that asks a question: its answer is saved, and printed as text or JSON."""
 
 from __future__ import annotations
 
@@ -41,12 +41,12 @@ def columns() -> int:
 
 
 def is_terminal(stream: TextIO | None) -> bool:
-    """Whether somebody watches a stream; nobody watches a stream that was closed before the program began."""
+    """Whether a stream is a terminal; False for a stream that was closed before the program began."""
     return stream is not None and stream.isatty()
 
 
 def keep(answer: Answer, out: str | Path | None) -> Answer:
-    """Keep an answer in a folder, if that is there, with the command as it was typed, and return it with that."""
+    """Save an answer with the command as typed in a folder, if there is one, and return it with the command."""
     return answer.keep(out, typed())
 
 

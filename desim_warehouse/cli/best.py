@@ -97,7 +97,7 @@ def command(
 
 
 def _are_many(model: str, assignments: tuple[str, ...], factors: Mapping[str, Any], search: Search) -> bool:
-    """Whether not every design can have ten of the runs; refuses values that make no model, at their option."""
+    """Whether the designs are too many for ten runs each; raises at the option whose values make no model."""
     from desim_warehouse.study.designs.best_of_many import are_few
 
     alone = [study_of(model, assignments, {key: values}, search, name="best") for key, values in factors.items()]

@@ -83,7 +83,7 @@ def _calculated(estimate: QuickEstimate) -> dict[str, Any]:
 
 
 def _plain(value: Any) -> Any:
-    """The value as JSON: infinite numbers become null."""
+    """Convert a value for JSON: infinite numbers become null."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

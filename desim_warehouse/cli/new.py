@@ -87,7 +87,7 @@ def command(
 
 
 def _with_schema(model: Path, text: str) -> dict[Path, str]:
-    """A model file whose first line leads editors to the schema beside it, and that schema."""
+    """Texts by path: a model file whose first line leads editors to the schema beside it, and the schema."""
     from desim_warehouse.model import json_schema
 
     beside = model.with_suffix(".schema.json")
@@ -96,7 +96,7 @@ def _with_schema(model: Path, text: str) -> dict[Path, str]:
 
 
 def _of_gallery(context: click.Context, like: str) -> str:
-    """A model of the gallery; words for a draft beside it would be without effect."""
+    """Text of a model of the gallery; raises UsageError for words of a draft beside it, as they have no effect."""
     typed = ParameterSource.COMMANDLINE
     words = {str(option.name): option.opts[0] for option in context.command.params if option.name not in _OTHERS}
     flags = [flag for name, flag in words.items() if context.get_parameter_source(name) is typed]

@@ -109,7 +109,7 @@ def _by_distance(model: str, file: str, search: Search, *, force: bool) -> None:
 
 
 def _of_each(search: Search, floors: int) -> range:
-    """The seeds with which each floor is simulated."""
+    """Seeds with which each floor is simulated."""
     return range(search.seed, search.seed + (_RUNS if search.runs is None else search.runs // floors))
 
 
@@ -129,7 +129,7 @@ def _said(directions: Orientation) -> list[str]:
 
 
 def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
-    """Write the best of the floors by paired runs, and say how each of them does."""
+    """Write the best of the floors by paired runs, and print the results of each."""
     from desim_warehouse.answer import words
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
     from desim_warehouse.study.statistics.comparison import paired

@@ -160,14 +160,14 @@ def command(  # as long as its options are many
 
 
 def _priced(model: Model, **prices: float | None) -> Model:
-    """The model with prices that options give; without a section `prices` it runs all year."""
+    """Set prices from options in the model; without a section `prices` it runs all year."""
     changes = {key: price for key, price in prices.items() if price is not None}
     before = {"hours": ALL_YEAR} if model.prices is None else model.prices.content()
     return model.replace({"prices": {**before, **changes}}) if changes else model
 
 
 def _ranges(texts: tuple[str, ...], model: Model) -> dict[str, tuple[float, float]]:
-    """The ranges of `--uncertain`: of keys, or of a file that `desim calibrate` wrote beside the model."""
+    """Read the ranges of `--uncertain`: for keys, or in a file that `desim calibrate` wrote beside the model."""
     ranges: dict[str, tuple[float, float]] = {}
     for text in texts:
         if "=" in text:
@@ -218,7 +218,7 @@ def _of_file(path: str) -> Mapping[str, Any]:
 
 
 def _best(plan: Plan, model: Model) -> Model | None:
-    """The model with the fleet of the plan, for the last demand; None where no fleet is enough."""
+    """Model with the planned fleet for the last demand; None where no fleet is enough."""
     sized = plan.grown or plan.today
     return None if sized.best is None else model.replace({**sized.overrides, **sized.best.overrides})
 
@@ -231,7 +231,7 @@ def _give_with_thresholds(
     *,
     as_json: bool,
 ) -> None:
-    """Keep and print a plan, then the thresholds of its fleet, so that a failure in these loses nothing.
+    """Save and print a plan, then the thresholds of its fleet, so that a failure in the latter loses nothing.
 
     JSON is one object, which has the thresholds unless they fail.
     """

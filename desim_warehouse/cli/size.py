@@ -101,7 +101,7 @@ def command(
 
 
 def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:
-    """The fleets that `desim plan` would search, too: around what the quick estimate needs."""
+    """Range of fleets around the need by the quick estimate, as `desim plan` searches it."""
     from desim_warehouse.study.fleet.designs import Designs
 
     if key != FLEET:

@@ -164,7 +164,7 @@ def with_search(
 
 
 def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:
-    """How many replications of a design a search begins with, and the most."""
+    """Options `--first` and `--cap`: the replications of a design to begin with, and the most."""
     count = click.IntRange(2, MOST_REPLICATIONS)
 
     def looked(option: str, default: int | str, text: str) -> Callable[[F], F]:
@@ -261,7 +261,7 @@ def interruptible(study: Study | None, search: Search) -> Iterator[None]:
 
 
 def refuse_page(page: str | None, plan: StudyPlan) -> None:
-    """Refuse a page that cannot be, before anything is simulated, and make its folder; raises ReportError."""
+    """Refuse an impossible page before anything is simulated, and make its folder; raises ReportError."""
     if page is not None:
         from desim_warehouse.live.frozen import check
 
@@ -274,7 +274,7 @@ def refuse_page(page: str | None, plan: StudyPlan) -> None:
 
 
 def write_page(page: str | None, results: Results) -> None:
-    """Write the page of `--page`, if one is asked for, and say so."""
+    """Write the page of `--page`, if given, and print its path."""
     if page is not None:
         from desim_warehouse.live.frozen import what_if_page
 

@@ -31,14 +31,14 @@ _NAMED = 6
 
 
 def _factors(results: Results) -> list[str]:
-    """Heads of the columns of the factors, with their units."""
+    """Column heads of the factors, with their units."""
     from desim_warehouse.answer import words
 
     return [words.factor_head(factor, results.base.units) for factor in results.factors]
 
 
 def show_quantiles(results: Results, share: float) -> None:
-    """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
+    """Show a line for each design: factors, and a quantile over replications of each indicator, with its interval."""
     from desim_warehouse.answer import words
     from desim_warehouse.questions import sentences
     from desim_warehouse.study.statistics.intervals import replications_for_quantile
@@ -85,7 +85,7 @@ def _title(results: Results, shown: str) -> str:
 
 
 def show_failures(results: Results) -> None:
-    """Errors of runs, each once; raises StudyError where no run was finished."""
+    """Show the errors of runs, each once; raises StudyError where no run was finished."""
     failures: dict[str, int] = {}
     for row in results.rows:
         if row.outcome.error is not None:
@@ -97,7 +97,7 @@ def show_failures(results: Results) -> None:
 
 
 def sheet(title: str | None, *columns: str, pad_edge: bool = True) -> Table:
-    """A table without lines; a column whose name begins with > is aligned to the right."""
+    """Make a table without lines; a column whose name begins with > is aligned to the right."""
     from rich.table import Table
 
     made = Table(title=title, title_justify="left", box=None, pad_edge=pad_edge)

@@ -25,7 +25,7 @@ _CLEAR = "\r\x1b[K"
 
 
 class Waiting(StopSignal):
-    """A line about work under way, on a terminal only; as the signal of a run it knows how far the run is."""
+    """A line about work under way, on a terminal only; as the stop signal of a run it follows the run's clock."""
 
     def __init__(
         self, what: str, model: Model | None = None, until: float | None = None, stream: TextIO | None = None
@@ -56,7 +56,7 @@ class Waiting(StopSignal):
             self._thread.join()
 
     def obey(self, clock: Clock) -> None:
-        """Follow the clock of a run that is about to begin; raises StoppedError where it is to be stopped already."""
+        """Follow the clock of a run that is about to begin; raises StoppedError where a stop is already requested."""
         self.clock = clock
         super().obey(clock)
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def warn(
     model: Model, source: str | None = None, assignments: tuple[str, ...] = (), *, as_json: bool = False
 ) -> list[dict[str, str]]:
-    """Say on standard error which warnings `desim check` has for a model; with `as_json` only return them.
+    """Print the warnings of `desim check` for a model on standard error; with `as_json` only return them.
 
     `source` and `assignments` are what `desim check` takes to tell more; without a source the line does not name it.
 

@@ -75,7 +75,7 @@ METHODS = {
 
 
 class _RefusedError(Exception):
-    """A policy that cannot be created: the parameter at fault ("" for the name), and what is wrong."""
+    """A policy that cannot be created: the parameter at fault ("" for the name), and the reason."""
 
     def __init__(self, parameter: str, message: str) -> None:
         super().__init__(parameter, message)
@@ -84,7 +84,7 @@ class _RefusedError(Exception):
 
 
 def find(kind: str, name: str) -> type:
-    """The class of a policy: one of ours by its bare name, or the user's own as `module:Class` or `file.py:Class`.
+    """Find the class of a policy: ours by its bare name, the user's as `module:Class` or `file.py:Class`.
 
     Raises PolicyError where there is none.
     """
@@ -184,7 +184,7 @@ def reads_threshold(name: str, parameters: Mapping[str, Any]) -> bool:
 
 
 def resolved(name: str, folder: Path) -> str:
-    """The name with a policy file's path in full: relative to the model's folder, else to the working folder."""
+    """Return the name with the full path of a policy file, relative to the model's folder, else the working folder."""
     place, _, cls = name.rpartition(":")
     if not place.endswith(".py"):
         return name
@@ -195,7 +195,7 @@ def resolved(name: str, folder: Path) -> str:
 
 
 def _is_file(path: Path) -> bool:
-    """Whether there is such a file; a name that no file can have has none."""
+    """Whether the file exists; False for a name that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -203,7 +203,7 @@ def _is_file(path: Path) -> bool:
 
 
 def resolved_in(value: Any, folder: Path) -> Any:
-    """A part of a study with the paths of all policy files in it in full, relative to the study's folder."""
+    """Return a part of a study with full paths of all policy files, relative to the study's folder."""
     if isinstance(value, Mapping):
         return {key: resolved_in(item, folder) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -212,12 +212,12 @@ def resolved_in(value: Any, folder: Path) -> Any:
 
 
 def source_of(kind: str, name: str) -> str:
-    """The source text of a policy's class; raises PolicyError where it cannot be had."""
+    """Source text of a policy's class; raises PolicyError where it cannot be read."""
     return inspect.getsource(find(kind, name))
 
 
 def user_source(name: str) -> bytes:
-    """The content of the file that a user's own policy comes from; nothing for ours. None of it is run."""
+    """Content of the file of a user's policy, without running it; empty for our policies."""
     place, _, _ = name.rpartition(":")
     if not place:
         return b""
@@ -265,7 +265,7 @@ def _find(kind: str, name: str) -> type:
 
 
 def _defined(cls: type) -> str:
-    """Where a class stands that was read from a file."""
+    """Place of a class that was read from a file."""
     try:
         return f" ({inspect.getsourcefile(cls)}, line {inspect.getsourcelines(cls)[1]})"
     except (OSError, TypeError):

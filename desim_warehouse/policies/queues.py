@@ -21,7 +21,7 @@ OBJECTIVES = ("makespan", "total")
 
 @dataclass(frozen=True)
 class _Queues(ABC):
-    """The parameters and the procedure that the policies of this module share."""
+    """Parameters and procedure that the policies of this module share."""
 
     depth: int = 5
     objective: Literal["makespan", "total"] = "makespan"

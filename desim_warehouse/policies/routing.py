@@ -98,7 +98,7 @@ class Fastest(Shortest):
 
 
 def _tie(turns: Iterator[int], spread: int) -> int:
-    """Which of the equally good routes is taken in this turn; 0: the one that is always taken without `spread`."""
+    """Rank of the equally good route to take in this turn; 0: the route taken without `spread`."""
     return 0 if spread == 1 else 1 + next(turns) % spread
 
 

@@ -42,7 +42,7 @@ class Handling(Generic[T]):
     stations: Mapping[str, tuple[T | None, T | None]] = field(default_factory=dict)
 
     def at_stop(self, act: Act, flow: str = "", station: str | None = None) -> T:
-        """The time of a stop for a task of a flow: what the station at a node says, else the flow, else all tasks'."""
+        """Handling time of a stop: of the station at a node, else of the task's flow, else of all tasks."""
         if act == "visit":
             return self.visits[flow]
         which = act == "unload"
@@ -50,7 +50,7 @@ class Handling(Generic[T]):
         return self.flows.get(flow, (self.load_time, self.unload_time))[which] if own is None else own
 
     def times(self, task: Task, node: str = "") -> tuple[T, T]:
-        """The times of loading and unloading a task, given the node where it is unloaded, if that is known."""
+        """Times of loading and unloading a task; `node`: where it is unloaded, if that is known."""
         at_pick, at_drop = task.edge[0] if task.good < 0 else None, node if task.drop is None else None
         return self.at_stop("load", task.flow, at_pick), self.at_stop("unload", task.flow, at_drop)
 
