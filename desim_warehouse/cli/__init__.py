@@ -89,7 +89,7 @@ class _Context(click.Context):
 
 
 class _Commands(click.Group):
-    """Looks subcommands up in their modules when they are needed."""
+    """Group of subcommands, which are imported from their modules when they are needed."""
 
     def parse_args(self, ctx: click.Context, args: list[str]) -> list[str]:
         ctx.meta["desim.typed"] = list(args)
@@ -141,17 +141,21 @@ class _Commands(click.Group):
         return name, command, rest
 
     def _instead(self, ctx: click.Context, option: str, args: list[str]) -> str:
-        """What to type instead of an option that a command lacks: a key of the model, or a command that has it."""
+        """Suggest a replacement of an option that a command lacks: a key of the model, or a command that has it."""
         from desim_warehouse.errors import spoken
         from desim_warehouse.model.schema import OUTLINE
 
         word = option.removeprefix("--").replace("-", "_")
-        if any("--set" in one.opts for one in ctx.command.params) and (key := OUTLINE.named(word)):
+        if any("--set" in parameter.opts for parameter in ctx.command.params) and (key := OUTLINE.named(word)):
             _, _, value = next(arg for arg in args if arg.partition("=")[0] == option).partition("=")
             value = value or next(iter(args[args.index(option) + 1 :]), "")
             return f"Did you mean '--set {key}={value}'?"
         commands = ((name, self.get_command(ctx, name)) for name in COMMANDS)
-        having = [name for name, one in commands if one and any(option in known.opts for known in one.params)]
+        having = [
+            name
+            for name, command in commands
+            if command and any(option in parameter.opts for parameter in command.params)
+        ]
         return f"It is an option of desim {spoken(having)}." if having else ""
 
     def format_commands(self, ctx: click.Context, formatter: click.HelpFormatter) -> None:  # noqa: ARG002
@@ -162,8 +166,12 @@ class _Commands(click.Group):
 def _refuse_repeated(ctx: click.Context, args: list[str]) -> None:
     """Refuse an option of one value that is typed twice: click would take the last one without a word."""
     _, _, order = ctx.command.make_parser(ctx).parse_args(list(args))
-    single = [one for one in order if isinstance(one, click.Option) and not (one.multiple or one.is_flag or one.count)]
-    repeated = next((one for place, one in enumerate(single) if one in single[:place]), None)
+    single = [
+        option
+        for option in order
+        if isinstance(option, click.Option) and not (option.multiple or option.is_flag or option.count)
+    ]
+    repeated = next((option for place, option in enumerate(single) if option in single[:place]), None)
     if repeated is not None:
         ctx.fail(f"{repeated.opts[0]}: typed twice, expected once")
 
@@ -185,8 +193,8 @@ class _Harmless:
         self._stream = stream
 
     def write(self, text: str) -> None:
-        """Write it with such characters spelt out."""
-        self._stream.write(_OBEYED.sub(lambda found: repr(found[0])[1:-1], text))
+        """Write the text with control characters spelt out."""
+        self._stream.write(_OBEYED.sub(lambda match: repr(match[0])[1:-1], text))
 
     def __getattr__(self, name: str) -> Any:
         return getattr(self._stream, name)
@@ -204,17 +212,17 @@ def main() -> None:
     from desim_warehouse.study.execution import process
 
     process.alone()
-    if sys.stdout is not None:  # it is None where the shell has closed it
+    if sys.stdout is not None:  # None where the shell has closed it
         sys.stdout = _Harmless(sys.stdout)
     try:
         desim(standalone_mode=True)
     except WarehouseError as error:
-        said = str(error)
+        message = str(error)
     except OSError as error:  # a path that no file can have; the code that opens the file says more about it
-        said = f"{got(str(error.filename))}: {reason(error)}" if error.filename else reason(error)
+        message = f"{got(str(error.filename))}: {reason(error)}" if error.filename else reason(error)
     except UnicodeEncodeError as error:
-        said = f"{got(str(error.object))}: not text that can be written in {error.encoding.upper()}"
+        message = f"{got(str(error.object))}: not text that can be written in {error.encoding.upper()}"
     from desim_warehouse.model.messages import printable
 
-    click.echo("\n".join(map(printable, said.split("\n"))), err=True)
+    click.echo("\n".join(map(printable, message.split("\n"))), err=True)
     sys.exit(2)

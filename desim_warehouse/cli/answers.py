@@ -1,4 +1,4 @@
-"""How every command that asks a question ends: its answer is kept, and printed as text or JSON."""
+"""The end of every command that asks a question: its answer is saved, and printed as text or JSON."""
 
 from __future__ import annotations
 
@@ -46,14 +46,14 @@ def say(text: str) -> None:
 
 
 def columns() -> int:
-    """Columns of tables: those of the terminal, or where the output is none, as many as texts have."""
+    """Width of tables in columns: the terminal's, or the width of texts where the output is no terminal."""
     from desim_warehouse.answer.text import WIDTH
 
     return max(shutil.get_terminal_size().columns, _NARROWEST) if is_terminal(sys.stdout) else WIDTH
 
 
 def keep(answer: Answer, out: str | Path | None) -> Answer:
-    """Keep an answer in a folder, if that is there, with the command as it was typed, and return it with that."""
+    """Save an answer with the command as typed in a folder, if there is one, and return it with the command."""
     return answer.keep(out, typed())
 
 

@@ -85,7 +85,7 @@ def command(
     more = None if sense is None else sense == "maximise"
     factors = read_vary(vary)
     sought = [target, place_chargers, directions or None]
-    if any(one is not None for one in sought) or (factors and _are_many(model, assignments, factors, search)):
+    if any(choice is not None for choice in sought) or (factors and _are_many(model, assignments, factors, search)):
         if not factors and Path(model).is_dir():
             raise click.UsageError(f"{model}: a study, all of whose designs race; a search is for a model")
         asked = {"target": target, "place_chargers": place_chargers, "directions": directions, "maximise": more}
@@ -97,7 +97,7 @@ def command(
 
 
 def _are_many(model: str, assignments: tuple[str, ...], factors: Mapping[str, Any], search: Search) -> bool:
-    """Whether not every design can have ten of the runs; refuses values that make no model, at their option."""
+    """Whether the designs are too many for ten runs each; raises at the option whose values make no model."""
     from desim_warehouse.study.designs.best_of_many import are_few
 
     alone = [study_of(model, assignments, {key: values}, search, name="best") for key, values in factors.items()]
@@ -133,7 +133,7 @@ def _race(
 
 
 def _say_what_is_replaced(folder: str | Path | None) -> None:
-    """A folder has one answer: say which other one it no longer has."""
+    """Say which other answer of a folder is replaced, as a folder has one answer."""
     from desim_warehouse.answer.answer import load
     from desim_warehouse.folders import ANSWER
 
@@ -160,13 +160,13 @@ def _search(
     warnings = warn(base, model, assignments, as_json=as_json)
     zone = _delta(delta, indicator, base)
     with interruptible(None, search):
-        found = best(base, indicator, zone, **asked, search=search)
-    assert isinstance(found, BestOfMany)  # few designs without a target race above
-    answer = give(found.answer, search.out, warnings, as_json=as_json)
+        result = best(base, indicator, zone, **asked, search=search)
+    assert isinstance(result, BestOfMany)  # few designs without a target race above
+    answer = give(result.answer, search.out, warnings, as_json=as_json)
     if page is not None:
         WebPage(answer.question, page_of_answer(answer)).save(page)
         click.echo(f"{page}: open it in a browser", err=as_json)
-    if found.shown is False:
+    if result.shown is False:
         sys.exit(NONE_MEETS)
 
 

@@ -34,15 +34,15 @@ def command(
     from desim_warehouse.cli.tables import sheet, show
     from desim_warehouse.fleet_log.calibrate import calibrate
 
-    found = calibrate(model, logs, orders=orders, dates=dates)
-    write_files(found.files(Path(out)), force=force)
-    for line in found.notes:
+    calibration = calibrate(model, logs, orders=orders, dates=dates)
+    write_files(calibration.files(Path(out)), force=force)
+    for line in calibration.notes:
         click.echo(line)
     table = sheet(None, "figure", "mean, and 95 % interval", "from")
-    units = found.base.units
-    for one in found.estimates:
-        value = numbers.within(one.mean, one.low, one.high) if one.identified else "not identified"
-        table.add_row(words.factor_head(one.key, units), value, one.evidence)
+    units = calibration.base.units
+    for estimate in calibration.estimates:
+        value = numbers.within(estimate.mean, estimate.low, estimate.high) if estimate.identified else "not identified"
+        table.add_row(words.factor_head(estimate.key, units), value, estimate.evidence)
     show(table, fits=True)
     click.echo("not in a log: who is sent where (policies.allocation), the distance that robots keep")
     click.echo(f"{out} is written; next: desim validate {out} --against LOG")

@@ -76,14 +76,14 @@ def _content(report: Check) -> dict[str, Any]:
     }
 
 
-def _calculated(found: QuickEstimate) -> dict[str, Any]:
-    knee, limit = found.knee
-    more = {"capacity": found.capacity, "robots_needed": found.robots_needed, "knee": knee, "limit": limit}
-    return {**dataclasses.asdict(found), **more}
+def _calculated(estimate: QuickEstimate) -> dict[str, Any]:
+    knee, limit = estimate.knee
+    more = {"capacity": estimate.capacity, "robots_needed": estimate.robots_needed, "knee": knee, "limit": limit}
+    return {**dataclasses.asdict(estimate), **more}
 
 
 def _plain(value: Any) -> Any:
-    """The value as JSON: infinite numbers become null."""
+    """Convert a value for JSON: infinite numbers become null."""
     if isinstance(value, dict):
         return {key: _plain(item) for key, item in value.items()}
     if isinstance(value, list | tuple):

@@ -41,5 +41,5 @@ def command(
         click.echo(note, err=True)
     base = read_assignments(baseline, "--baseline") or None
     chosen = indicators or results.plan.indicators or results.usual(3)
-    found = {name: results.compare(name, base, method) for name in chosen}
-    give(compare_words.answer(results, found), None, None, as_json=as_json)
+    comparisons = {name: results.compare(name, base, method) for name in chosen}
+    give(compare_words.answer(results, comparisons), None, None, as_json=as_json)

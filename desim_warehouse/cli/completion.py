@@ -1,4 +1,4 @@
-"""What a shell completes besides commands and options: keys of a model, indicators, and files."""
+"""Shell completion beyond commands and options: keys of a model, indicators, and files."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from desim_warehouse.errors import WarehouseError
 
 
 class AtPath(click.ParamType[str]):
-    """The path of a file or folder, which is looked at by the code that opens it."""
+    """The path of a file or folder, checked only by the code that opens it."""
 
     name = "path"
 
@@ -30,7 +30,7 @@ class Bash(BashComplete):
 
 
 def keys_then(end: str) -> Callable[[click.Context, click.Parameter, str], list[str]]:
-    """Complete dotted keys of a model, section by section; names are those of the model file before it on the line."""
+    """Complete dotted keys of a model, section by section, with the names in the model file earlier on the line."""
 
     def complete(context: click.Context, _: click.Parameter, incomplete: str) -> list[str]:
         from desim_warehouse.model.schema import OUTLINE
@@ -53,7 +53,7 @@ def indicators(_: click.Context, __: click.Parameter, incomplete: str) -> list[s
 
 
 def _names(typed: Iterable[str], above: Iterable[str]) -> list[str]:
-    """The keys that a section of the file on the line has; none where it cannot be read."""
+    """Keys of a section of the model file on the line; none where it cannot be read."""
     from desim_warehouse.model.parse import read_yaml
 
     file = next((word for word in typed if Path(word).is_file()), None)

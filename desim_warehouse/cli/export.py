@@ -59,8 +59,8 @@ def command(path: str, form: str, out: str | None, noise: float, gaps: float, fo
 
     place = Path(path)
     if form in _RUN and (place.is_dir() or form not in _MODEL or place.suffix.lower() not in {".yaml", ".yml"}):
-        to = place / _RUN[form][0] if out is None else Path(out)
-        click.echo(export(load_run(path), form, to, noise=noise, gaps=gaps, force=force))
+        target = place / _RUN[form][0] if out is None else Path(out)
+        click.echo(export(load_run(path), form, target, noise=noise, gaps=gaps, force=force))
         return
     if place.is_dir():
         _layout(load_run(path).model, form, Path(out or place / f"layout{_MODEL[form][0]}"), force)

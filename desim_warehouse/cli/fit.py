@@ -25,19 +25,19 @@ def command(file: str, column: str, unit: str, out: str | None) -> None:
     from desim_warehouse.questions import input_words
     from desim_warehouse.study.fit import fit, read_times
 
-    found = fit(read_times(Path(file), column))
-    measured, verdict = input_words.fitted(found, unit)
+    proposal = fit(read_times(Path(file), column))
+    measured, verdict = input_words.fitted(proposal, unit)
     click.echo(measured)
     table = sheet(None, "distribution", ">AIC")
-    for row in input_words.candidates(found, unit):
+    for row in input_words.candidates(proposal, unit):
         table.add_row(*row)
     show(table)
-    click.echo(f"{verdict}\n{input_words.proposed(found, file, column)}")
+    click.echo(f"{verdict}\n{input_words.proposed(proposal, file, column)}")
     if out is not None:
         from desim_warehouse.plot import fitted
         from desim_warehouse.plot.style import save
 
         refuse_theirs(Path(out), (ANSWER, "fit.png", "fit.svg"))
-        save(fitted(found, unit=unit).get_figure(root=True), Path(out), "fit")
-        keep(input_words.fit(found, file, column, unit), out)
+        save(fitted(proposal, unit=unit).get_figure(root=True), Path(out), "fit")
+        keep(input_words.fit(proposal, file, column, unit), out)
         click.echo(f"written to {out}")

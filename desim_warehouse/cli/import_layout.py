@@ -74,8 +74,8 @@ def command(
     """Make a model of a file; see `_HELP`."""
     from desim_warehouse.plants import import_layout
 
-    given = {option: value for option, value in others.items() if value not in {None, ()}}
-    made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots, **given)
+    chosen = {option: value for option, value in others.items() if value not in {None, ()}}
+    made = import_layout(file, operations=dict(map(_operation, operations)), robots=robots, **chosen)
     if out is None and made.orders:
         raise click.UsageError("the tasks of this file are written beside the model; name one with -o")
     if out is None:

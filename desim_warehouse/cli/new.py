@@ -63,7 +63,7 @@ _OTHERS = ("file", "like", "schema", "force")
 @with_force
 @click.pass_context
 def command(
-    context: click.Context, /, file: str | None, *, like: str | None, schema: bool, force: bool, **given: Any
+    context: click.Context, /, file: str | None, *, like: str | None, schema: bool, force: bool, **wishes: Any
 ) -> None:
     """Write a commented model FILE from a few words, ready for `check`, `draw`, `run` and `plan`.
 
@@ -73,21 +73,21 @@ def command(
 
     if like:
         file, text = file or f"{like}.yaml", _of_gallery(context, like)
-        said = " ".join(line.removeprefix("# ") for line in text.split("\nname:")[0].splitlines())
+        summary = " ".join(line.removeprefix("# ") for line in text.split("\nname:")[0].splitlines())
     else:
         if file is None:
             if not sys.stdin.isatty():
                 raise click.UsageError("which file? Expected FILE, such as w.yaml; in a terminal `desim new` asks")
-            file, given = _asked(given)
-        text = draft(_words(given))
-        said = text.splitlines()[0].removeprefix("# ")
+            file, wishes = _asked(wishes)
+        text = draft(_words(wishes))
+        summary = text.splitlines()[0].removeprefix("# ")
     write_files(_with_schema(Path(file), text) if schema else {Path(file): text}, force=force)
-    click.echo(said)
+    click.echo(summary)
     click.echo(f"{file} is written; next: desim check {file}")
 
 
 def _with_schema(model: Path, text: str) -> dict[Path, str]:
-    """A model file whose first line leads editors to the schema beside it, and that schema."""
+    """Texts by path: a model file whose first line leads editors to the schema beside it, and the schema."""
     from desim_warehouse.model import json_schema
 
     beside = model.with_suffix(".schema.json")
@@ -96,20 +96,20 @@ def _with_schema(model: Path, text: str) -> dict[Path, str]:
 
 
 def _of_gallery(context: click.Context, like: str) -> str:
-    """A model of the gallery; words for a draft beside it would be without effect."""
+    """Text of a model of the gallery; raises UsageError for words of a draft beside it, as they have no effect."""
     typed = ParameterSource.COMMANDLINE
     words = {str(option.name): option.opts[0] for option in context.command.params if option.name not in _OTHERS}
-    said = [flag for name, flag in words.items() if context.get_parameter_source(name) is typed]
-    if said:
-        raise click.UsageError(f"{' and '.join(said)}: not with --like; write the file, then correct it there")
+    flags = [flag for name, flag in words.items() if context.get_parameter_source(name) is typed]
+    if flags:
+        raise click.UsageError(f"{' and '.join(flags)}: not with --like; write the file, then correct it there")
     return gallery()[like].read_text(encoding="utf-8")
 
 
-def _words(given: dict[str, Any]) -> Draft:
+def _words(wishes: dict[str, Any]) -> Draft:
     from desim_warehouse.draft import Draft, read_orders, read_packers, read_size
     from desim_warehouse.working_day import WorkingDay, read_peak, read_shifts
 
-    words = dict(given)
+    words = dict(wishes)
     shifts, peak = words.pop("shifts"), words.pop("peak")
     open_from_to = read_shifts(shifts) if shifts else ()
     day, even = WorkingDay(open_from_to, read_peak(peak, open_from_to) if peak else None), WorkingDay(open_from_to)
@@ -119,18 +119,18 @@ def _words(given: dict[str, Any]) -> Draft:
         "day": day,
         "packers": None if words["packers"] is None else read_packers(words["packers"]),
         "inbound": read_orders(words["inbound"], "--inbound", even) if words["inbound"] else 0.0,
-        "people": any(one is not None for one in (shifts, peak, words["packers"], words["inbound"])),
+        "people": any(wish is not None for wish in (shifts, peak, words["packers"], words["inbound"])),
     }
     return Draft(**{**words, **read})
 
 
-def _asked(given: dict[str, Any]) -> tuple[str, dict[str, Any]]:
-    """The same words, prompted for one by one; Enter alone takes the default in brackets."""
+def _asked(defaults: dict[str, Any]) -> tuple[str, dict[str, Any]]:
+    """Prompt for the file and the words of a draft one by one; Enter alone takes the default in brackets."""
     file = click.prompt("Model file to write", default="warehouse.yaml")
-    words = dict(given)
-    words["size"] = click.prompt("Floor in metres, width x height", default=given["size"])
-    words["orders"] = click.prompt("Orders", default=given["orders"])
-    words["due"] = click.prompt("Due after how many minutes", default=f"{given['due']:g}", type=TimeIn("min"))
+    words = dict(defaults)
+    words["size"] = click.prompt("Floor in metres, width x height", default=defaults["size"])
+    words["orders"] = click.prompt("Orders", default=defaults["orders"])
+    words["due"] = click.prompt("Due after how many minutes", default=f"{defaults['due']:g}", type=TimeIn("min"))
     words["shifts"] = _text("Shifts", "always")
     words["peak"] = _text("Peak, such as 11:30-13x1.6", "none")
     words["packers"] = _text("Packers, or auto", "not said")
@@ -142,17 +142,17 @@ def _asked(given: dict[str, Any]) -> tuple[str, dict[str, Any]]:
 
 
 def _text(what: str, otherwise: str) -> str | None:
-    """What is said; None by default."""
-    said: str = click.prompt(what, default=otherwise)
-    return None if said == otherwise else said
+    """Prompt for a text; None where the default is taken."""
+    reply: str = click.prompt(what, default=otherwise)
+    return None if reply == otherwise else reply
 
 
 def _number(name: str, otherwise: str) -> int | None:
-    """How many; None by default."""
+    """Prompt for a whole number; None where the default is taken."""
     while True:
-        said = click.prompt(f"How many {name}", default=otherwise)
-        if said == otherwise:
+        reply = click.prompt(f"How many {name}", default=otherwise)
+        if reply == otherwise:
             return None
-        if said.isdecimal():
-            return int(said)
-        click.echo(f"{said}: not a number; Enter alone: {otherwise}")
+        if reply.isdecimal():
+            return int(reply)
+        click.echo(f"{reply}: not a number; Enter alone: {otherwise}")

@@ -71,12 +71,14 @@ def with_overrides(command: F) -> F:
     """Add `--set`, `--unset` and `--accept`; the command is called with all as `assignments`."""
 
     @wraps(command)
-    def call(*, assignments: tuple[str, ...], removed: tuple[str, ...], accepted: tuple[str, ...], **given: Any) -> Any:
+    def call(
+        *, assignments: tuple[str, ...], removed: tuple[str, ...], accepted: tuple[str, ...], **options: Any
+    ) -> Any:
         from desim_warehouse.model import UNSET
 
         accept = (f"accept=[{', '.join(accepted)}]",) if accepted else ()
         gone = (f"{key}={UNSET.value}" for key in removed)
-        return command(assignments=(*assignments, *gone, *accept), **given)
+        return command(assignments=(*assignments, *gone, *accept), **options)
 
     return cast("F", _set(_unset(_accept(call))))
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 )
 @click.option("--skip-bad", is_flag=True, help="Leave out rows with problems; they are written beside --out.")
 def command(
-    file: str, model: str, out: str | None, force: bool, columns: tuple[str, ...], skip_bad: bool, **given: Any
+    file: str, model: str, out: str | None, force: bool, columns: tuple[str, ...], skip_bad: bool, **settings: Any
 ) -> None:
     """Read a day of orders from a WMS or ERP: FILE in CSV, Excel or Parquet, checked against the places of MODEL.
 
@@ -46,7 +46,7 @@ def command(
     """
     from desim_warehouse.orders.day import files, order_day, write
 
-    day = order_day(file, model, columns=dict(map(_column, columns)), **given)
+    day = order_day(file, model, columns=dict(map(_column, columns)), **settings)
     if day.problems and not skip_bad:
         raise ModelError([*day.problems, f"{file}: --skip-bad leaves out {number_of(len(day.skipped), 'row')}"])
     if not day.lines:
@@ -82,8 +82,8 @@ def _show(file: str, day: OrderDay) -> None:
         click.echo(f"the run starts at {_clock(day.how.clock)}: nobody works until then; run.start says when it does")
     if day.unread:
         click.echo(f"not read: {', '.join(day.unread)}")
-    for one in day.assumed:
-        click.echo(f"assumed: {one}")
+    for assumption in day.assumed:
+        click.echo(f"assumed: {assumption}")
 
 
 def _clock(seconds: float) -> str:

@@ -100,16 +100,16 @@ def _by_distance(model: str, file: str, search: Search, *, force: bool) -> None:
     from desim_warehouse.model.oriented import orientation, oriented_files
 
     base = load_model(model, ())
-    found = orientation(base)
-    write_files(oriented_files(Path(model), base, found, Path(file)), force=force)
-    click.echo("\n".join(_said(found)))
+    directions = orientation(base)
+    write_files(oriented_files(Path(model), base, directions, Path(file)), force=force)
+    click.echo("\n".join(_said(directions)))
     if each := _of_each(search, 2):
         click.echo(_compared(base, load_model(file, ()), each))
     _written(file)
 
 
 def _of_each(search: Search, floors: int) -> range:
-    """The seeds with which each floor is simulated."""
+    """Seeds with which each floor is simulated."""
     return range(search.seed, search.seed + (_RUNS if search.runs is None else search.runs // floors))
 
 
@@ -117,32 +117,32 @@ def _written(file: str) -> None:
     click.echo(f"{file} is written; next: desim check {file}")
 
 
-def _said(found: Orientation) -> list[str]:
-    lines = [f"{len(found.kept)} two-way lanes are one-way now; trips between storage and stations are "]
-    lines[0] += f"{found.stretch:.2f} times as long"
-    if round(found.stretch, 2) > _FAR:  # by the figure that is said
+def _said(directions: Orientation) -> list[str]:
+    lines = [f"{len(directions.kept)} two-way lanes are one-way now; trips between storage and stations are "]
+    lines[0] += f"{directions.stretch:.2f} times as long"
+    if round(directions.stretch, 2) > _FAR:  # by the figure that is said
         lines.append(f"warning: more than {_FAR} times as long; two-way lanes may serve better here")
-    if found.bridges:
-        names = first_of(["-".join(lane) for lane in found.bridges], _SHOWN)
-        lines.append(f"{len(found.bridges)} stay two-way, as they alone lead to what is beyond: {names}")
+    if directions.bridges:
+        names = first_of(["-".join(lane) for lane in directions.bridges], _SHOWN)
+        lines.append(f"{len(directions.bridges)} stay two-way, as they alone lead to what is beyond: {names}")
     return lines
 
 
 def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
-    """Write the best of the floors by paired runs, and say how each of them does."""
+    """Write the best of the floors by paired runs, and print the results of each."""
     from desim_warehouse.answer import words
     from desim_warehouse.model.oriented import orientation, oriented, oriented_files
     from desim_warehouse.study.statistics.comparison import paired
 
     base = load_model(path, ())
-    found = orientation(base)
+    directions = orientation(base)
     key = _judged_by(base)
     floors: dict[str, float | None] = {"one-way": None} | {f"preferred, {factor:g}": factor for factor in _AGAINST}
     each = _of_each(search, 1 + len(floors))
     if not each:
         raise click.UsageError(f"--prefer chooses by runs; expected --runs {1 + len(floors)} or more")
     kpis = {"two-way": _runs(base, key, each)}
-    kpis |= {name: _runs(oriented(base, found, factor), key, each) for name, factor in floors.items()}
+    kpis |= {name: _runs(oriented(base, directions, factor), key, each) for name, factor in floors.items()}
     means = {name: math.fsum(values) / len(each) for name, values in kpis.items()}
     best = (max if key == _OPEN else min)(means, key=means.__getitem__)
     scale = words.scale(key, base, list(means.values()))
@@ -153,16 +153,16 @@ def _prefer(path: str, file: str, search: Search, *, force: bool) -> None:
     if best == "two-way":
         click.echo(f"two-way lanes as they are do best: {file} is not written")
         return
-    write_files(oriented_files(Path(path), base, found, Path(file), floors[best]), force=force)
+    write_files(oriented_files(Path(path), base, directions, Path(file), floors[best]), force=force)
     if floors[best] is None:
-        click.echo("\n".join(_said(found)))
+        click.echo("\n".join(_said(directions)))
     else:
-        click.echo(f"{len(found.kept)} two-way lanes prefer a direction: against: {floors[best]:g} on each")
+        click.echo(f"{len(directions.kept)} two-way lanes prefer a direction: against: {floors[best]:g} on each")
     _written(file)
 
 
 def _judged_by(model: Model) -> str:
-    """What floors are compared by: what is delivered follows demand on any floor, but where tasks are always open."""
+    """Indicator that compares floors: a duration, as throughput follows demand unless tasks are always open."""
     if model.tasks.never_end and not model.tasks.arrive:
         return _OPEN
     return "cycle_time_mean" if model.run.length else "T"
@@ -192,6 +192,6 @@ def _compared(two_way: Model, one_way: Model, seeds: range) -> str:
         verdict = "two-way does better"
     means = [math.fsum(values) / len(seeds) for values in kpis]
     scale = words.scale(key, two_way, means)
-    said = " against ".join(map(scale.value, means))
+    both = " against ".join(map(scale.value, means))
     name = words.in_sentence(key)
-    return f"{name} of {len(seeds)} runs each: one-way {said} two-way, {scale.estimate(gain)} by pairs: {verdict}"
+    return f"{name} of {len(seeds)} runs each: one-way {both} two-way, {scale.estimate(gain)} by pairs: {verdict}"

@@ -20,11 +20,11 @@ def command(study: str, out: str) -> None:
     """
     from desim_warehouse.report.paper import reproduce
 
-    found = reproduce(study)
-    _show(found.table)
-    for line in found.verdict():
+    reproduction = reproduce(study)
+    _show(reproduction.table)
+    for line in reproduction.verdict():
         click.echo(line)
-    click.echo(f"written to {found.save(out)}")
+    click.echo(f"written to {reproduction.save(out)}")
 
 
 def _show(table: pd.DataFrame) -> None:

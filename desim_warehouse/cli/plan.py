@@ -162,28 +162,28 @@ def command(  # as long as its options are many
 
 
 def _priced(model: Model, **prices: float | None) -> Model:
-    """The model with prices that options give; without a section `prices` it runs all year."""
-    given = {key: price for key, price in prices.items() if price is not None}
+    """Set prices from options in the model; without a section `prices` it runs all year."""
+    changes = {key: price for key, price in prices.items() if price is not None}
     before = {"hours": ALL_YEAR} if model.prices is None else model.prices.content()
-    return model.replace({"prices": {**before, **given}}) if given else model
+    return model.replace({"prices": {**before, **changes}}) if changes else model
 
 
-def _ranges(given: tuple[str, ...], model: Model) -> dict[str, tuple[float, float]]:
-    """The ranges of `--uncertain`: of keys, or of a file that `desim calibrate` wrote beside the model."""
-    found: dict[str, tuple[float, float]] = {}
-    for text in given:
+def _ranges(texts: tuple[str, ...], model: Model) -> dict[str, tuple[float, float]]:
+    """Read the ranges of `--uncertain`: for keys, or in a file that `desim calibrate` wrote beside the model."""
+    ranges: dict[str, tuple[float, float]] = {}
+    for text in texts:
         if "=" in text:
             key, _, ends = (part.strip() for part in text.partition("="))
-            found[key] = _ends(key, ends.split(".."), model)
+            ranges[key] = _ends(key, ends.split(".."), model)
             continue
         for key, ends in _of_file(text).items():
             if ends.get("high") is None:
                 click.echo(f"{text}: {key} has no upper end, and is left out (--uncertain {key}=LOW..HIGH)", err=True)
             elif ends["low"] < ends["high"]:
-                found[key] = float(ends["low"]), float(ends["high"])
-    if given and not found:
-        raise ModelError([f"--uncertain {' '.join(given)}: no range in it, expected KEY=LOW..HIGH or such a file"])
-    return found
+                ranges[key] = float(ends["low"]), float(ends["high"])
+    if texts and not ranges:
+        raise ModelError([f"--uncertain {' '.join(texts)}: no range in it, expected KEY=LOW..HIGH or such a file"])
+    return ranges
 
 
 def _ends(key: str, ends: list[str], model: Model) -> tuple[float, float]:
@@ -191,12 +191,12 @@ def _ends(key: str, ends: list[str], model: Model) -> tuple[float, float]:
     from desim_warehouse.model.facts.keys import about
     from desim_warehouse.values.units import quantity
 
-    known = about(key)
-    if known is None or len(ends) != 2:  # noqa: PLR2004
-        what = "no key of a model" if known is None else "no range"
+    entry = about(key)
+    if entry is None or len(ends) != 2:  # noqa: PLR2004
+        what = "no key of a model" if entry is None else "no range"
         raise ModelError([f"--uncertain {key}={'..'.join(ends)}: {what}, expected such as tasks.load_time=7..19"])
     try:
-        low, high = (quantity(end, known.kind, model.units.names) if known.kind else float(end) for end in ends)
+        low, high = (quantity(end, entry.kind, model.units.names) if entry.kind else float(end) for end in ends)
     except ValueError as error:
         raise ModelError([f"--uncertain {key}={'..'.join(ends)}: {error}"]) from None
     if not low < high:
@@ -213,14 +213,14 @@ def _of_file(path: str) -> Mapping[str, Any]:
         raise ModelError([f"--uncertain {path}: no KEY=LOW..HIGH, and no file ({reason(error)})"]) from None
     data: Any = document.data
     ends = data.values() if isinstance(data, dict) and not document.problems else [None]
-    if not all(isinstance(one, dict) and isinstance(one.get("low"), int | float) for one in ends):
+    if not all(isinstance(pair, dict) and isinstance(pair.get("low"), int | float) for pair in ends):
         raise ModelError([f"--uncertain {path}: not as desim calibrate writes it, expected keys with low and high"])
-    found: Mapping[str, Any] = data
-    return found
+    ranges: Mapping[str, Any] = data
+    return ranges
 
 
 def _best(plan: Plan, model: Model) -> Model | None:
-    """The model with the fleet of the plan, for the last demand; None where no fleet is enough."""
+    """Model with the planned fleet for the last demand; None where no fleet is enough."""
     sized = plan.grown or plan.today
     return None if sized.best is None else model.replace({**sized.overrides, **sized.best.overrides})
 
@@ -233,7 +233,7 @@ def _give_with_thresholds(
     *,
     as_json: bool,
 ) -> None:
-    """Keep and print a plan, then the thresholds of its fleet, so that a failure in these loses nothing.
+    """Save and print a plan, then the thresholds of its fleet, so that a failure in the latter loses nothing.
 
     JSON is one object, which has the thresholds unless they fail.
     """
@@ -259,19 +259,19 @@ def _give_with_thresholds(
 # Named options
 
 
-def _options(given: tuple[str, ...], model: Model) -> dict[str, Model]:
-    """Options such as `A: prices.robot=6000; fleet.robot.speed=1.5` or `B: other.yaml`, and those of files, as models.
+def _options(texts: tuple[str, ...], model: Model) -> dict[str, Model]:
+    """Read options as models: `A: prices.robot=6000; fleet.robot.speed=1.5`, `B: other.yaml`, or files of them.
 
     Raises:
         ModelError: no such option, one that is there twice, or what `load` refuses.
     """
-    found: dict[str, Model] = {}
-    for text in given:
+    options: dict[str, Model] = {}
+    for text in texts:
         for name, what in _named(text):
-            if name in found:
+            if name in options:
                 raise ModelError([f"--option {name}: there twice, expected each once"])
-            found[name] = _model(name, what, model)
-    return found
+            options[name] = _model(name, what, model)
+    return options
 
 
 def _named(text: str) -> Iterator[tuple[str, Any]]:

@@ -23,15 +23,15 @@ def command(name: str | None) -> None:
                 _line(kind, policy)
         click.echo("Your own: module:Class or file.py:Class, see docs/how-to/own-policy.md")
         return
-    found = [(kind, name) for kind in OURS if name in OURS[kind]]
-    if not found and ":" in name:
-        found = [(kind, name) for kind in OURS if _is_one(kind, name)]
-    if not found:
+    matches = [(kind, name) for kind in OURS if name in OURS[kind]]
+    if not matches and ":" in name:
+        matches = [(kind, name) for kind in OURS if _is_one(kind, name)]
+    if not matches:
         every = dict.fromkeys(policy for policies in OURS.values() for policy in policies)
         near = nearest(name, every)
         hint = f"did you mean {near!r}? Expected" if near else "expected"
         raise click.UsageError(f"no policy {name!r}, {hint} one of {', '.join(every)}, or your own as file.py:Class")
-    for kind, policy in found:
+    for kind, policy in matches:
         click.echo(f"policies.{kind}: {policy}\n")
         click.echo(inspect.cleandoc(find(kind, policy).__doc__ or "(no description)") + "\n")
         click.echo(source_of(kind, policy))

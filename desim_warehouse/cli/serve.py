@@ -59,16 +59,16 @@ def command(
         _wait(live, opens=opens)
 
 
-def _vary(given: tuple[str, ...]) -> dict[str, Any]:
-    """Keys with their values; None: the usual ones."""
-    found: dict[str, Any] = {}
-    for text in given:
-        found |= read_vary((text,)) if "=" in text else {text.strip(): None}
-    return found
+def _vary(texts: tuple[str, ...]) -> dict[str, Any]:
+    """Keys with their values; None: the usual values."""
+    factors: dict[str, Any] = {}
+    for text in texts:
+        factors |= read_vary((text,)) if "=" in text else {text.strip(): None}
+    return factors
 
 
 def _wait(live: Live, *, opens: bool) -> None:
-    """Say where the page is, until somebody ends it."""
+    """Print the address of the page, and wait until it is stopped."""
     ended = threading.Event()
     for number in (signal.SIGINT, signal.SIGTERM, *([signal.SIGHUP] if hasattr(signal, "SIGHUP") else [])):
         signal.signal(number, lambda *_: ended.set())

@@ -101,7 +101,7 @@ def command(
 
 
 def _estimated(model: str, key: str, assignments: tuple[str, ...]) -> str:
-    """The fleets that `desim plan` would search, too: around what the quick estimate needs."""
+    """Range of fleets around the need by the quick estimate, as `desim plan` searches it."""
     from desim_warehouse.study.fleet.designs import Designs
 
     if key != FLEET:
@@ -115,10 +115,10 @@ def _read_range(values: str) -> Any:
     from desim_warehouse.errors import ModelError
 
     problems: list[str] = []
-    found = read_values(values, f"--range {values}", problems)
+    levels = read_values(values, f"--range {values}", problems)
     if problems:
         raise ModelError(problems)
-    return found
+    return levels
 
 
 def _see_upwards(values: str, searched: list[Any]) -> None:

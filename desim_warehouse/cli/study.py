@@ -90,7 +90,7 @@ def command(
 
 
 def _as_saved(study: str) -> Results | None:
-    """The results of a folder whose study another version finished: these are shown, not simulated anew."""
+    """Results of a folder whose study another version finished, to be shown without simulating it anew."""
     from desim_warehouse.questions.study import Results
 
     results = Results.load(study) if Path(study).is_dir() else None

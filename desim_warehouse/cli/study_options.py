@@ -145,11 +145,15 @@ def with_search(
 
     def add(function: F) -> F:
         @wraps(function)
-        def call(*, no_cache: bool, quiet: bool, **given: Any) -> Any:
+        def call(*, no_cache: bool, quiet: bool, **arguments: Any) -> Any:
             from desim_warehouse.study.search import Search
 
-            said = {field.name: given.pop(field.name) for field in dataclass_fields(Search) if field.name in given}
-            return function(**given, search=Search(**said, cache=not no_cache, progress=not quiet, command=typed()))
+            settings = {
+                field.name: arguments.pop(field.name) for field in dataclass_fields(Search) if field.name in arguments
+            }
+            return function(
+                **arguments, search=Search(**settings, cache=not no_cache, progress=not quiet, command=typed())
+            )
 
         decorated = cast("F", call)
         for option in reversed(options):
@@ -160,7 +164,7 @@ def with_search(
 
 
 def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:
-    """How many replications of a design a search begins with, and the most."""
+    """Options `--first` and `--cap`: the replications of a design to begin with, and the most."""
     count = click.IntRange(2, MOST_REPLICATIONS)
 
     def looked(option: str, default: int | str, text: str) -> Callable[[F], F]:
@@ -175,12 +179,12 @@ def _looks(first: int | str, cap: int | str) -> list[Callable[[F], F]]:
 
 
 def at_home(search: Search, study: str) -> Search:
-    """The same; a study that is a folder is resumed there."""
+    """Return the search with its folder: a study that is a folder is resumed there."""
     return replace(search, out=search.out or study) if Path(study).is_dir() else search
 
 
 def stated(search: Search) -> dict[str, Any]:
-    """What options say of a search that a study file says, too: only what was typed."""
+    """Fields of a search that were typed as options and that a study file has, too."""
     source = click.get_current_context().get_parameter_source
     return {name: getattr(search, name) for name in _STATED if source(name) not in {None, ParameterSource.DEFAULT}}
 
@@ -257,7 +261,7 @@ def interruptible(study: Study | None, search: Search) -> Iterator[None]:
 
 
 def refuse_page(page: str | None, plan: StudyPlan) -> None:
-    """Refuse a page that cannot be, before anything is simulated, and make its folder; raises ReportError."""
+    """Refuse an impossible page before anything is simulated, and make its folder; raises ReportError."""
     if page is not None:
         from desim_warehouse.live.frozen import check
 
@@ -270,7 +274,7 @@ def refuse_page(page: str | None, plan: StudyPlan) -> None:
 
 
 def write_page(page: str | None, results: Results) -> None:
-    """Write the page of `--page`, if one is asked for, and say so."""
+    """Write the page of `--page`, if given, and print its path."""
     if page is not None:
         from desim_warehouse.live.frozen import what_if_page
 

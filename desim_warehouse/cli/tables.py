@@ -31,25 +31,25 @@ _NAMED = 6
 
 
 def _factors(results: Results) -> list[str]:
-    """Heads of the columns of the factors, with their units."""
+    """Column heads of the factors, with their units."""
     from desim_warehouse.answer import words
 
     return [words.factor_head(factor, results.base.units) for factor in results.factors]
 
 
 def show_quantiles(results: Results, share: float) -> None:
-    """A line for each design: its factors, and for each indicator a quantile of its replications and its interval."""
+    """Show a line for each design: factors, and a quantile over replications of each indicator, with its interval."""
     from desim_warehouse.answer import words
     from desim_warehouse.questions import sentences
     from desim_warehouse.study.statistics.intervals import replications_for_quantile
     from desim_warehouse.values.labels import readable
 
-    found = {
+    quantiles = {
         name: results.quantiles(name, share) for name in results.chosen(results.plan.indicators or results.usual(4))
     }
     scales = {
-        name: words.scale(name, results.base, [one.value for one in of_name.values() if one is not None])
-        for name, of_name in found.items()
+        name: words.scale(name, results.base, [estimate.value for estimate in of_name.values() if estimate is not None])
+        for name, of_name in quantiles.items()
     }
     percent, sure = f"{100 * share:g} %", results.plan.confidence
     title = _title(results, f"{percent} quantiles over runs, {100 * sure:g} % intervals")
@@ -57,25 +57,27 @@ def show_quantiles(results: Results, share: float) -> None:
         title, *_factors(results), *(f">{words.head(name, scale)}" for name, scale in scales.items()), ">runs"
     )
     for point in results.points:
-        cells = (_said_of_quantile(found[name][point.number], scale) for name, scale in scales.items())
+        cells = (_said_of_quantile(quantiles[name][point.number], scale) for name, scale in scales.items())
         table.add_row(*map(readable, point.labels.values()), *cells, str(len(results.by_point[point.number])))
     for line in sentences.wrong(results, lasting=True):
         click.echo(line)
     show(table)
     if any(
-        one is not None and one.high is None and not one.deterministic for by in found.values() for one in by.values()
+        estimate is not None and estimate.high is None and not estimate.deterministic
+        for by in quantiles.values()
+        for estimate in by.values()
     ):
         click.echo(f"?: unknown; it takes {replications_for_quantile(share, sure)} runs for both ends")
     show_failures(results)
 
 
-def _said_of_quantile(found: QuantileEstimate | None, scale: Scale) -> str:
-    if found is None:
+def _said_of_quantile(estimate: QuantileEstimate | None, scale: Scale) -> str:
+    if estimate is None:
         return NONE
-    if found.deterministic:
-        return scale.bare(found.value)
-    low, high = ("?" if end is None else scale.bare(end) for end in (found.low, found.high))
-    return f"{scale.bare(found.value)} ({low} to {high})"
+    if estimate.deterministic:
+        return scale.bare(estimate.value)
+    low, high = ("?" if end is None else scale.bare(end) for end in (estimate.low, estimate.high))
+    return f"{scale.bare(estimate.value)} ({low} to {high})"
 
 
 def _title(results: Results, shown: str) -> str:
@@ -83,7 +85,7 @@ def _title(results: Results, shown: str) -> str:
 
 
 def show_failures(results: Results) -> None:
-    """Errors of runs, each once; raises StudyError where no run was finished."""
+    """Show the errors of runs, each once; raises StudyError where no run was finished."""
     failures: dict[str, int] = {}
     for row in results.rows:
         if row.outcome.error is not None:
@@ -95,7 +97,7 @@ def show_failures(results: Results) -> None:
 
 
 def sheet(title: str | None, *columns: str, pad_edge: bool = True) -> Table:
-    """A table without lines; a column whose name begins with > is aligned to the right."""
+    """Make a table without lines; a column whose name begins with > is aligned to the right."""
     from rich.table import Table
 
     made = Table(title=title, title_justify="left", box=None, pad_edge=pad_edge)
@@ -122,7 +124,7 @@ def show(table: Table, *, err: bool = False, markup: bool = True, fits: bool = F
 
 
 def show_remarks(remarks: Iterable[Remark], *, err: bool = False) -> None:
-    """What became of a layout on its way from one program to another: a row for each remark."""
+    """Show the remarks on a layout on its way from one program to another, a row for each."""
     from desim_warehouse.model.messages import printable
 
     table = sheet(None, "", "what", "why, and which", pad_edge=False)

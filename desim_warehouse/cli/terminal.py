@@ -1,4 +1,4 @@
-"""How text is shown on a terminal: no line longer than it is wide, and verdicts in colour; elsewhere it is plain."""
+"""Showing text on a terminal: lines folded at its width, verdicts in colour; elsewhere plain."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def show(text: str, colour: Callable[[str], str] = lambda _: "", standings: Mapp
 
 
 def _folded(line: str, width: int, colour: str) -> str:
-    """A line in parts of so many columns, each after the first indented, its head in a colour."""
+    """Fold a line into parts of a number of columns, the later parts indented, its head in a colour."""
     parts = [line]
     if len(line) > width:
         indent = line[: len(line) - len(line.lstrip())] + "  "

@@ -44,23 +44,28 @@ def command(
     from desim_warehouse.fleet_log.validate import validate
     from desim_warehouse.report import validation_page
 
-    found = validate(load_model(model, assignments), logs, orders=orders, runs=runs, dates=dates)
+    validation = validate(load_model(model, assignments), logs, orders=orders, runs=runs, dates=dates)
     if page is not None:
         from desim_warehouse.cli.answers import typed
         from desim_warehouse.look.web import WebPage
 
-        WebPage(page, validation_page.page(found, typed())).save(page)
+        WebPage(page, validation_page.page(validation, typed())).save(page)
     if as_json:
         keys = ("real", "simulated", "off")
-        measures = {row.name: {key: getattr(row, key) for key in keys} for row in found.rows()}
-        ranks = found.measures
-        verdict = {"refuted": found.refuted, "p": ranks.p_value, "bound": ranks.bound, "outside": found.outside}
+        measures = {row.name: {key: getattr(row, key) for key in keys} for row in validation.rows()}
+        ranks = validation.measures
+        verdict = {
+            "refuted": validation.refuted,
+            "p": ranks.p_value,
+            "bound": ranks.bound,
+            "outside": validation.outside,
+        }
         click.echo(json.dumps({**verdict, "measures": measures}))
         return
-    click.echo("\n".join(found.lines()))
+    click.echo("\n".join(validation.lines()))
     measure, *values, last = validation_page.HEAD
     table = sheet(None, measure, *(f">{head}" for head in values), last)
-    for row in validation_page.cells(found):
+    for row in validation_page.cells(validation):
         table.add_row(*row)
     show(table)
     if page is not None:

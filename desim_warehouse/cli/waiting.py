@@ -1,4 +1,4 @@
-"""What a command says while somebody waits: one line on a terminal, from two seconds on, and nothing elsewhere."""
+"""Progress of a command while somebody waits: one line on a terminal, from two seconds on; nothing elsewhere."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _CLEAR = "\r\x1b[K"
 
 
 class Waiting(StopSignal):
-    """A line about work under way, on a terminal only; as the signal of a run it knows how far the run is."""
+    """A line about work under way, on a terminal only; as the stop signal of a run it follows the run's clock."""
 
     def __init__(
         self, what: str, model: Model | None = None, until: float | None = None, stream: TextIO | None = None
@@ -56,12 +56,12 @@ class Waiting(StopSignal):
             self._thread.join()
 
     def obey(self, clock: Clock) -> None:
-        """Follow the clock of a run that is about to begin; raises StoppedError where it is to be stopped already."""
+        """Follow the clock of a run that is about to begin; raises StoppedError where a stop is already requested."""
         self.clock = clock
         super().obey(clock)
 
     def line(self, lasted: float) -> str:
-        """What is known after so many seconds: the part of the run, and the time left where that can be told."""
+        """Progress after so many seconds: the part of the run that is done, and an estimate of the time left."""
         so_far = f"{numbers.duration(lasted, 's')} so far"
         if self.clock is None or self.model is None:
             return f"{self.what}: {so_far}"

@@ -61,21 +61,21 @@ def command(
     from desim_warehouse.study.warm_up import settle
 
     read = load_model(model, assignments)
-    found = settle(
+    settling = settle(
         read,
         replications=replications,
         observations=observations,
         observed="throughput" if observe == "throughput" else "cycle_time",
         seed=seed,
     )
-    click.echo("\n".join(input_words.settled(found, read, observe, replications)))
+    click.echo("\n".join(input_words.settled(settling, read, observe, replications)))
     if out is not None:
         from desim_warehouse.plot import welch
 
         pictures = ("warm-up.png", "warm-up.svg", "welch.png", "welch.svg")
         refuse_theirs(Path(out), (ANSWER, *pictures))
-        curves = welch(found, window).get_figure(root=True)
-        save(found.figure(), Path(out), "warm-up")
+        curves = welch(settling, window).get_figure(root=True)
+        save(settling.figure(), Path(out), "warm-up")
         save(curves, Path(out), "welch")
-        keep(input_words.warm_up(found, read, observe, replications), out)
+        keep(input_words.warm_up(settling, read, observe, replications), out)
         click.echo(f"written to {out}")

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def warn(
     model: Model, source: str | None = None, assignments: tuple[str, ...] = (), *, as_json: bool = False
 ) -> list[dict[str, str]]:
-    """Say on standard error which warnings `desim check` has for a model; with `as_json` only return them.
+    """Print the warnings of `desim check` for a model on standard error; with `as_json` only return them.
 
     `source` and `assignments` are what `desim check` takes to tell more; without a source the line does not name it.
 
@@ -27,32 +27,32 @@ def warn(
     """
     from desim_warehouse.model import options_of
 
-    found = _warnings(model)
-    if found and not as_json:
+    warnings = _warnings(model)
+    if warnings and not as_json:
         more = "" if source is None else f" ({shlex.join(['desim', 'check', source, *options_of(assignments)])})"
-        click.echo(f"{_line(found)}{more}", err=True)
-    return [{"code": item.code, "text": item.problem} for item in found]
+        click.echo(f"{_line(warnings)}{more}", err=True)
+    return [{"code": item.code, "text": item.problem} for item in warnings]
 
 
 def warn_of_target(text: str | None, model: Model) -> None:
-    """Say on standard error what no fleet can meet."""
+    """Warn on standard error of a target that no fleet can meet."""
     from desim_warehouse.study.target import too_short
 
-    if text is not None and (said := too_short(text, model)):
-        click.echo(f"warning: {said}", err=True)
+    if text is not None and (problem := too_short(text, model)):
+        click.echo(f"warning: {problem}", err=True)
 
 
-def _line(found: list[Finding]) -> str:
-    codes = Counter(item.code for item in found)
+def _line(warnings: list[Finding]) -> str:
+    codes = Counter(item.code for item in warnings)
     named = ", ".join(code if count == 1 else f"{code} ({count})" for code, count in codes.items())
-    return f"{number_of(len(found), 'warning')} of the check: {named}"
+    return f"{number_of(len(warnings), 'warning')} of the check: {named}"
 
 
 def _warnings(model: Model) -> list[Finding]:
     """The warnings on a model; none where it is refused, as its errors are then said."""
     from desim_warehouse.run.examined import examined
 
-    found, _ = examined(model)
-    if any(item.level == "error" and item.code not in model.accept for item in found):
+    findings, _ = examined(model)
+    if any(item.level == "error" and item.code not in model.accept for item in findings):
         return []
-    return [item for item in found if item.level == "warning"]
+    return [item for item in findings if item.level == "warning"]

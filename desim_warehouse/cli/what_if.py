@@ -102,7 +102,7 @@ def command(  # as long as its options are many
 
 
 def _until(indicator: str, often: Any, half_width: str, search: Search) -> dict[str, Any]:
-    """The rule of `--until`, which begins with the replications given, or the usual number."""
+    """Stopping rule of `--until`, beginning with the replications given, or the usual number."""
     from desim_warehouse.model.parse import read_yaml
 
     first = {"minimum": often} if isinstance(often, int) and often > 1 else {}

@@ -101,7 +101,7 @@ class Calibration:
         return ranges
 
     def files(self, out: Path) -> dict[Path, str]:
-        """The calibrated model file, with its comments and a comment for each change, and the ranges beside it."""
+        """Texts by path: the calibrated model file, with a comment for each change, and the ranges beside it."""
         from ruamel.yaml import YAML
 
         yaml = YAML()
@@ -167,7 +167,7 @@ def calibrate(
 
 
 def _overrides(base: Model, estimates: Sequence[KeyEstimate]) -> dict[str, Any]:
-    """The changes to a model: consumption as a section, demand by hour as a flow."""
+    """Overrides of the model by the estimates: consumption as a section, demand by hour as a flow."""
     overrides: dict[str, Any] = {}
     for estimate in estimates:
         if not estimate.identified:
@@ -187,7 +187,7 @@ def _overrides(base: Model, estimates: Sequence[KeyEstimate]) -> dict[str, Any]:
 
 
 def _differences(tracks: Tracks) -> list[str]:
-    """Edges that robots drove and the model does not have, and edges that none drove."""
+    """Words for edges that robots drove and the model lacks, and for edges that no robot drove."""
     names = list(tracks.model.floor.graph)
     passed = (np.diff(tracks.node) != 0) & (np.diff(tracks.robot) == 0) & tracks.joined[1:]
     pairs = Counter(zip(tracks.node[:-1][passed].tolist(), tracks.node[1:][passed].tolist(), strict=True))
@@ -206,7 +206,7 @@ def _differences(tracks: Tracks) -> list[str]:
 
 
 def _relative(value: Any, folder: Path) -> Any:
-    """A value in which files are named from the folder of the model."""
+    """Replace the paths of files in a value by paths relative to the folder of the model."""
     if isinstance(value, dict):
         return {
             key: os.path.relpath(item, folder) if key == "file" else _relative(item, folder)
@@ -233,7 +233,7 @@ def _write(section: Any, path: list[str], value: Any, comment: str) -> None:
 
 
 def _flowing(value: Any) -> Any:
-    """A section on one line."""
+    """Mark a section to be written on one line."""
     from ruamel.yaml.comments import CommentedMap, CommentedSeq
 
     if isinstance(value, dict):
@@ -267,7 +267,7 @@ def energy(tracks: Tracks) -> list[KeyEstimate]:
 
 
 def _kinds(tracks: Tracks) -> NDArray[np.int64]:
-    """Each message's state by its number in `_STATES`; -1: charging, or in a bay with chargers: connected, perhaps."""
+    """Number in `_STATES` of each message's state; -1: charging, or in a bay with chargers and perhaps connected."""
     moving = tracks.driving & ~tracks.fault
     kind = np.where(moving, np.where(tracks.load, 2, 1), 0)
     kind[np.isin(tracks.action, (PICK, DROP)) & ~tracks.fault] = 3
@@ -279,7 +279,7 @@ def _kinds(tracks: Tracks) -> NDArray[np.int64]:
 
 
 def _consumption(tracks: Tracks, per_cent: float) -> list[KeyEstimate]:
-    """Rates by least squares of levels on the time spent in each state, window by window, errors by leaving one out."""
+    """Estimate the consumption in each state by least squares within windows of time; errors by jackknife."""
     kind = _kinds(tracks)
     seconds = tracks.model.units.seconds
     usable = (kind >= 0) & np.isfinite(tracks.charge) & (tracks.charge > 0)
@@ -352,7 +352,7 @@ def _regressed(spent: Floats, level: Floats, window: NDArray[np.int64], hours: F
 
 
 def _jackknifed(matrix: Floats, drop: Floats, window: NDArray[np.int64], windows: int) -> tuple[Floats, Floats]:
-    """Rates by least squares, and the half-widths of their intervals from leaving out one window after the other."""
+    """Rates by least squares, one for each column, and half-widths of their intervals by jackknife over windows."""
     states = matrix.shape[1]
     squares = np.zeros((int(window.max()) + 1, states, states))
     moments = np.zeros((len(squares), states))

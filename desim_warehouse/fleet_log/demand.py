@@ -63,7 +63,7 @@ def poisson_interval(n: int) -> tuple[float, float]:
 
 
 def _begins(log: FleetLog) -> Any:
-    """When picks began, in seconds from the begin of the log."""
+    """Times at which picks began, in seconds from the begin of the log."""
     table = log.table
     new = np.diff(table["robot"], prepend=-1) != 0
     pick = table["action"].to_numpy() == PICK
@@ -81,7 +81,7 @@ def _by_hour(times: Sequence[Any], logs: Sequence[FleetLog]) -> tuple[Any, Any]:
 
 
 def _changes(picks: Any, lasted: Any) -> bool:
-    """Whether the rate changes from hour to hour; the hour in which fleets only begin is compared, too."""
+    """Whether the rate changes from hour to hour (chi-square test; the first hour of a log counts, too)."""
     from scipy.stats import chi2
 
     expected = picks.sum() * lasted / lasted.sum()
@@ -93,7 +93,7 @@ def _changes(picks: Any, lasted: Any) -> bool:
 
 
 def _popularity(tracks: Tracks) -> KeyEstimate:
-    """Weights of the storage places: picks at each, and what the model expects for one place as the prior."""
+    """Estimate the weights of storage places: picks at each, smoothed by the model's shares as a prior."""
     from scipy.stats import chi2
 
     key, layout = "tasks.popularity", tracks.model.floor
@@ -123,7 +123,7 @@ def _popularity(tracks: Tracks) -> KeyEstimate:
 
 
 def as_flow(model: Model, arrivals: dict[str, Any]) -> dict[str, Any]:
-    """The overrides that replace the goods of a model by one flow with these arrivals."""
+    """Overrides that replace the goods of a model by a flow with these arrivals."""
     tasks = model.tasks.content()
     flows = tasks.get("flows")
     if flows:
@@ -137,5 +137,5 @@ def as_flow(model: Model, arrivals: dict[str, Any]) -> dict[str, Any]:
 
 
 def as_they_are(model: Model, orders: Path) -> dict[str, Any]:
-    """The overrides by which a model takes its orders from a file."""
+    """Overrides by which a model takes its orders from a file."""
     return as_flow(model, {"orders": {"file": str(orders.resolve())}})

@@ -46,7 +46,7 @@ class KeyEstimate:
 
     @property
     def identified(self) -> bool:
-        """Whether the log says what the value is."""
+        """Whether the key was identified by the log."""
         return self.value is not None
 
     def words(self) -> str:
@@ -81,7 +81,7 @@ def t_quantile(degrees: float) -> float:
 
 
 def densest(values: Floats, share: float = 0.2) -> float:
-    """The middle of the shortest stretch that holds this share of the values: where most of them are."""
+    """Mean of the values in the shortest interval that holds this share of them (an estimate of the mode)."""
     ordered = np.sort(values)
     many = max(int(share * len(ordered)), 2)
     spans = ordered[many - 1 :] - ordered[: len(ordered) - many + 1]

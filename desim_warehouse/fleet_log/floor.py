@@ -180,7 +180,7 @@ def _aligned(model: Model, log: FleetLog, node: Ints, first: Flags) -> tuple[Any
     remarks = []
     if abs(scale - 1) > _CLOSE / 2:
         remarks = [f"{log.name}: {scale:.4g} {model.units.length} of the model to a unit of the log"]
-    else:  # true to scale: what the fit says beyond that is chance
+    else:  # true to scale: the rest of the fit's scale is chance
         turn /= scale
     from_log = seen.conj() if mirrored else seen
     return turn * from_log + shift, remarks
@@ -216,7 +216,7 @@ def _on_edges(model: Model, positions: Any, node: Ints, robot: Ints, driving: Fl
     way = points[onto[real]] - points[node[real]]
     drawn = np.abs(way)
     ahead, start = way / drawn, points[node[real]]
-    moving = driving[real]  # those that stand may do so in a slot beside the lane
+    moving = driving[real]  # standing robots may be in a slot beside the lane
     positions = _squared(positions, positions[real][moving], start[moving], ahead[moving], model.fleet.contact / 2)
     place = (positions[real] - start) * ahead.conj()
     along = np.full(len(node), math.nan)

@@ -1,4 +1,4 @@
-"""How long loading, unloading and repairs last, and how often robots break down, seen once a second.
+"""Durations of loading, unloading and repairs, and breakdowns, from messages once a second.
 
 Begin and end of each lie between two messages. The likelihood is that of these intervals, as `desim fit` has it for
 times that a clock has rounded. The middle between the bounds is right on average, so it gives the interval of the
@@ -36,7 +36,7 @@ _KEY = "fleet.robot.breakdowns"
 
 @dataclass(frozen=True)
 class Episodes:
-    """Stretches of messages of one robot in which something is so.
+    """Stretches of messages of one robot in which a condition holds.
 
     `begun` and `ended` have two instants for each: between them it began, and ended (inf: not seen). `first` and `last`
     are the messages in it.

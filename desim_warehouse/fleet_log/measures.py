@@ -24,7 +24,7 @@ _FEW = 4
 
 
 class Measure(NamedTuple):
-    """A figure of a day: in words, what to look at where a model has another, and what it is in.
+    """A measure of a day: its meaning in words, the part of a model to check where it differs, and its kind.
 
     `kind` is a kind of unit: time, length, share or count.
     """
@@ -73,7 +73,7 @@ class MeasuredDay(NamedTuple):
 
 
 def parts_of(model: Model, log: FleetLog) -> Floats:
-    """The instants that part the counted time of a day into hours, a short one into shorter parts of an hour."""
+    """Instants that divide the counted time of a day into hours, or a short day into parts of an hour."""
     begin, hour = model.run.warm_up, model.units.hour
     end = max(log.length / model.units.seconds, begin + 1.0)
     part = next((part for part in _PARTS if (end - begin) / (part * hour) >= _FEW), _PARTS[-1]) * hour
@@ -140,13 +140,13 @@ def _passed(tracks: Tracks, counted: Any) -> Floats:
 
 
 def _an_hour(events: list[Event], parts: Floats, hours: Floats) -> Floats:
-    """Drops in each part of a day, by the hours that were seen of it."""
+    """Drops an hour in each part of a day, by the hours that were observed; nan where there are none."""
     dropped, _ = np.histogram([time for _, time, action in events if action == DROP], parts)
     return np.asarray(np.where(hours > 0, dropped / np.where(hours > 0, hours, 1.0), math.nan))
 
 
 def _events(tracks: Tracks) -> list[Event]:
-    """Picks and drops: the robot, when, and which of the two, in order."""
+    """Picks and drops as (robot, time, action), sorted."""
     picks, drops = (episodes(tracks, tracks.action == action) for action in (PICK, DROP))
     return sorted(
         [
@@ -157,7 +157,7 @@ def _events(tracks: Tracks) -> list[Event]:
 
 
 def _between(events: list[Event], begin: float, hours: float) -> dict[str, float]:
-    """Drops an hour, and the times between picks and drops of the same robot, without those that a gap cuts."""
+    """Drops an hour, and times between successive picks and drops of the same robot."""
     trips: list[float] = []
     ways: list[float] = []
     dropped = 0

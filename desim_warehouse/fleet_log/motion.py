@@ -1,4 +1,4 @@
-"""How fast robots drive, where they are slow, and what a node costs, from positions a second apart.
+"""Speeds of robots, slow edges and times at nodes, from positions a second apart.
 
 Times at nodes come from positions, not from when the node in a message changes: that is up to a second late, and the
 bias of a trial was many times its interval. Of messages near a node not the last before it and the first after it
@@ -59,7 +59,7 @@ class DrivingTimes:
         self.speeds = [self._speed(loaded) for loaded in (False, True)]
         self.sigma = self._noise()
         self.slow = self._slow_edges()
-        if self.slow:  # those are not what robots drive elsewhere
+        if self.slow:  # slow edges say nothing of the speed elsewhere
             self.speeds = [self._speed(loaded) for loaded in (False, True)]
 
     def _lower(self, zone: Any) -> None:
@@ -78,22 +78,22 @@ class DrivingTimes:
         begins = free & ~np.concatenate([[False], follows])
         ends = free & ~np.concatenate([follows, [False]])
         first, last = np.flatnonzero(begins), np.flatnonzero(ends)
-        first, last = first + 1, last - 1  # at the margin the noise of a position decides whether it is the first
-        long = last - first >= 2  # noqa: PLR2004 - three messages: one that stood in between would show
+        first, last = first + 1, last - 1  # noise decides which position is first past the margin
+        long = last - first >= 2  # noqa: PLR2004 - three messages: a stop in between would show
         first, last = first[long], last[long]
         self.edge, self.loaded = tracks.edge[first], tracks.load[first]
         self.way = tracks.along[last] - tracks.along[first]
         self.time = tracks.time[last] - tracks.time[first]
 
     def _usual(self, loaded: bool) -> NDArray[np.bool_]:
-        """The stretches where nothing but the robot sets its speed."""
+        """Whether each stretch is free of speed limits and slow edges, for loaded or empty robots."""
         slow = {number for numbers, _ in getattr(self, "slow", ()) for number in numbers}
         free = np.isinf(self.limits)
         free[list(slow)] = False
         return np.asarray(free[self.edge] & (self.loaded == loaded) & (self.way > 0))
 
     def _speed(self, loaded: bool) -> tuple[float, float, int]:
-        """The speed, the half-width of its interval, and from how many stretches; nan where they are too few."""
+        """Speed, half-width of its interval, and number of stretches; nan where they are too few."""
         return (
             _steady(self.way[use], self.time[use], self.edge[use], self.sigma)
             if (use := self._usual(loaded)).sum() >= FEWEST
@@ -101,14 +101,14 @@ class DrivingTimes:
         )
 
     def _noise(self) -> float:
-        """Standard deviation of a way that is measured between two positions, by those longer than they should be."""
+        """Standard deviation of a way measured between two positions, from ways longer than the speed explains."""
         own = np.array([speed for speed, _, _ in self.speeds])[self.loaded.astype(int)]
         off = (self.way - own * self.time)[self._usual(False) | self._usual(True)]
         off = off[np.isfinite(off)]
         return undisturbed(off, 1)[1] if len(off) else 1e-9
 
     def _slow_edges(self) -> list[tuple[list[int], tuple[float, float, int]]]:
-        """Edges slower than they should be, by the model's limits and the speed elsewhere: zones of like speeds."""
+        """Edges slower than the model's limits and the speed elsewhere, grouped by like speeds."""
         speeds: dict[int, float] = {}
         for number in np.unique(self.edge):
             for loaded, (usual, _, _) in enumerate(self.speeds):
@@ -192,7 +192,7 @@ class DrivingTimes:
             value = short(max(turn, 0.0))
             half = t_quantile(n) * max(turn_error, float(np.hypot(*error)))
             corner = KeyEstimate(keys[1], value, turn, max(turn - half, 0.0), turn + half, n, "nodes passed")
-        if len(groups) == 1 and part[0]:  # only corners: what is the node's, and what the turn's?
+        if len(groups) == 1 and part[0]:  # only corners: times of the node and of the turn cannot be separated
             both, half = float(mean[0]), t_quantile(n) * float(error[0])
             why = "all of them turned: with the time of the turn"
             return [
@@ -241,7 +241,7 @@ class DrivingTimes:
 
 
 def _steady(way: Floats, time: Floats, edge: Ints, sigma: float) -> tuple[float, float, int]:
-    """The speed of robots that are now and then held up, the half-width of its interval, and how many were not."""
+    """Robust speed, without stretches where robots were held up: mean, half-width of its interval, and number."""
     speed = densest(way / time)
     use = np.ones(len(way), bool)
     for _ in range(_ROUNDS):

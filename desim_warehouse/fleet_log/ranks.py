@@ -49,7 +49,7 @@ class Ranked:
 
     @property
     def out(self) -> Flags:
-        """Which figures lie outside the simultaneous band."""
+        """Whether each figure lies outside the simultaneous band."""
         return np.asarray(np.abs(self.off) > self.bound)
 
     def band(self, day: int) -> tuple[Floats, Floats]:
@@ -74,7 +74,7 @@ def ranked(real: Floats, simulated: Floats, *, alike: bool = False) -> Ranked:
             Otherwise those that are zero on nearly all days would decide.
     """
     days, runs, _ = simulated.shape
-    pooled = np.concatenate([real[:, None, :], simulated], axis=1)  # so the real day and a simulated one are alike
+    pooled = np.concatenate([real[:, None, :], simulated], axis=1)  # so that the real day counts like a simulated day
     middle, spread = pooled.mean(axis=1), pooled.std(axis=1, ddof=1)
     if alike:
         spread = np.maximum(spread, np.sqrt((spread**2).mean(axis=1, keepdims=True)))

@@ -1,4 +1,4 @@
-"""Runs of our own as logs of a fleet: what its robots would have reported every second."""
+"""Simulated runs as logs of a fleet: reports of its robots every second."""
 
 from __future__ import annotations
 

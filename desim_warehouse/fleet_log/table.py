@@ -1,4 +1,4 @@
-"""One table of what a real fleet did, whatever wrote the log: a row for each state that a robot reported.
+"""Table of a fleet's log, whatever wrote it: a row for each state that a robot reported.
 
 Rows are collected in compact columns, some 30 bytes a message, so a day of a large fleet fits into memory. What is
 wrong with a log is counted in `Notes`, and the first bad rows are named.
@@ -133,7 +133,7 @@ class FleetLog:
         return float(self.table["time"].max()) if len(self.table) else 0.0
 
     def in_short(self) -> str:
-        """The line by which wrong units are seen: robots, when the first row is and how long the log, levels."""
+        """Summary of the log in one line, which reveals wrong units: robots, begin, length, levels of charge."""
         begin = dt.datetime.fromtimestamp(self.begin, dt.UTC).strftime("from %Y-%m-%d %H:%M on, " if self.begin else "")
         hours = f"{self.length / HOUR:,.1f} h"
         parts = [f"{self.name}: {number_of(len(self.robots), 'robot')}", f"{begin}{hours}"]
@@ -167,7 +167,7 @@ class Collector:
             put(value)  # type: ignore[arg-type]
 
     def log(self, *, trips: bool = False) -> FleetLog:
-        """All rows, in order and without those that cannot be.
+        """Make the log: all rows in order, without impossible ones.
 
         Raises:
             ReportError: a log without a single good row.
@@ -211,7 +211,7 @@ class Collector:
         return tuple(serial if serials[serial] == 1 else f"{serial} of {maker}" for serial, maker in self._robots)
 
     def _on_one_clock(self, robot: NDArray[Any], time: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Times without what clocks differ by, from one robot to the others, or from before a clock change to after.
+        """Correct times (s) for robots' clocks that are off, and for a clock change.
 
         What was put right is noted.
         """
@@ -242,7 +242,7 @@ class Collector:
                 )
 
     def _check_length(self, time: NDArray[np.float64], robot: NDArray[Any]) -> None:
-        """Refuse a log of many days, which is nearly always one of wrong clocks."""
+        """Refuse a log of many days: its clocks are nearly always wrong."""
         first, last = int(time.argmin()), int(time.argmax())
         days = float(time[last] - time[first]) / DAY
         if days > MOST_DAYS:
@@ -259,7 +259,7 @@ def _date(time: float) -> str:
 
 
 def _clocks_ahead(robot: NDArray[Any], time: NDArray[np.float64]) -> dict[int, float]:
-    """By how many seconds the clocks of robots are ahead of the others', where their messages stand between theirs.
+    """Offsets of robots' clocks from the others' in seconds, by robot, from the order of messages in the log.
 
     Messages that stand together in the log came together. One in order of its times says nothing of clocks, and two
     robots do not say which of them is wrong.
@@ -276,7 +276,7 @@ def _clocks_ahead(robot: NDArray[Any], time: NDArray[np.float64]) -> dict[int, f
 
 
 def _clock_change(robot: NDArray[Any], time: NDArray[np.float64]) -> tuple[float, NDArray[np.float64]] | None:
-    """The full hour at which all clocks jump by an hour, and the times as on the clock before it; None: they do not.
+    """Find the hour at which all clocks jump by an hour, and times on the clock before it; None without a jump.
 
     An hour ahead may be a gap, unless it is in a night of Sunday in spring or autumn; an hour back is none.
     """

@@ -44,7 +44,7 @@ def read_trips(path: Path, slashes: Slashes | None = None) -> FleetLog:
                         if row.cells != len(header):
                             raise ValueError(f"a row with other than {len(header)} cells")  # noqa: TRY301
                         if math.isnan(time):
-                            instant(text, slashes)  # which says why it is none
+                            instant(text, slashes)  # raises ValueError with the reason
                     if end < start:
                         raise ValueError(f"it ends before it starts (got {got(row.end)})")  # noqa: TRY301
                 except ValueError as error:
@@ -84,7 +84,7 @@ def _trips(path: Path, table: Iterator[list[str]], header: list[str]) -> list[_T
 def _timed(
     rows: list[_Trip], slashes: Slashes | None, collector: Collector
 ) -> Iterator[tuple[int, _Trip, float, float]]:
-    """The rows of trips with their numbers, and when they start and end, by the one reading of both columns."""
+    """Yield trips with their row numbers, start and end (s), both columns read in the one way that fits them."""
     read = read_times([row.start for row in rows] + [row.end for row in rows], slashes)
     collector.notes.assumed += [f"times: each column {note}" for note in read.notes]
     starts, ends = read.clocks[: len(rows)], read.clocks[len(rows) :]

@@ -45,7 +45,7 @@ _VISITS = 20
 
 
 class MeasureRow(NamedTuple):
-    """A measure, the mean of all days: real, simulated, its band, and how far it lies out."""
+    """A measure, as the mean of all days: real, simulated, its band, and its largest deviation (SD)."""
 
     name: str
     real: float
@@ -165,7 +165,7 @@ def validate(
     runs: int = RUNS,
     dates: Slashes | None = None,
 ) -> Validation:
-    """Hold a model against real days: simulate each of them and see whether it is like the others.
+    """Validate a model against real days: simulate each day many times, and test whether the real one stands out.
 
     Args:
         model: a model, or its file.
@@ -218,7 +218,7 @@ def validate(
 
 
 def _unlike(model: Model, log: FleetLog) -> list[str]:
-    """In which robots and stations a log is not of the model's warehouse; nodes of other names are not compared."""
+    """Words for robots and stations in which a log differs from the model; nodes of other names are not compared."""
     texts, layout = [], model.floor
     if len(log.robots) != model.fleet.size:
         texts.append(f"{log.name} has {number_of(len(log.robots), 'robot')}, the model {model.fleet.size} (fleet.size)")
@@ -249,7 +249,7 @@ def _by_edge(what: str, real: list[MeasuredDay], simulated: list[list[MeasuredDa
 
 
 def _simulated(model: Model, log: FleetLog, parts: Floats, seed: int) -> MeasuredDay:
-    """A simulated day as long as the real one, with messages as far apart, measured as that is."""
+    """Simulate a day as long as the real day, with messages at the same step, and measure it likewise."""
     seconds = model.units.seconds
     changes: dict[str, Any] = {"run.length": max(log.length / seconds, 1.0), "log": "all"}
     day = model.replace(changes)

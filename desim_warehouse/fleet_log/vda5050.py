@@ -45,7 +45,7 @@ _FULL = 100.0
 
 
 def read_messages(path: Path, slashes: Slashes | None = None) -> FleetLog:
-    """The states in a file of messages, one a line; empty lines are passed over, bad ones noted.
+    """Read the states in a file of messages, one a line; empty lines are skipped, bad lines noted.
 
     Time stamps without an offset from UTC are UTC, as the standard asks for.
 
@@ -109,7 +109,7 @@ def _needed(section: Any, key: str, kind: type[V], within: str = "") -> V:
 
 
 def _figure(section: Any, key: str, within: str, low: float, high: float) -> float:
-    """A number, nan where there is none; raises ValueError for one that cannot be."""
+    """Number at a key, nan where there is none; raises ValueError for a value outside of its bounds."""
     value = _of(section, key, float, within)
     if value is None:
         return math.nan
@@ -119,7 +119,7 @@ def _figure(section: Any, key: str, within: str, low: float, high: float) -> flo
 
 
 def _take(message: Any, collector: Collector, slashes: Slashes | None) -> None:
-    """Put a message into a log; raises ValueError for one that is no state message."""
+    """Add a message to a log; raises ValueError where it is no state message."""
     if not isinstance(message, dict):
         raise ValueError(f"expected {_STATE}, a JSON object (got {got(message)})")  # noqa: TRY004 - as for its parts
     stamp = message.get("timestamp")

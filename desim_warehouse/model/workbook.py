@@ -1,4 +1,4 @@
-"""Rows of a workbook of Excel, which is refused by the sizes in its directory before it is opened.
+"""Rows of a workbook of Excel; a huge one is refused by the sizes in its directory before it is opened.
 
 That is 100 times its size unfolded, or 1 GB, or 200 MB of texts. Then a stream looks for cells and rows longer than
 Excel writes. A file of 588 kB with one cell of 600 MB took 1.7 GB; now it takes 0.13 GB, as any command does.
@@ -19,7 +19,7 @@ from typing import Any
 from desim_warehouse.errors import ModelError, got, nearest, reason
 from desim_warehouse.values.fields import LIMITS
 
-_LARGEST_PART = 10_000_000  # bytes from which on a part of it may not unfold to too many times its size
+_LARGEST_PART = 10_000_000  # bytes: larger parts may not unfold to too many times their size
 _FOLDED = 100  # times; sheets of orders are some 5 to 25
 _LARGEST_CELL = 1_000_000  # bytes; Excel writes 32,767 characters at most
 _LARGEST_ROW = 20  # megabytes
@@ -28,7 +28,7 @@ _MERGED = re.compile(rb'<mergeCell ref="([A-Z]{1,3})(\d{1,7}):([A-Z]{1,3})(\d{1,
 
 
 def rows_of(path: Path, sheet: str | None) -> Iterator[list[str]]:
-    """The rows of a sheet of a workbook, or of its first, as text; formulas as they were last worked out.
+    """Yield the rows of a sheet, by default the first, as text; formulas with the values last computed.
 
     Cells that are merged downwards all have the value of the first.
 
@@ -65,7 +65,7 @@ def _opened(path: Path) -> Iterator[Any]:
 
 
 def _filled(path: Path, book: Any, sheet: str | None) -> Iterator[list[str]]:
-    """The rows of a sheet, with the first value in all cells that are merged."""
+    """Yield the rows of a sheet, with the first value in all cells that are merged downwards."""
     names = book.sheetnames
     name = sheet or names[0]
     if name not in names:
@@ -87,7 +87,7 @@ def _filled(path: Path, book: Any, sheet: str | None) -> Iterator[list[str]]:
 
 
 def _text(cell: Any) -> str:
-    """A cell as text; a time that Excel counts beyond a day (`[h]:mm`) with all of its hours."""
+    """Text of a cell; a duration beyond a day (`[h]:mm`) has all of its hours."""
     if isinstance(cell, dt.timedelta):
         minutes, seconds = divmod(round(cell.total_seconds()), 60)
         return f"{minutes // 60:02}:{minutes % 60:02}:{seconds:02}"
@@ -95,7 +95,7 @@ def _text(cell: Any) -> str:
 
 
 def _without_end(row: Sequence[Any]) -> list[Any]:
-    """The cells of a row up to the last that has anything in it; raises ValueError for more than a table has."""
+    """Cells of a row up to the last that is not empty; raises ValueError for too many."""
     width = len(row)
     while width and row[width - 1] is None:
         width -= 1
@@ -131,7 +131,7 @@ def _check_cells(content: Any) -> None:
 
 
 def _merged(path: Path, number: int) -> dict[int, list[tuple[int, int]]]:
-    """Cells merged downwards, by the row in which they begin: the column, from 0, and the last row."""
+    """Cells merged downwards, by the row (from 1) in which they begin: the column (from 0) and the last row."""
     from openpyxl.utils import column_index_from_string
 
     merged: dict[int, list[tuple[int, int]]] = {}

@@ -1,4 +1,4 @@
-"""Cells of an export as times and numbers, in the ways in which people and programs write them.
+"""Reading cells of an export as times and numbers, in all ways in which people and programs write them.
 
 A column has one reading of dates, points and commas, by all its rows. Row by row `2.5` beside `1,5` was 2.5 beside 1.5,
 and `1.234` beside `2.5` was 1,234. Going by the language of the headings was rejected, which are often English in
@@ -30,7 +30,7 @@ _COMMA, _THOUSANDS = r"[+-]?(\d+|\d{1,3}(\.\d{3})+),\d+", r"[+-]?\d{1,3}(,\d{3})
 
 
 class ExportRows(OrderRows):
-    """Rows of an export; `assumed` has how its cells are read, where they may be meant otherwise."""
+    """Rows of an export; `assumed` says how ambiguous cells are read."""
 
     quantity: ClassVar = "a whole number of at least 1, alone or with ST or pcs"
 
@@ -58,7 +58,7 @@ class ExportRows(OrderRows):
             self.midnight = _first_day(release.dates)
 
     def times(self, column: str, _text: pd.Series[Any]) -> Any:
-        """Cells as times from the start of the run in the model's unit, nan where they are none."""
+        """Read cells as times from the start of the run in the model's unit; nan for other cells."""
         import numpy as np
 
         read, midnight = self._columns[column], self.midnight or _LAST_DAY
@@ -66,7 +66,7 @@ class ExportRows(OrderRows):
         return np.fmax(read.numbers, (np.fmax(dates, read.clocks) - self.how.clock) / self.how.seconds)
 
     def amounts(self, column: str, text: pd.Series[Any]) -> Any:
-        """Cells as numbers, nan where they are none; with decimal commas, and points or commas between thousands."""
+        """Read cells as numbers, with decimal commas and marks between thousands; nan for other cells."""
         import pandas as pd
 
         text = text.str.replace(_COUNTED, r"\1", regex=True) if column == "quantity" else text
@@ -86,13 +86,13 @@ class ExportRows(OrderRows):
         return pd.to_numeric(text, errors="coerce").to_numpy(dtype=float)
 
     def loads(self, quantities: list[int]) -> list[int]:
-        """How many tasks each quantity of pieces is."""
+        """Number of tasks that each quantity of pieces takes."""
         self.pieces = quantities
         most = self._per_load
         return [max(1, math.ceil(amount / most)) for amount in quantities] if most else quantities
 
     def _parsed(self, column: str, *, whole: bool = False) -> Times:
-        """A column of times in its one reading, on one clock.
+        """Read a column of times in the one way that fits all its cells, on one clock.
 
         Whole numbers are days of Excel, and not seconds, where that is sure (`whole`), or where the column is not
         called `release`, as in our own tables.
@@ -106,7 +106,7 @@ class ExportRows(OrderRows):
         return read
 
     def _on_one_clock(self, column: str, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Dates without their offsets from UTC, which is said.
+        """Dates without their offsets from UTC; how they are read is added to `assumed`.
 
         In a night of a clock change all are on the clock of the first. Times of any other zone are refused.
         """
@@ -131,7 +131,7 @@ class ExportRows(OrderRows):
         ]
 
     def _to_the_end_of_days(self, dates: list[dt.datetime | None]) -> list[dt.datetime | None]:
-        """Due dates, of which those without a time of day are at the end of their day."""
+        """Due dates, moved to the end of their day where they have no time of day."""
         days = _are_days(dates)
         alone = [
             _has_no_time(date) and (days or ":" not in text)
@@ -150,12 +150,12 @@ def _has_no_time(date: dt.datetime | None) -> bool:
 
 
 def _are_days(dates: list[dt.datetime | None]) -> bool:
-    """Whether there are dates, and none has a time of day."""
+    """Whether there are dates, all without a time of day."""
     return any(dates) and all(date is None or _has_no_time(date) for date in dates)
 
 
 def _first_day(dates: list[dt.datetime | None]) -> dt.datetime | None:
-    """The day of the first order, sentinel dates long before most orders left out; None where there are no dates."""
+    """Day of the first order, apart from sentinel dates long before most orders; None without dates."""
     days = sorted(date.replace(hour=0, minute=0, second=0, microsecond=0) for date in dates if date is not None)
     if not days:
         return None

@@ -1,4 +1,4 @@
-"""A day of orders from an ERP, made ready for a model: what is in it, what is wrong with it, what was assumed."""
+"""A day of orders from an ERP, made ready for a model: contents, problems, assumptions."""
 
 from __future__ import annotations
 
@@ -63,22 +63,22 @@ class OrderDay:
 
     @property
     def orders(self) -> int:
-        """How many orders there are."""
+        """Number of orders."""
         return len({line.order for line in self.lines})
 
     @property
     def a_day(self) -> float:
-        """How many orders there are on average on a day on which some come."""
+        """Mean number of orders on the days on which some come."""
         return self.orders / max(1, len({self.time_of(line.release) // _DAY for line in self.lines}))
 
     @property
     def trips(self) -> int:
-        """How many tasks there are."""
+        """Number of tasks."""
         return sum(line.quantity for line in self.lines)
 
     @property
     def busiest(self) -> tuple[float, int]:
-        """The hour with most trips: when it begins, in seconds from midnight, and how many."""
+        """Busiest hour: its begin in seconds from midnight, and its number of trips."""
         hours: Counter[int] = Counter()
         for line in self.lines:
             hours[int(self.time_of(line.release) // _HOUR)] += line.quantity
@@ -86,11 +86,11 @@ class OrderDay:
         return hour * _HOUR, trips
 
     def time_of(self, release: Any) -> Any:
-        """A time, or an array of them, from the start of the run in seconds from midnight."""
+        """Convert times since the start of the run, in the model's unit, to seconds from midnight; also arrays."""
         return self.how.clock + release * self.how.seconds
 
     def table(self) -> pd.DataFrame:
-        """The orders as a file for models: times as dates where there are some, else from the start of the run."""
+        """Make the table that models read; times are dates if the export has dates, else from the start of the run."""
         import pandas as pd
 
         items = list(self.how.item_numbers)
@@ -130,7 +130,7 @@ def order_day(
     quantity: Literal["tasks", "pieces"] | None = None,
     pieces_per_load: int | None = None,
 ) -> OrderDay:
-    """Read a file of orders for a model, and sum up what is wrong with it.
+    """Read a file of orders for a model, and sum up its problems.
 
     Args:
         file: CSV with any separator, Parquet or Excel.
@@ -180,12 +180,12 @@ def order_day(
 
 
 def _ours(cells: pd.DataFrame) -> list[str]:
-    """Our columns of a table."""
+    """Select our columns of a table."""
     return [name for name in cells if name in ORDER_COLUMNS]
 
 
 def _without_orders(path: Path) -> Model:
-    """The model of a file, without the orders that its flows name, which need not be there yet."""
+    """Load a model without the files of orders that its flows name, as they may not exist yet."""
     expected = "a model with layout, fleet and tasks"
     document = from_file(path, str(path), expected, OUTLINE)
     data: Any = document.data
@@ -200,7 +200,7 @@ def _without_orders(path: Path) -> Model:
 
 
 def _priorities(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
-    """How priorities are read, where they differ."""
+    """Words for the direction of priorities, where they differ."""
     priorities = {line.priority for line in lines if line.priority is not None}
     if len(priorities) < 2:  # noqa: PLR2004 - nothing comes before another
         return []
@@ -209,13 +209,13 @@ def _priorities(rows: ExportRows, lines: list[OrderLine]) -> list[str]:
 
 
 def _totals(cells: pd.DataFrame) -> Any:
-    """Which rows are totals: no place and no order, but a word for a sum."""
+    """Whether each row is a total: a word for a sum, and no place."""
     words = cells[_ours(cells)].apply(lambda column: column.str.match(_TOTAL)).any(axis=1).to_numpy()
     return words & (cells[[name for name in ("from", "to") if name in cells]] == "").all(axis=1).to_numpy()
 
 
 def _unread(rows: ExportRows, unread: Sequence[int]) -> set[int]:
-    """Flag rows that say in a column that is not read that nobody drives them; returns columns with places."""
+    """Flag rows of cancelled orders, by words in unread columns; return the unread columns that hold places."""
     with_places = set()
     for rank in unread:
         texts = rows.cells[rank]
@@ -232,7 +232,7 @@ def _unread(rows: ExportRows, unread: Sequence[int]) -> set[int]:
 
 
 def _doubles(rows: ExportRows) -> None:
-    """Flag rows that are there twice, and places that are not said where others say theirs.
+    """Flag duplicate rows, and empty cells in columns of places.
 
     Rows are alike only if all their cells are, also those that are not read.
     """

@@ -1,4 +1,4 @@
-"""The table of orders in an export: CSV with whatever stands between cells, Parquet, Excel, all as text.
+"""Reading the table of orders in an export as text: CSV with any delimiter, Parquet, Excel.
 
 What the file does not say is found out and kept as words: encoding, separator, the row of the header, columns by
 common headings. A file is read in one way or refused, as a guess would be wrong in silence. Common headings are looked
@@ -45,8 +45,8 @@ HEADINGS = {
 
 They are looked for where a file has no column `release`, so in none that is written in our words.
 """
-_HEAD = 20  # rows in which the header is looked for
-_SAMPLE = 65_536  # bytes that show how a file is written
+_HEAD = 20  # rows in which the header is searched
+_SAMPLE = 65_536  # bytes that show the format of a file
 _MIDNIGHT = r"[ T]00:00:00(\.0+)?$"
 
 
@@ -102,7 +102,7 @@ def read_export(path: Path, columns: Mapping[str, str], sheet: str | None) -> Ex
 def _made(
     path: Path, columns: Mapping[str, str], rows: Iterator[Sequence[str]], encoding: str = "", delimiter: str = ","
 ) -> Export:
-    """The table below its header, and what was assumed of it."""
+    """Make an export of the rows below the header, with assumptions in words."""
     head, names, ranks = _header(top := [*islice(rows, _HEAD)], columns)
     if len(names) > LIMITS["columns"][0]:
         raise ValueError(f"{len(names):,} columns, expected at most {LIMITS['columns'][0]:,}")
@@ -126,7 +126,7 @@ def _made(
 
 
 def _whole(cells: pd.DataFrame, ours: list[str]) -> pd.DataFrame:
-    """The rows that have anything to read; date and time of day in one column, if they stand in two."""
+    """Keep the rows that are not empty; join date and time of day where they stand in two columns."""
     cells = cells[(cells[ours] != "").any(axis=1)]
     if "clock" not in ours:
         return cells
@@ -135,7 +135,7 @@ def _whole(cells: pd.DataFrame, ours: list[str]) -> pd.DataFrame:
 
 
 def _limited(path: Path, rows: Iterable[Sequence[str]]) -> Iterator[Sequence[str]]:
-    """Rows as long as they are not too many, or too long, to be held at once."""
+    """Yield rows; raises ModelError for too many, ValueError for more text than may be held at once."""
     most, size = LIMITS["tasks"][0], 0
     for number, row in enumerate(rows):
         size += sum(map(len, row))
@@ -152,7 +152,7 @@ def _of_text(path: Path, encoding: str, delimiter: str) -> Iterator[list[str]]:
 
 
 def _of_parquet(path: Path, columns: Mapping[str, str]) -> Iterator[Sequence[str]]:
-    """The header and the rows, with columns that are not read as far as they are text, numbers or times."""
+    """Yield the header and the rows; unread columns only where they are text, numbers or times."""
     from pyarrow import parquet, types
 
     schema = parquet.read_schema(path)
@@ -184,7 +184,7 @@ def _delimiter(path: Path, columns: Mapping[str, str], encoding: str) -> str:
 
 
 def _encoding(path: Path) -> str:
-    """UTF-8 where the file is, UTF-16 where it says so, else what Windows writes in the west."""
+    """Encoding of a file: UTF-8 if valid, UTF-16 with its byte order mark, else Windows-1252."""
     with path.open("rb") as file:
         start = file.read(2)
         if start in (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE):
@@ -201,7 +201,7 @@ def _encoding(path: Path) -> str:
 
 
 def _header(top: Sequence[Sequence[str]], columns: Mapping[str, str]) -> tuple[int, list[str], dict[str, int]]:
-    """The rank of the first row that has a column of releases, its headings, and the ranks of our columns.
+    """Find the header: rank of the first row with a column of releases, its headings, and the ranks of our columns.
 
     Where none has one it is the first, and no column is ours.
     """
@@ -222,7 +222,7 @@ def _missing(path: Path, ours: str, columns: Mapping[str, str], names: Sequence[
 
 
 def _ours(names: Sequence[str], columns: Mapping[str, str]) -> dict[str, int]:
-    """The ranks of our columns in a header.
+    """Find the ranks of our columns in a header.
 
     Unlike columns of plants (`plants.records`) they are guessed only where no heading is our `release`. A second column
     that could be meant is left, and what was guessed is said.

@@ -341,6 +341,7 @@ class History:
     @cached_property
     def served(self) -> list[tuple[str, float, float]]:
         """When robots loaded or unloaded in stations: the node of the station, from when, and until when."""
+        stored = {row.task for row in self.rows("released") if row.value is not None and row.value >= 0}
         inside: dict[int, str] = {}
         since: dict[int, float] = {}
         spans = []
@@ -353,8 +354,9 @@ class History:
                 continue
             if row.robot in since:
                 spans.append((inside[row.robot], since.pop(row.robot), row.time))
-            if row.kind in _OFF or (row.node is not None and row.node != inside.get(row.robot)):
-                inside.pop(row.robot, None)  # it has left: in the station all its rows name the station's node
+            has_moved = row.node is not None and row.node != inside.get(row.robot)
+            if has_moved or (row.kind in SERVED and row.task in stored):
+                inside.pop(row.robot, None)  # it has left: goods of a storage place lie outside
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time
         return spans + [(inside[robot], start, self.end) for robot, start in since.items()]

@@ -31,7 +31,7 @@ def import_layout(
     tasks: str | Path | None = None,
     **options: Any,
 ) -> Imported:
-    """A model of a foreign file, with remarks: what could not be carried over, what is assumed; see `read_layout`."""
+    """Make a model of a foreign file, with remarks on losses and assumptions; see `read_layout`."""
     plant = read_plant(path, **options) if isinstance(path, str | Path) else from_networkx(path, **options)
     if tasks is not None:
         add_tasks(plant, tasks)

@@ -12,10 +12,10 @@ APART = 0.01
 """Points drawn on one spot are moved so far from each other, in metres."""
 DIGITS = 4
 """Of coordinates and lengths in metres: no more than a drawing means."""
-_SHORT = 0.99  # of the straight distance: what is shorter is said
-_FAR_TOO_SHORT = 0.1  # of the straight distance: what is shorter may be in another unit
-_WIDEST = 1000.0  # metres: a floor that is wider may be in another unit
-_LONG = 200.0  # metres: where half of all links are longer, the unit may be another
+_SHORT = 0.99  # of the straight distance: shorter links are noted
+_FAR_TOO_SHORT = 0.1  # of the straight distance: shorter links may be in another unit
+_WIDEST = 1000.0  # metres: a wider floor may be in another unit
+_LONG = 200.0  # metres: if half of all links are longer, their unit may be another
 
 
 def put_right(plant: Plant) -> None:
@@ -66,7 +66,7 @@ def _separate(plant: Plant) -> None:
 
 
 def floor_of(plant: Plant) -> tuple[float, float]:
-    """How far the points reach across and down, in metres."""
+    """Width and height of the box around all points, in metres."""
     xs, ys = (
         [point.x for point in plant.points.values()] or [0.0],
         [point.y for point in plant.points.values()] or [0.0],
@@ -75,11 +75,11 @@ def floor_of(plant: Plant) -> tuple[float, float]:
 
 
 def length_of(plant: Plant, link: Link) -> float:
-    """How long a link is: as drawn, else the straight distance."""
+    """Length of a link in metres: as drawn, else the straight distance."""
     return distance(plant, link.source, link.target) if link.length is None else link.length
 
 
 def distance(plant: Plant, source: str, target: str) -> float:
-    """The straight distance between two points."""
+    """Straight distance between two points, in metres."""
     a, b = plant.points[source], plant.points[target]
     return math.hypot(b.x - a.x, b.y - a.y)

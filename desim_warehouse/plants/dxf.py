@@ -29,9 +29,9 @@ EXPECTED = "a drawing (DXF)"
 _LINES = {"LINE", "LWPOLYLINE", "POLYLINE", "ARC", "CIRCLE", "ELLIPSE", "SPLINE"}
 _LANES = re.compile(r"lane|path|route|track|aisle|highway|agv|amr|fahrweg|gasse", re.IGNORECASE)
 _ONE_WAY = re.compile(r"one[ _-]?way|einbahn", re.IGNORECASE)
-_WIDE = 5000.0  # units; a drawing without units that is wider is in mm, else in m
-_BROKEN = 50  # entities that are left out as damaged: each costs another reading
-_FAULTS, _LONGEST = 1000, 100  # that are named, and letters of each
+_WIDE = 5000.0  # units: a wider drawing that names no unit is in mm, others in m
+_BROKEN = 50  # damaged entities to leave out at most: each costs another reading
+_FAULTS, _LONGEST = 1000, 100  # faults to name, and letters of each, at most
 _FINE = 1000  # parts of a curve's size: no chord is finer
 
 
@@ -72,7 +72,7 @@ def read(path: Path, content: bytes, *, lanes: str | tuple[str, ...] = ()) -> Pl
 
 
 def _document(path: Path, content: bytes, plant: Plant) -> Any:
-    """The drawing as ezdxf reads it, also where it is a little damaged, which is noted in the plant."""
+    """Read the drawing with ezdxf, also where it is a little damaged; repairs are noted in the plant."""
     if content.startswith((b"AC10", b"AutoCAD Binary DXF")):
         raise ModelError([f"{path}: a binary drawing (DWG or binary DXF), expected it saved as DXF in text (ASCII)"])
     try:
@@ -110,7 +110,7 @@ def _document(path: Path, content: bytes, plant: Plant) -> Any:
 
 
 def _without(content: bytes, message: str) -> bytes:
-    """The drawing without the entity, `KIND(#HANDLE)`, that a message of ezdxf blames; all of it if it names none."""
+    """Remove the entity `KIND(#HANDLE)` that a message of ezdxf blames; the drawing is unchanged if it names none."""
     named = re.search(r"\b([A-Z]+)\(#([0-9A-F]+)\)", message)
     if named is None:
         return content
@@ -174,17 +174,17 @@ def _inside(path: Path, entities: list[tuple[str, Any]], layers: tuple[str, ...]
 
 
 def _drawn(insert: Any, sizes: dict[str, int]) -> int:
-    """How many entities an inserted block is taken apart into; `sizes`: of blocks that were counted before."""
+    """Number of entities that an inserted block is taken apart into; `sizes`: numbers of blocks counted before."""
     block = insert.block()
     name = str(insert.dxf.get("name", ""))
     if block is not None and name not in sizes:
-        sizes[name] = 1  # where it is inside itself, which ezdxf refuses
+        sizes[name] = 1  # for a block inside itself, which ezdxf refuses
         sizes[name] = sum(_drawn(part, sizes) if part.dxftype() == "INSERT" else 1 for part in block)
     return int(insert.mcount) * sizes.get(name, 1)
 
 
 def _chosen(path: Path, layers: Counter[str], asked: tuple[str, ...]) -> set[str]:
-    """The layers whose lines are lanes."""
+    """Choose the layers whose lines are lanes; raises ModelError where that is unclear."""
     counts = [f"{layer} ({number:,} lines)" for layer, number in layers.most_common(12)]
     have = spoken(counts) if counts else "none"
     chosen = set()

@@ -1,4 +1,4 @@
-"""A model's layout for other programs: the formats that `read_layout` reads, written; and what is lost on the way."""
+"""Export of a model's layout to the formats that `read_layout` reads, with remarks on losses."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ def _texts(plant: Plant, form: str) -> dict[str, str]:
 
 
 def drawn(model: Model) -> Plant:
-    """The plant of a model, in metres and seconds, with remarks on what is lost.
+    """Make the plant of a model, in metres and seconds, with remarks on losses.
 
     A storage place beside a lane becomes a point of the lane. Links are called `A>B`, a two-way lane by its first edge.
 
@@ -118,7 +118,7 @@ class _Drawing:
             self.plant.points[name] = Waypoint(name, data["x"] * self.metre, data["y"] * self.metre, name in parking)
 
     def lanes(self) -> None:
-        """Every lane as a link, or as several with a point wherever robots load."""
+        """Add every lane as a link, or as several links with a point wherever robots load."""
         stops: dict[Edge, dict[float, int]] = {edge: {} for edge in self.layout.lanes}
         for place in self.layout.storage:
             if place.edge[0] == place.edge[1]:
@@ -186,7 +186,7 @@ class _Drawing:
         critical = battery.threshold / battery.capacity if battery else None
         counts: dict[str, int] = {}
         for robot, kind in zip(fleet.robots(), fleet.kinds_of_robots(), strict=True):
-            kind = kind or "robot"  # noqa: PLW2901 - ordinary ones have no kind
+            kind = kind or "robot"  # noqa: PLW2901 - ordinary robots have no kind
             counts[kind] = counts.get(kind, 0) + 1
             size, speed = 2 * robot.radius * self.metre, robot.speed * self.metre / seconds
             self.plant.vehicles.append(Vehicle(f"{kind} {counts[kind]}", size, speed, critical=critical))
@@ -217,7 +217,7 @@ class _Drawing:
         note("left out", "section", list(self.sections()), "a layout has no work, policies or energy")
 
     def sections(self) -> Iterable[str]:
-        """Parts of the model about other things than the layout."""
+        """Names of the sections of the model that are not about its layout."""
         model = self.model
         for key in ("calendars", "tasks", "battery", "people", "policies", "run", "cost", "prices", "accept"):
             if key == "tasks" or getattr(model, key) != type(model).model_fields[key].default:
@@ -236,7 +236,7 @@ def _unusual(part: Part, carried: set[str]) -> bool:
 
 
 def plain_names(plant: Plant) -> None:
-    """Change what a plant and its parts are called where it is not plain; what is changed is noted there."""
+    """Rename a plant and its parts where their names are not plain; the changes are noted in the plant."""
     points, positions = _plain(plant.points), _plain(location.name for location in plant.locations)
     links, areas = _plain(link.name for link in plant.links), _plain(area.name for area in plant.areas)
     plant.name = _trimmed(plant.name) or "layout"
@@ -267,7 +267,7 @@ def plain_names(plant: Plant) -> None:
 
 
 def _plain(names: Iterable[str]) -> dict[str, str]:
-    """The plain form of every name, each of them once."""
+    """Map every name to its plain form; plain forms are unique."""
     plain = {name: _trimmed(name) for name in names}
     taken = {name for name, trimmed in plain.items() if trimmed == name}
     return {name: name if trimmed == name else claim(trimmed or "unnamed", taken) for name, trimmed in plain.items()}
@@ -278,7 +278,7 @@ def _trimmed(name: str) -> str:
 
 
 def tables(plant: Plant) -> dict[str, str]:
-    """The two tables by the names of their files; what they cannot hold is noted in the plant."""
+    """Tables of nodes and edges by the names of their files; losses are noted in the plant."""
     _losses(plant)
     edges = [{"from": link.source, "to": link.target, **_edge(plant, link)} for link in plant.links]
     return {NODES_FILE: _csv(_NODE_COLUMNS, list(_nodes(plant))), EDGES_FILE: _csv(_columns(edges), edges)}
@@ -290,7 +290,7 @@ def _columns(edges: list[Row]) -> tuple[str, ...]:
 
 
 def graphml(plant: Plant) -> str:
-    """The text of a GraphML file; a two-way lane is two edges there, as graphs with directions have them."""
+    """Text of a GraphML file; a two-way lane becomes two edges, as in any directed graph."""
     _losses(plant)
     lines = ['<?xml version="1.0" encoding="UTF-8"?>', '<graphml xmlns="http://graphml.graphdrawing.org/xmlns">']
     kinds = {"x": "double", "y": "double", "role": "string", "station": "string"}

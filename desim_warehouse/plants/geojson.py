@@ -117,7 +117,7 @@ class _Reader:
         self.crs = ""
 
     def features(self, data: Any) -> list[Any]:
-        """The features of the collection, and in mind what its coordinates are."""
+        """Return the features of the collection, and keep its coordinate reference system."""
         if not isinstance(data, dict) or data.get("type") != "FeatureCollection":
             self.refuse("the top level", f"not a FeatureCollection (got {got(data)}), expected one")
         features = data.get("features")
@@ -231,7 +231,7 @@ class _Reader:
             self.lines.append((Line(name, (), speed, back, where), points[::-1] if backwards else points))
 
     def mark(self, record: TableRecord, where: str, each: list[list[Spot]]) -> None:
-        """A mark beside a lane."""
+        """Add the marks of a point beside a lane."""
         role = record.get("role")
         operations = (
             tuple(filter(None, (operation.strip() for operation in str(role).split("+")))) if role is not None else ()
@@ -240,7 +240,7 @@ class _Reader:
         self.marks += [(Mark(str(name), (0, 0), operations, where), spot) for points in each for spot in points]
 
     def positions(self, value: Any, where: str, depth: int) -> list[list[Spot]]:
-        """Lists of positions, whatever the kind of geometry."""
+        """Read the coordinates of a geometry of any kind as lists of positions."""
         if depth == 0:
             return [[self.position(value, where)]]
         if not isinstance(value, list):
@@ -263,7 +263,7 @@ class _Reader:
         raise ModelError([f"{self.path}: {where}: {text}"])
 
     def in_metres(self) -> tuple[list[Line], list[Mark]]:
-        """Lines and marks in metres, y downwards."""
+        """Return the lines and marks in metres, y downwards."""
         to_metres = self.projection([spot for _, points in self.lines for spot in points])
         lines = [
             Line(line.name, tuple(map(to_metres, points)), line.speed, line.speed_back, line.position)
@@ -272,7 +272,7 @@ class _Reader:
         return lines, [Mark(mark.name, to_metres(spot), mark.operations, mark.position) for mark, spot in self.marks]
 
     def projection(self, spots: list[Spot]) -> Callable[[Spot], Spot]:
-        """From the coordinates of the file to metres, by what it says that they are, and how far they reach."""
+        """Choose the projection of the file's coordinates to metres, by its reference system and its extent."""
         if not spots:
             self.refuse("features", "no line, expected lanes drawn as lines")
         west, east = min(x for x, _ in spots), max(x for x, _ in spots)
@@ -295,7 +295,7 @@ class _Reader:
 
 
 def _with_length(record: TableRecord, spots: list[Spot]) -> TableRecord:
-    """An edge with the length of its corners where it does not say one, and its direction in our words."""
+    """Add to an edge the length along its corners, where it states none, and `two_way` from `one_way`."""
     named, values = dict(record.columns.named), dict(record.values)
     if record.get("length") is None and len(spots) > 2:  # noqa: PLR2004 - with corners
         named["length"], values["\0length"] = "\0length", sum(math.dist(a, b) for a, b in pairwise(spots))

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     import networkx as nx
 
 EXPECTED = "a graph (GraphML)"
-_NAME = "node"  # of the columns for what a graph says beside attributes
+_NAME = "node"  # column of a node's id, which is no attribute of it
 _TAIL, _HEAD = "from_node", "to_node"
 _WEIGHT, _SLACK = "weight", 0.99
 _NODE_LINK = re.compile(rb'\{\s*"(directed|multigraph|nodes)"\s*:')
@@ -44,7 +44,7 @@ def looks(path: Path, start: bytes) -> bool:
 
 
 def from_networkx(graph: nx.Graph, name: str = "") -> Plant:
-    """The plant that a graph of networkx describes; see `desim_warehouse.read_layout`.
+    """Make a plant of a graph of networkx; see `desim_warehouse.read_layout`.
 
     Raises:
         ModelError: with the node or edge, where an attribute is not what it should be.
@@ -95,7 +95,7 @@ def _fill(plant: Plant, nodes: Rows, edges: Rows, two_way: bool) -> None:
 
 
 def _weigh(plant: Plant, weights: list[Any]) -> None:
-    """Take weights for lengths, unless one is missing or shorter than the straight line; either is noted."""
+    """Take weights for lengths (m), unless a weight is missing or shorter than the straight line; noted either way."""
     lengths = []
     for link, weight in zip(plant.links, weights, strict=True):
         a, b = plant.points[link.source], plant.points[link.target]

@@ -59,7 +59,7 @@ class Grid:
                     yield row, column
 
     def number(self, cell: Cell) -> int:
-        """A cell as planners count them: row by row, blocked ones too."""
+        """Number of a cell as planners count: row by row, blocked cells included."""
         return cell[0] * len(self.rows[0]) + cell[1]
 
 
@@ -95,14 +95,14 @@ def plant_of(name: str, source: str, grid: Grid, side: float, weights: Mapping[t
 
 
 def fit(plant: Plant, side: float) -> None:
-    """Robots that are not drawn fill a cell and drive one a second."""
+    """Assume that robots that are not drawn fill a cell, `side` metres wide, and drive a cell a second."""
     plant.cell = side
     plant.assume("fleet.robot.radius", f"as large as fits a cell of {side:g} m")
     plant.assume("fleet.robot.speed", "a cell a second")
 
 
 def instant_handling(plant: Plant) -> None:
-    """Loading and unloading take no time, as benchmarks have it."""
+    """Assume that loading and unloading take no time, as in benchmarks."""
     plant.handling = 0.0
     for key in ("tasks.load_time", "tasks.unload_time"):
         plant.assume(key, "as in the benchmark: a visit takes no time")
@@ -127,7 +127,7 @@ class Lines:
 
     @classmethod
     def of(cls, path: Path, content: bytes, comment: str = "") -> Lines:
-        """The lines of a file in UTF-8, without the blanks at their ends and those at the end of the file."""
+        """Decode a file in UTF-8 into lines, without blanks at their ends and blank lines at the end of the file."""
         try:
             text = content.decode("utf-8-sig")
         except UnicodeDecodeError as error:
@@ -149,14 +149,14 @@ class Lines:
         raise StopIteration
 
     def take(self, expected: str) -> str:
-        """The next line; refuses the file where there is none."""
+        """Return the next line; raises ModelError at the end of the file."""
         line = next(self, None)
         if line is None:
             self.refuse(f"the file ends here, expected {expected}")
         return line
 
     def number(self, expected: str) -> int:
-        """The next line, which holds one whole number."""
+        """Read the whole number in the next line; raises ModelError for anything else."""
         line = self.take(expected)
         number, *more = self.numbers(line, 1, expected)
         if more:
@@ -164,14 +164,14 @@ class Lines:
         return number
 
     def numbers(self, line: str, count: int, expected: str, between: str = r"[\s,]+") -> list[int]:
-        """The whole numbers of a line, at least 0, with blanks or commas between, and a least number of them."""
+        """Read at least `count` whole numbers from 0 up in a line, with blanks or commas between."""
         words = list(filter(None, re.split(between, line.strip())))
         if len(words) < count or not all(word.isdecimal() and len(word) <= _DIGITS for word in words):
             self.refuse(f"not what it should be (got {got(line)}), expected {expected}")
         return [int(word) for word in words]
 
     def counted(self, number: int, what: str, noun: str = "line") -> Iterator[str]:
-        """The lines that end the file, as many as its head says; refuses fewer and more.
+        """Yield the lines that end the file, as many as its head says; raises ModelError for fewer or more.
 
         Args:
             number: how many.

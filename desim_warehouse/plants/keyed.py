@@ -16,7 +16,7 @@ from desim_warehouse.model.messages import printable
 from desim_warehouse.plants.plant import Plant
 from desim_warehouse.values.fields import LIMITS
 
-_MOST = 20  # problems that are told at once
+_MOST = 20  # problems in one error, at most
 _WRONG = 500_000  # values
 _LARGEST = LIMITS["number"][0]
 _FLAGS = {"true": True, "false": False}
@@ -66,13 +66,13 @@ _WORDS = {Text: "text", Number: "a number", Flag: "true or false", Each: "a list
 
 
 def section(keys: Mapping[str, Kind], required: str = "", needed: str = "") -> Section:
-    """A section, with names of keys in one text."""
+    """Make a section; `required` and `needed` name keys, with blanks between."""
     return Section(keys, frozenset(required.split()), frozenset(needed.split()))
 
 
 @dataclass
 class Reader:
-    """Reads values by a table; `found` has what is not as the format says, by what is wrong and where.
+    """Reader of values by a table; `found` maps faults of the file (text, remedy) to their positions.
 
     `unknown` has the keys that are not in the table, which are left out.
 
@@ -90,7 +90,7 @@ class Reader:
     unknown: list[tuple[tuple[str, ...], str]] = field(default_factory=list)
 
     def read(self, value: Any, kind: Kind, position: str) -> Any:
-        """The value as the table says; raises ModelError where something needed is missing or wrong."""
+        """Read a value by its kind in the table; raises ModelError where a needed part is missing or wrong."""
         made = self._value(value, kind, position)
         if made is _GONE:
             self.refuse(position, f"not {_WORDS[type(kind)]} (got {got(value)}), expected it")
@@ -101,7 +101,7 @@ class Reader:
         raise ModelError([printable(f"{self.file}: {position}: {text}")])
 
     def wrong(self, position: str, text: str, become: str) -> None:
-        """Record that a value is not as the format says, and what it is read as."""
+        """Record a value that the format does not allow, and its replacement; raises ModelError for too many."""
         self.count += 1
         if self.count > _WRONG:
             self.refuse(

@@ -1,4 +1,4 @@
-"""From the links of a drawing to lanes: links there and back are one lane, and of parallel ones the shortest stays."""
+"""Lanes from the links of a drawing: links there and back join to one lane, of parallel links the shortest stays."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ class DrawnLane:
 
 @dataclass(slots=True)
 class _Direction:
-    """One link in one of its directions."""
+    """A link in one of its directions."""
 
     link: Link
     source: str
@@ -41,12 +41,12 @@ class _Direction:
 
     @property
     def back(self) -> bool:
-        """Whether it is the direction from the link's target to its source."""
+        """Whether the direction is from the link's target to its source."""
         return self.source != self.link.source
 
 
 def lanes_of(plant: Plant) -> list[DrawnLane]:
-    """The lanes of a plant, in the order of its links; what is changed is noted there."""
+    """Make lanes of the links of a plant, in their order; changes are noted in the plant."""
     directions: dict[tuple[str, str], _Direction] = {}
     loops, doubled = [], []
     for link in plant.links:

@@ -43,9 +43,9 @@ OPTIONS = ("layout", "vehicle_type", "two_way", "strict")
 _MOST = 3_000_000  # values: LIF has many words for an edge
 _LETTER = "to the letter of LIF 1.0"
 _OPEN = "lists no vehicle type, which says that none may use it; taken to be open to all"
-_TYPES = 1000  # of vehicles, at most
-_FIT = 0.05  # of the distance between its nodes: a trajectory whose ends are off by more belongs elsewhere
-_RAMP = 1.0  # metres: a lift or ramp is at least so long
+_TYPES = 1000  # types of vehicles, at most
+_FIT = 0.05  # of the distance between the nodes: if the ends of a trajectory are off by more, it belongs elsewhere
+_RAMP = 1.0  # metres, the least length of a lift or ramp
 
 _STEEPEST = 30  # degree
 _NODES = 16  # of the quadrature
@@ -174,7 +174,7 @@ class _Drawn:
                         reader.wrong(station[POSITION], f"no node {got(key)}", "left out")
 
     def add_nodes(self, layout: _Layout) -> dict[str, str]:
-        """Add the nodes of a layout; their names by nodeId."""
+        """Add the nodes of a layout, and return their names in the plant by nodeId."""
         names: dict[str, str] = {}
         for node in layout.item["nodes"]:
             key = node["nodeId"]
@@ -188,7 +188,7 @@ class _Drawn:
         return names
 
     def add_edges(self, layout: _Layout, nodes: dict[str, str], elsewhere: set[str]) -> None:
-        """Add the edges of a layout between nodes that are known."""
+        """Add the edges of a layout between `nodes` (names by nodeId); note edges that lead elsewhere."""
         left = []
         for edge in layout.item.get("edges", ()):
             ends = edge["startNodeId"], edge["endNodeId"]
@@ -205,7 +205,7 @@ class _Drawn:
         self.plant.note("left out", "transition", names, "to a layout that is not read", positions)
 
     def vehicle_type(self, asked: str | None) -> str | None:
-        """The vehicle type whose plant it is, by default the one that may use most edges; None if there is none."""
+        """Choose the vehicle type to read, by default the type with most edges; None if the file has no types."""
         parts: list[_Node | _Edge] = [*self.nodes.values(), *self.edges]
         every = dict.fromkeys(kind for part in parts for kind in sorted(part.types or ()))
         if len(every) > _TYPES:
@@ -224,7 +224,7 @@ class _Drawn:
         return chosen
 
     def fill(self, asked: str | None) -> None:
-        """Fill in the plant: what a vehicle type may use, as points, links and locations."""
+        """Fill the plant with the nodes, edges and stations that a vehicle type may use."""
         plant, kind = self.plant, self.vehicle_type(asked)
         nodes, edges = self.allowed(kind)
         for name, node in nodes.items():
@@ -242,7 +242,7 @@ class _Drawn:
         draw_apart(plant, {name: node.layout.level for name, node in nodes.items()})
 
     def add_links(self, nodes: dict[str, _Node], edges: list[_Edge], kind: str | None) -> list[tuple[Link, Item]]:
-        """Add the edges as links; each with what the file says of it for the vehicle type."""
+        """Add the edges as links; return the links kept, each with its properties for the vehicle type."""
         plant = self.plant
         kept: list[tuple[Link, Item]] = []
         closed: list[Link] = []
@@ -300,7 +300,7 @@ class _Drawn:
                 plant.locations.append(Location(point, {point: actions}, plant.points[point].position))
 
     def allowed(self, kind: str | None) -> tuple[dict[str, _Node], list[_Edge]]:
-        """The nodes and edges that a vehicle type may use."""
+        """Select the nodes and edges that a vehicle type may use; the others are noted as left out."""
         nodes = {name: node for name, node in self.nodes.items() if node.types is None or kind in node.types}
         edges: list[_Edge] = []
         closed: list[_Edge] = []
@@ -318,7 +318,7 @@ class _Drawn:
 
 
 def _types(properties: Sequence[Item] | None) -> frozenset[str] | None:
-    """The vehicle types that a node or edge lists; None where it lists none, or one without a name: all."""
+    """Vehicle types that a node or edge lists; None (all types) where it lists none, or a type without a name."""
     listed = [entry.get("vehicleTypeId") for entry in properties or ()]
     return frozenset(kind for kind in listed if kind is not None) if listed and None not in listed else None
 
@@ -339,7 +339,7 @@ def _one_of(asked: str, names: list[str]) -> tuple[str, str]:
 
 
 def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
-    """The length of an edge along its trajectory, None for the straight distance; and what is wrong with that."""
+    """Length of an edge along its trajectory (None: the straight distance), and words for a faulty trajectory."""
     trajectory = item.get("trajectory")
     if trajectory is None:
         return item.get("physicalLineGuidedProperty", {}).get("length") or None, ""
@@ -363,7 +363,7 @@ def _length(plant: Plant, edge: _Edge, item: Item) -> tuple[float | None, str]:
 def arc_length(
     degree: int, knots: Sequence[float], points: Sequence[tuple[float, float]], weights: Sequence[float]
 ) -> float:
-    """The length of a curve, a non-uniform rational B-spline, from its first knot of full support to its last.
+    """Length of a non-uniform rational B-spline (NURBS), from its first knot of full support to its last.
 
     Source: L. Piegl, W. Tiller, The NURBS Book (2nd ed., Springer 1997): a rational curve is a B-spline in homogeneous
     coordinates, divided by its weight. The length is integrated with Gauss-Legendre quadrature between the knots; parts

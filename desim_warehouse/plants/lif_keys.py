@@ -182,7 +182,7 @@ _EDGES: tuple[tuple[str, Callable[[Item], Any], str], ...] = (
 
 
 def note_edges(plant: Plant, edges: Sequence[tuple[Link, Item]]) -> None:
-    """Note what is said of edges; each with what the file says of it."""
+    """Note properties of edges that a model cannot hold; each edge with its properties in the file."""
     for kind, has, why in _EDGES:
         plant.note_parts("left out", kind, [link for link, item in edges if has(item)], why)
     odd = [link for link, item in edges if _is_degrees(item.get("vehicleOrientation", 0.0))]
@@ -190,7 +190,7 @@ def note_edges(plant: Plant, edges: Sequence[tuple[Link, Item]]) -> None:
 
 
 def note_nodes(plant: Plant, nodes: Sequence[tuple[str, Item]], stations: Sequence[Item]) -> None:
-    """Note what is said of nodes, each with what the file says of it, and of stations."""
+    """Note properties of nodes and stations that a model cannot hold; each node with its properties in the file."""
     turned = [plant.points[name] for name, item in nodes if "theta" in item]
     plant.note_parts("left out", "vehicle angle", turned, "robots may stand at a node in any direction")
     odd = [plant.points[name] for name, item in nodes if _is_degrees(item.get("theta", 0.0))]
@@ -201,7 +201,7 @@ def note_nodes(plant: Plant, nodes: Sequence[tuple[str, Item]], stations: Sequen
 
 
 def is_2(data: Item, content: bytes) -> bool:
-    """Whether a file has the keys of version 2, whatever version it says it is."""
+    """Whether a file has the keys of version 2, whatever version it states."""
     return "origins" in data or b'"mobileRobotType' in content
 
 
@@ -222,7 +222,7 @@ def _layout(layout: Item) -> Item:
 
 
 def renamed(item: Item) -> Item:
-    """An object with the keys of version 1, where it has them under other names."""
+    """Rename the keys of an object of version 2 to their names in version 1."""
     return {_RENAMED.get(key, key): value for key, value in item.items()}
 
 

@@ -22,9 +22,9 @@ CURVE = 0.25
 """Metres that a chord may be off its curve."""
 NEAR = 2.0
 """Metres that a mark may be off its lane."""
-_MOST_TESTS = 500_000  # pairs of segments that are looked at: what a tangle of lines costs is limited
-_CELLS = 50_000  # of the grid in which neighbours are looked for
-_WINDOW = 64  # points of a line after which one stays: what curves cost is limited
+_MOST_TESTS = 500_000  # pairs of segments to test, a limit of the cost of tangled lines
+_CELLS = 50_000  # of the grid in which neighbours are searched
+_WINDOW = 64  # points of a line after which a point is kept, a limit of the cost of curves
 _FLAT = 1e-12
 
 Spot = tuple[float, float]
@@ -62,7 +62,7 @@ class _Piece:
 
 
 def join(plant: Plant, lines: Iterable[Line], marks: Iterable[Mark]) -> None:
-    """Put lines and marks into a plant, as points, links and locations; what is done to them is noted there.
+    """Put lines and marks into a plant, as points, links and locations; changes are noted in the plant.
 
     Raises:
         ModelError: where there are no lines, or too many meet for a plant.
@@ -214,7 +214,7 @@ class _Floor:
 
 
 class _Network:
-    """Makes points, links and locations of the spots along lines, and of the marks there."""
+    """Maker of points, links and locations from the spots along lines and the marks there."""
 
     def __init__(
         self, plant: Plant, lines: list[Line], chains: list[list[Spot]], marks: dict[Spot, list[Mark]]
@@ -237,19 +237,19 @@ class _Network:
         self.locations()
 
     def name(self, spot: Spot, wanted: str) -> str:
-        """Give a spot a name that no other has."""
+        """Give a spot a unique name."""
         name = self.named[spot] = claim(wanted, self.taken)
         return name
 
     def point(self, spot: Spot) -> str:
-        """The name of the point at a spot."""
+        """Name of the point at a spot; the point is added where it is new."""
         name = self.named.get(spot) or self.name(spot, f"p{len(self.plant.points) + 1}")
         if name not in self.plant.points:
             self.plant.points[name] = Waypoint(name, *spot)
         return name
 
     def link(self, line: Line, chain: list[Spot]) -> bool:
-        """The links along a line, between spots where something meets, or is; whether any of them was curved."""
+        """Add links along a line between junctions, marks and bends; return whether a curve was replaced by chords."""
         kept = {0, len(chain) - 1, *range(0, len(chain), _WINDOW)}
         kept |= {rank for rank, spot in enumerate(chain) if self.meeting[spot] != 2 or spot in self.marks}  # noqa: PLR2004
         curved = False
@@ -274,7 +274,7 @@ class _Network:
 
 
 def _part(piece: _Piece, spot: Spot) -> float:
-    """How far along a piece, from 0 to 1, it is nearest to a point."""
+    """Fraction of the way along a piece, 0 to 1 inside it, at which it is nearest to a point."""
     (ax, ay), (bx, by) = piece.a, piece.b
     return ((spot[0] - ax) * (bx - ax) + (spot[1] - ay) * (by - ay)) / ((bx - ax) ** 2 + (by - ay) ** 2)
 
@@ -285,7 +285,7 @@ def _along(piece: _Piece, part: float) -> Spot:
 
 
 def _corners(chain: list[Spot], begin: int, end: int) -> list[int]:
-    """The ranks from begin to end that stay, so that no other is more than `CURVE` off (Douglas and Peucker)."""
+    """Simplify a chain (Douglas-Peucker): ranks from begin to end to keep, so that others are at most `CURVE` m off."""
     kept, rest = {begin, end}, [(begin, end)]
     while rest:
         a, b = rest.pop()

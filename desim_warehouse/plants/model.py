@@ -1,4 +1,4 @@
-"""From a plant to a model: the layout as drawn, and marked assumptions for all that drawings do not say.
+"""Making a model of a plant: the layout as drawn, and marked assumptions for everything that drawings lack.
 
 - The length that is drawn counts, not the straight distance. Two points on one spot are drawn 1 cm apart.
 - Two edges that join the same points there and back are a two-way lane, unless their lengths differ by more than 5 %:
@@ -38,15 +38,13 @@ from desim_warehouse.values.fields import Part
 Content = dict[str, Any]
 Keys = tuple[str | int, ...]
 
-_SIZE, _SPEED = 1.0, 1.0  # of a vehicle that the drawing says nothing of: metres, m/s
+_SIZE, _SPEED = 1.0, 1.0  # of a vehicle without them in the drawing: metres, m/s
 _HANDLING = 15
 _SHIFT = 8 * 3600
-_ROOM = (
-    2  # slots in all stations together for each point of the plant, which is more than robots that could drive there
-)
+_ROOM = 2  # slots in all stations together for each point of the plant, more than the robots that could drive there
 _LASTS, _CHARGES = 8 * 3600, 2 * 3600  # seconds from full to empty, and from empty to full
 _CRITICAL = 0.3
-_LONGEST = 500  # letters about what was lost, in a message
+_LONGEST = 500  # letters about losses in a message, at most
 _EQUAL = 1e-3  # lengths that differ by less are the straight distance
 
 
@@ -73,11 +71,11 @@ class Imported:
 
     @cached_property
     def model(self) -> Model:
-        """The model, checked as a file is; its orders, if it has a file of them, are kept while the process lives."""
+        """Load the model, checked as a file is; a file of its orders is kept while the process lives."""
         return load(self.with_orders(kept(self.orders, f"{id(self)}.csv")) if self.orders else self.content)
 
     def in_short(self) -> str:
-        """How much there is, in one line: a floor of the wrong size shows that a unit is not what was meant."""
+        """Sizes of the layout in one line; a floor of the wrong size reveals a wrong unit."""
         layout = self.model.layout
         counts = zip((layout.nodes, layout.edges), ("node", "edge"), strict=True)
         sides = " x ".join(f"{round(side, 1):,g}" for side in floor_of(self.plant))
@@ -89,13 +87,13 @@ class Imported:
         return self._text(self.content)
 
     def files(self, path: Path) -> dict[Path, str]:
-        """The model as files, the first of them to be written to `path`; large parts of it stand beside it."""
+        """Texts of the model's files by path: the model at `path`, large parts in files beside it."""
         orders = orders_beside(path)
         content, files = apart(self.with_orders(Path(orders.name)), path)
         return {path: self._text(content), **files, **({orders: self.orders} if self.orders else {})}
 
     def with_orders(self, path: Path) -> Content:
-        """The content, with its orders, if it has some, read from this file."""
+        """Return the content with its orders, if there are any, read from this file."""
         if not self.orders:
             return self.content
         flows = {"orders": {"from": "storage", "to": "storage", "arrivals": {"orders": {"file": str(path)}}}}
@@ -148,7 +146,7 @@ def imported(
 
 
 def _summary(plant: Plant) -> str:
-    """The description of the model: where it comes from, and in short what it lacks."""
+    """Description of the model: its source, the parts left out, and the assumptions."""
     lost = [remark for remark in plant.remarks if remark.what in {"left out", "unreachable"}]
     counts = ", ".join(number_of(len(remark.names), remark.kind) for remark in lost)
     assumed = ", ".join(remark.kind for remark in plant.remarks if remark.what == "assumed")
@@ -187,7 +185,7 @@ def _main_part(plant: Plant, lanes: Iterable[DrawnLane]) -> set[str]:
 
 
 class _Maker:
-    """Makes the sections of a model; `named` says what storage places are called."""
+    """Maker of the sections of a model; `named` has the names of storage places."""
 
     def __init__(self, plant: Plant, lanes: list[DrawnLane], stops: Stops, robot: Mapping[str, Any]) -> None:
         self.plant = plant
@@ -247,7 +245,7 @@ class _Maker:
         """A storage place at every point where robots load."""
         common = Counter(name for names in self.stops.load.values() for name in names)
         for rank, (point, names) in enumerate(self.stops.load.items()):
-            if names != [point] and any(common[name] == 1 for name in names):  # what is said of all says nothing
+            if names != [point] and any(common[name] == 1 for name in names):  # a name that all share tells nothing
                 self.named["layout", "storage", rank] = " + ".join(names)
         return [{"node": point} for point in self.stops.load]
 
@@ -315,7 +313,7 @@ class _Maker:
         return fleet
 
     def starts(self, fleet: Content, bays: Content) -> None:
-        """Robots begin where their vehicles are drawn, if those are slots of bays; else that is left out."""
+        """Start robots where their vehicles are drawn, if those points have slots of bays; else note the loss."""
         placed = [vehicle for vehicle in self.plant.vehicles if vehicle.start is not None]
         if {vehicle.start for vehicle in placed} <= {node for bay in bays.values() for node in bay["at"]}:
             if len(placed) == fleet["size"] and "kinds" not in fleet:
@@ -356,7 +354,7 @@ class _Maker:
         }
 
     def goods(self, stations: Content) -> list[Content]:
-        """The transports that the plant lists, as tasks."""
+        """Convert the transports that the plant lists to tasks of a model."""
         storage = {point: rank for rank, point in enumerate(self.stops.load)}
         named = {item["at"][0]: name for name, item in stations.items() if len(item["at"]) == 1}
         tasks = []
@@ -406,7 +404,7 @@ def _round(value: float, digits: int = DIGITS) -> float | int:
 
 
 class RobotFile(Part):
-    """A robot and its battery; what is not there is as drawn, or assumed."""
+    """A robot and its battery; missing sections are as drawn, or assumed."""
 
     robot: RobotSpec | None = None
     battery: BatterySpec | None = None
@@ -416,7 +414,7 @@ _OUTLINE = Outline(RobotFile)
 
 
 def read_robot(path: str | Path) -> dict[str, Any]:
-    """The sections of a file about a robot, as they stand in it.
+    """Read the sections of a file about a robot, as they stand in it.
 
     Args:
         path: a YAML file with `robot` as below `fleet`, `battery`, or both, in metres and seconds or with units.
@@ -430,7 +428,7 @@ def read_robot(path: str | Path) -> dict[str, Any]:
 
 
 def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
-    """The zones section of a model of a plant; areas that cannot be zones there are noted, with the reason."""
+    """Make the zones section of a model; areas that cannot be zones are noted, with the reason."""
     if not plant.areas:
         return {}
     edges = {frozenset((edge["from"], edge["to"])) for edge in content["layout"]["edges"]}
@@ -449,7 +447,12 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
             empty.append(area)
     positions = {area.name: area.position for area in plant.areas}
     node = next(iter(content["layout"]["nodes"]))
-    any_work = {"goods": [0], "unload_at": [node], "load_time": 0, "unload_time": 0}  # those of orders are in a file
+    any_work = {
+        "goods": [0],
+        "unload_at": [node],
+        "load_time": 0,
+        "unload_time": 0,
+    }  # tasks from orders stand in a file
     model = load({**content, "tasks": any_work, "traffic": {"zones": zones}}) if zones else None
     if model is not None:
         for finding in examine(model.floor, model.traffic.zones, model.fleet.contact, "auto"):
@@ -464,7 +467,7 @@ def zones_of(plant: Plant, content: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _members(area: Area, plant: Plant, ends: Mapping[str, list[str]], edges: set[frozenset[str]]) -> dict[str, Any]:
-    """Members by name as a model has them: nodes by name, edges as pairs."""
+    """Members of an area by name, as a model has them: a node as its name, an edge as a pair of nodes."""
     members: dict[str, Any] = {}
     for name in area.members:
         if name in plant.points:

@@ -196,7 +196,7 @@ def _blocks(root: Element, plant: Plant) -> None:
 
 
 def _unknown(item: Element, plant: Plant) -> None:
-    """See which elements, and attributes of elements, no version of the format has."""
+    """Record the elements, and attributes of elements, that no version of the format has."""
     for child in item.children:
         if child.tag not in _KNOWN:
             plant.see_keys([child.tag], (), child.position)

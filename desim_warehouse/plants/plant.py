@@ -1,4 +1,4 @@
-"""A plant as its drawing says, in metres and seconds, y downwards: what every reader of a format fills in."""
+"""A plant as drawn, in metres and seconds, y downwards; every reader of a format fills one in."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Part: TypeAlias = "Waypoint | Link | Location | Vehicle | Area | Transport"
 
 @dataclass(frozen=True, slots=True)
 class Waypoint:
-    """Where links meet and robots can stop; `parking`: where idle robots are sent."""
+    """A point where links meet and robots can stop; `parking`: idle robots are sent there."""
 
     name: str
     x: float
@@ -53,7 +53,7 @@ class Link:
 
 @dataclass(frozen=True, slots=True)
 class Location:
-    """Where robots do something: by the points from which they reach it, the operations that are allowed there."""
+    """A place of work: the operations that are allowed, by the points from which robots reach it."""
 
     name: str
     operations: dict[str, tuple[str, ...]]
@@ -131,7 +131,7 @@ class Remark:
 
 @dataclass(slots=True)
 class Plant:
-    """All that a reader found in a file; `source` says what file and format."""
+    """Content of a file in another program's format; `source` names the file and the format."""
 
     name: str
     source: str
@@ -155,7 +155,7 @@ class Plant:
     """Keys of the file that no reader knows: where each stands first, and how often."""
 
     def note(self, what: What, kind: str, names: Iterable[str], why: str, positions: Iterable[str] = ()) -> None:
-        """Keep a remark, if it is about anything; `positions`: where in the file each of the names stands."""
+        """Add a remark unless `names` is empty; `positions`: where in the file each name stands."""
         if names := tuple(names):
             self.remarks.append(Remark(what, kind, names, why, tuple(positions)))
 
@@ -168,12 +168,12 @@ class Plant:
                 self.unknown[name] = first, count + 1
 
     def note_unknown(self) -> None:
-        """Note the keys that no reader knows."""
+        """Note the keys that `see_keys` has recorded as unknown."""
         positions = [f"{first}{f' and {count - 1:,} more' * (count > 1)}" for first, count in self.unknown.values()]
         self.note("left out", "key", self.unknown, "not known here", positions)
 
     def note_parts(self, what: What, kind: str, parts: Iterable[Part], why: str) -> None:
-        """Keep a remark about parts of the plant, by their names and positions."""
+        """Add a remark about parts of the plant, by their names and positions."""
         parts = list(parts)
         self.note(what, kind, [part.name for part in parts], why, [part.position for part in parts])
 
@@ -193,7 +193,7 @@ class Plant:
 
 
 def unique(name: str, taken: Container[str]) -> str:
-    """The name, or with a number if it is taken."""
+    """Return the name, with a number appended if it is taken."""
     number, tried = 1, name
     while tried in taken:
         number += 1
@@ -202,7 +202,7 @@ def unique(name: str, taken: Container[str]) -> str:
 
 
 def claim(name: str, taken: set[str]) -> str:
-    """The name, or with a number if it is taken; from then on it is."""
+    """Return the name, with a number appended if it is taken, and add it to `taken`."""
     made = unique(name, taken)
     taken.add(made)
     return made

@@ -30,7 +30,7 @@ from desim_warehouse.values.fields import LIMITS
 EXPECTED = "a map of Open-RMF (YAML with levels)"
 OPTIONS = ("layout", "graph")
 LARGEST, _MOST = 1_000_000, 200_000  # bytes and values: YAML is slow to read
-_DIFFER = 0.05  # of the mean: measured distances that do are doubted
+_DIFFER = 0.05  # of the mean: scales that differ by more are doubtful
 _PAIR = 2
 _UNNAMED = {"", "building", "site"}
 """What traffic editors call a map that nobody gave a name."""
@@ -203,7 +203,7 @@ class _Map:
         return x, y, str(name), about
 
     def projection(self, name: str, nav: bool, used: list[Any]) -> Callable[[Spot], Spot]:
-        """From the coordinates of a level to metres, y downwards; `used`: the vertices that lanes lead to."""
+        """Choose the projection of a level's coordinates to metres, y downwards; `used`: the vertices on lanes."""
         system = self.data.get("coordinate_system", "reference_image")
         if nav or system == "cartesian_meters":
             return lambda spot: (spot[0], -spot[1])
@@ -220,7 +220,7 @@ class _Map:
         return lambda spot: (spot[0] * scale, spot[1] * scale)
 
     def scale(self, name: str) -> float:
-        """Metres of a pixel."""
+        """Scale of a level: the mean of its measurements, in metres a pixel."""
         scales = self.measured(name)
         if not scales:
             others = [title for title in self.data["levels"] if title != name]
@@ -236,7 +236,7 @@ class _Map:
         return mean
 
     def measured(self, name: str) -> list[float]:
-        """Metres of a pixel, by each distance that is measured on a level."""
+        """Scales by each distance measured on a level, in metres a pixel."""
         level, scales = self.data["levels"][name], []
         vertices = self.items(level, "vertices", ("levels", name))
         for rank, item in enumerate(self.items(level, "measurements", ("levels", name))):
@@ -282,7 +282,7 @@ class _Map:
             self.plant.links.append(link)
 
     def areas(self, lanes: Iterable[_Lane], names: dict[int, str], abouts: dict[int, dict[str, Any]]) -> None:
-        """Groups of lanes and vertices that one robot uses at a time."""
+        """Add the groups of lanes and vertices (mutex) that one robot uses at a time, as areas."""
         groups: dict[str, list[str]] = {}
         positions: dict[str, str] = {}
         for group, member, line in (
@@ -326,7 +326,7 @@ class _Map:
     # Values
 
     def items(self, level: Any, key: str, keys: Keys) -> list[Any]:
-        """A list of a level; nothing where there is none."""
+        """List at a key of a level; empty where the key is missing."""
         if not isinstance(level, dict):
             self.refuse(keys, f"not a level (got {got(level)}), expected vertices and lanes")
         items = level.get(key, [])
@@ -335,7 +335,7 @@ class _Map:
         return items
 
     def about(self, value: Any, keys: Keys) -> dict[str, Any]:
-        """Parameters of a part: in building maps with the code of their type before them."""
+        """Parameters of a part, without the codes of their types that building maps have."""
         if not isinstance(value, dict):
             self.refuse(keys, f"not parameters (got {got(value)}), expected {{name: [type, value]}}")
         typed = {key: item[1] if isinstance(item, list) and len(item) == _PAIR else item for key, item in value.items()}

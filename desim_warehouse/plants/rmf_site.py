@@ -1,4 +1,4 @@
-"""Sites of Open-RMF's site editor (`.site.json`), read as the navigation graphs that they are made into.
+"""Sites of Open-RMF's site editor (`.site.json`), read as the navigation graphs that Open-RMF makes of them.
 
 Source: rmf_site_format of rmf_site. Coordinates are metres, y upwards. A lane leads both ways unless its reverse is
 disabled, and belongs to all graphs, to some, or to all but some; graphs are counted from 0 in their ranking.
@@ -55,7 +55,7 @@ class _Site:
         self.graphs = list(dict.fromkeys([*ranked, *self.inner(self.guided, "graphs")])) or ["0"]
 
     def levels(self) -> Item:
-        """Every level with its vertices and lanes; what belongs to the site is on all levels."""
+        """Levels with their vertices and lanes; parts of the site itself belong to every level."""
         levels: Item = {}
         shared = self.inner(self.data, "anchors")
         for key, level in self.parts(self.data, "levels"):

@@ -49,7 +49,7 @@ class Stops:
 
 
 def stops_of(plant: Plant, reachable: Collection[str], operations: Mapping[str, str]) -> Stops:
-    """Sort the points of a plant's locations; what cannot be used is noted there.
+    """Sort the points of a plant's locations by operation; unusable parts are noted in the plant.
 
     Args:
         plant: the plant.

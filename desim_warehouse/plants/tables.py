@@ -58,8 +58,8 @@ _SEVERAL = re.compile(r"\s*[+;,|/]\s*")
 _SHORTEST = 0.001
 """Of a length in metres, and of a speed in metres a second: what is below is a slip."""
 _METRES = UnitNames()
-_SHOWN = 30  # of them in a message
-_COMPARED = 1000  # names in which one like another is looked for
+_SHOWN = 30  # names in a message, at most
+_COMPARED = 1000  # names to search for a similar one, at most
 
 EXPECTED = "a table of nodes (CSV) with the columns name, x and y"
 NODES_FILE, EDGES_FILE = "nodes.csv", "edges.csv"
@@ -126,7 +126,7 @@ def _read(plant: Plant, nodes: _Table, edges: _Table, *, two_way: bool) -> None:
 
 
 def edges_beside(path: Path) -> Path:
-    """The table of edges that belongs to a table of nodes: `edges` in place of `nodes` in its name."""
+    """Path of the table of edges of a table of nodes: `edges` in place of `nodes` in its name."""
     if not _NODES.search(path.stem):
         text = f"{path}: a table whose name does not say what is in it, expected nodes.csv with edges.csv beside it"
         raise ModelError([text])
@@ -135,7 +135,7 @@ def edges_beside(path: Path) -> Path:
 
 @dataclass(frozen=True, slots=True)
 class Columns:
-    """The columns of a table that are read: what they are called there, and their units; `unread` are the others."""
+    """Columns of a table that are read: their titles in it, and their units; `unread` are the others."""
 
     named: Mapping[str, str]
     units: Mapping[str, float]
@@ -196,7 +196,7 @@ class TableRecord:
     position: str = ""
 
     def get(self, name: str) -> Any:
-        """A value, or None where there is none."""
+        """Value of a column; None where the cell is empty or the column is missing."""
         title = self.columns.named.get(name)
         value = None if title is None else self.values.get(title)
         return None if isinstance(value, str) and not value.strip() else value
@@ -214,7 +214,7 @@ class TableRecord:
         return str(value).strip()
 
     def number(self, name: str) -> float | None:
-        """A value as a number of metres, or metres a second; None where it is empty, or a speed without a limit."""
+        """Value in metres, or metres a second; None for an empty cell, or a speed without a limit."""
         value = self.get(name)
         if value is None:
             return None
@@ -233,7 +233,7 @@ class TableRecord:
         return number
 
     def above_0(self, name: str) -> float | None:
-        """A length or speed; None where it is empty."""
+        """Length (m) or speed (m/s) above 0; None for an empty cell."""
         number = self.number(name)
         if number is not None and number < _SHORTEST:
             what = "too small" if number > 0 else "not above 0"
@@ -241,7 +241,7 @@ class TableRecord:
         return number
 
     def flag(self, name: str) -> bool | None:
-        """Yes or no; None where it is empty."""
+        """Truth value of a yes or no; None for an empty cell."""
         value = self.get(name)
         word = str(value).strip().casefold()
         if value is None:
@@ -372,7 +372,7 @@ class _Table:
             yield TableRecord(columns, values, where, f"{self.name} row {number}")
 
     def cell(self, text: str) -> str:
-        """A cell, with a decimal point."""
+        """Text of a cell, with a decimal point in place of a decimal comma."""
         text = text.strip()
         return text.replace(",", ".") if self.comma and _DECIMAL.fullmatch(text) else text
 

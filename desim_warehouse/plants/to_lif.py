@@ -22,7 +22,7 @@ _DIGITS = 6
 
 
 def lif(plant: Plant) -> str:
-    """The text of a LIF file; what it cannot hold is noted in the plant."""
+    """Text of a LIF file; losses are noted in the plant."""
     layout = {
         "layoutId": plant.name or "layout",
         "layoutName": plant.name or "layout",
@@ -82,7 +82,7 @@ def _edges(plant: Plant) -> list[dict[str, Any]]:
 
 
 def _stations(plant: Plant) -> list[dict[str, Any]]:
-    """A station for every location, but one only at a node: what robots do there are the actions of the node."""
+    """Make a station of every location, at most one at a node; operations stand as actions of the nodes."""
     taken: set[str] = set()
     served: set[str] = set()
     places = [(location.name, list(location.operations)) for location in plant.locations]

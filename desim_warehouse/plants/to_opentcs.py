@@ -16,7 +16,7 @@ from desim_warehouse.plants.plant import Link, Plant, Vehicle, claim
 
 _MM = 1000
 _EXACT = 1e-6
-_ROUNDED = 0.001  # metres by which lengths may differ more once they are in mm
+_ROUNDED = 0.001  # metres: difference of lengths from rounding to mm
 _TYPES = {"load": "goods", "unload": "station", "charge": "charger"}
 _SIGNS = {"load": "LOAD_TRANSFER_GENERIC", "unload": "WORKING_GENERIC", "charge": "RECHARGE_GENERIC"}
 _TYPE_OF_RULE = {rule: kind for kind, rule in RULES.items()}
@@ -25,7 +25,7 @@ _LAYER = {"labelOffsetX": -10, "labelOffsetY": -20, "layerId": 0}
 
 
 def opentcs(plant: Plant) -> str:
-    """The text of a plant model; what it cannot hold is noted in the plant."""
+    """Text of a plant model; losses are noted in the plant."""
     names = _Names(plant)
     lines = [
         '<?xml version="1.0" encoding="UTF-8" standalone="yes"?>',
@@ -53,7 +53,7 @@ def opentcs(plant: Plant) -> str:
 
 
 class _Names:
-    """Names that are there once in the whole plant model, as openTCS needs them."""
+    """Names that are unique in the whole plant model, as openTCS needs them."""
 
     def __init__(self, plant: Plant) -> None:
         self.plant = plant
@@ -122,7 +122,7 @@ def _paths(plant: Plant, names: _Names, fastest: float) -> Iterable[str]:
 
 
 def joined(plant: Plant, beside: Iterable[Link], *, straight: bool = False) -> None:
-    """Note lanes side by side that readers take for one two-way lane: all that are as long, or `straight`."""
+    """Note lanes side by side of like length, which readers take for one two-way lane; `straight`: by distance."""
     lengths = {
         (link.source, link.target): distance(plant, link.source, link.target) if straight else length_of(plant, link)
         for link in beside

@@ -169,7 +169,7 @@ def orders_text(tasks: Sequence[PlantTask]) -> str:
 
 
 def orders_beside(path: Path) -> Path:
-    """Where the orders of a model file are written."""
+    """Path of the orders beside a model file."""
     return path.with_name(f"{path.stem}.orders.csv")
 
 

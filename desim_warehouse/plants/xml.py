@@ -31,7 +31,7 @@ class Element:
 
     @property
     def position(self) -> str:
-        """Where it stands in the file."""
+        """Position of the element in its file, for messages."""
         return f"line {self.line}"
 
     def all(self, tag: str) -> Iterator[Element]:
@@ -39,7 +39,7 @@ class Element:
         return (child for child in self.children if child.tag == tag)
 
     def text(self, *names: str) -> str:
-        """An attribute that must be there, under the first of its names that is."""
+        """Attribute under the first of its names that is present; raises ModelError where none is."""
         for name in names:
             if name in self.attributes:
                 return self.attributes[name]
@@ -47,7 +47,7 @@ class Element:
         return self.refuse(f"no {names[0]}, expected one" + (f"; did you mean '{near}'?" if near else ""))
 
     def number(self, *names: str, default: float | None = None) -> float:
-        """An attribute that is a number, under the first of its names that is there."""
+        """Number in an attribute, under the first of its names that is present; raises ModelError where it is none."""
         if default is not None and not any(name in self.attributes for name in names):
             return default
         text = self.text(*names)

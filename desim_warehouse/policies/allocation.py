@@ -127,7 +127,7 @@ class EarliestDue:
 def greedy(
     situation: Situation, tasks: Sequence[Task], costs: Any, *, asked: bool = False
 ) -> Iterable[tuple[int, int]]:
-    """The cheapest allowed pair, then the cheapest of those left; ties to the earlier task, the lower robot number.
+    """Yield the cheapest allowed pair, then the next cheapest; ties go to the earlier task, the lower robot number.
 
     Whether a pair is allowed is asked when its turn comes, so of few; after `MISSES` that are not, of all at once.
     `asked`: that is done, and pairs that are not allowed cost inf.
@@ -151,9 +151,9 @@ def greedy(
                 return
         elif (misses := misses + 1) == MISSES:
             rest = np.ix_(sorted(free), sorted(left))
-            known = np.full(costs.shape, np.inf)
-            known[rest] = np.where(situation.allowed(robots, tasks), costs, np.inf)[rest]
-            yield from greedy(situation, tasks, known, asked=True)
+            permitted = np.full(costs.shape, np.inf)
+            permitted[rest] = np.where(situation.allowed(robots, tasks), costs, np.inf)[rest]
+            yield from greedy(situation, tasks, permitted, asked=True)
             return
 
 
@@ -252,9 +252,9 @@ def matched(situation: Situation, tasks: Sequence[Task], costs: Any) -> Iterable
     allowed = situation.allowed(robots, tasks) & np.isfinite(costs)
     if not allowed.any():
         return
-    known = costs[allowed]
-    spread = float(known.max() - known.min())
-    table = np.where(allowed, costs - known.min(), (spread + 1) * (min(costs.shape) + 1))
+    possible = costs[allowed]
+    spread = float(possible.max() - possible.min())
+    table = np.where(allowed, costs - possible.min(), (spread + 1) * (min(costs.shape) + 1))
     for i, j in zip(*linear_sum_assignment(table), strict=True):
         if allowed[i, j]:
             yield robots[int(i)].number, tasks[int(j)].number

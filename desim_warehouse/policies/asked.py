@@ -1,4 +1,4 @@
-"""A policy is called for its answer; what is wrong with that is told with the file and line of the user's own code."""
+"""Calling policies for their answers; errors name the file and line of the user's own code."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _LONG = 80
 
 
 def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> Answer:
-    """The answer of a policy. What it raises becomes a PolicyError that says where."""
+    """Return the answer of a policy; an exception of it becomes a PolicyError with file and line."""
     try:
         return ask()
     except (WarehouseError, *PASSED_ON):
@@ -32,7 +32,7 @@ def asked(kind: str, policy: object, now: float, ask: Callable[[], Answer]) -> A
 
 
 def place_in(error: BaseException, policies: Iterable[str]) -> str:
-    """Where in the code of a user's own policies something was interrupted, empty if elsewhere."""
+    """Place in the code of a user's policy at which a traceback ends; empty if it ends elsewhere."""
     places = [name.rpartition(":")[0] for name in policies]
     modules = (sys.modules[place] for place in places if place in sys.modules)
     files = {*places, *(module.__file__ for module in modules)}
@@ -43,7 +43,7 @@ def place_in(error: BaseException, policies: Iterable[str]) -> str:
 def asked_for_all(
     kind: str, policy: object, now: float, ask: Callable[[], Iterable[Answer]], expected: str
 ) -> list[Answer]:
-    """All that a policy answers; one that answers nothing that could be gone through is told what is `expected`."""
+    """List all answers of a policy; raises PolicyError, with what is `expected`, for an answer that is no iterable."""
 
     def whole() -> list[Answer]:
         answer = ask()
@@ -55,12 +55,12 @@ def asked_for_all(
 
 
 def fault(kind: str, policy: object, now: float, text: str) -> PolicyError:
-    """An answer that cannot be carried out, with the place of the user's own method that gave it."""
+    """Make the error of an answer that cannot be carried out, with the place of the user's method that gave it."""
     return PolicyError(f"policies.{kind} ({type(policy).__name__}) at time {now:g}: {text}{_place(kind, policy)}")
 
 
 def is_ours(policy: object) -> bool:
-    """Whether a policy is one of this package, and not the user's own."""
+    """Whether a policy belongs to this package, and not to the user."""
     return type(policy).__module__.startswith("desim_warehouse.")
 
 
@@ -71,7 +71,7 @@ def short(answer: object) -> str:
 
 
 def _place(kind: str, policy: object) -> str:
-    """Where the method of a user's own policy stands; empty of ours."""
+    """Place of the method of a user's policy; empty for our policies."""
     code = getattr(getattr(type(policy), METHODS[kind], None), "__code__", None)
     if code is None or is_ours(policy):
         return ""

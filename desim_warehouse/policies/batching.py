@@ -76,8 +76,8 @@ class TimeWindow:
         size = min(self.size or waiting.most, waiting.most)
         for tasks in _cut(waiting.tasks, size):
             whole = len(tasks) == size or not waiting.to_come
-            at = waiting.time if whole else tasks[0].release + self.window
-            yield TaskBatch(nearest_next(tasks, waiting.travel), at)
+            start = waiting.time if whole else tasks[0].release + self.window
+            yield TaskBatch(nearest_next(tasks, waiting.travel), start)
 
 
 @dataclass(frozen=True)
@@ -107,20 +107,20 @@ class ByOrder:
 
 
 def nearest_next(tasks: Sequence[Task], travel: Travel) -> tuple[int, ...]:
-    """The numbers of tasks from the first on, each time the one that is soonest reached; ties by their order."""
-    left, found = list(tasks), [tasks[0]]
+    """Numbers of the tasks in nearest-neighbour order from the first on, by driving time; ties by their order."""
+    left, tour = list(tasks), [tasks[0]]
     left.remove(tasks[0])
     while left:
-        last = found[-1]
+        last = tour[-1]
 
         def time(task: Task, last: Task = last) -> tuple[float, float]:
             if task.edge == last.edge and task.offset >= last.offset:
                 return 0.0, task.offset
             return travel.time(last.edge[1], task.edge[0]), task.offset
 
-        found.append(min(left, key=time))
-        left.remove(found[-1])
-    return tuple(task.number for task in found)
+        tour.append(min(left, key=time))
+        left.remove(tour[-1])
+    return tuple(task.number for task in tour)
 
 
 def _cut(tasks: Sequence[Task], size: int) -> Iterator[Sequence[Task]]:

@@ -75,7 +75,7 @@ METHODS = {
 
 
 class _RefusedError(Exception):
-    """A policy that cannot be created: the parameter at fault ("" for the name), and what is wrong."""
+    """A policy that cannot be created: the parameter at fault ("" for the name), and the reason."""
 
     def __init__(self, parameter: str, message: str) -> None:
         super().__init__(parameter, message)
@@ -84,7 +84,7 @@ class _RefusedError(Exception):
 
 
 def find(kind: str, name: str) -> type:
-    """The class of a policy: one of ours by its bare name, or the user's own as `module:Class` or `file.py:Class`.
+    """Find the class of a policy: ours by its bare name, the user's as `module:Class` or `file.py:Class`.
 
     Raises PolicyError where there is none.
     """
@@ -95,43 +95,43 @@ def find(kind: str, name: str) -> type:
 
 
 def create(kind: str, name: str, parameters: Mapping[str, Any]) -> Any:
-    """The policy itself, with its parameters; raises PolicyError where that is impossible."""
-    policy, found = _attempt(kind, name, parameters)
-    if found:
-        parameter, message = found[0]
+    """Create a policy with its parameters; raises PolicyError where that is impossible."""
+    policy, faults = _attempt(kind, name, parameters)
+    if faults:
+        parameter, message = faults[0]
         raise PolicyError(f"policies.{kind}{'.' if parameter else ''}{parameter}: {message}")
     return policy
 
 
 def problems(kind: str, name: str, parameters: Mapping[str, Any]) -> list[tuple[str, str]]:
-    """All that is wrong with a policy as a model names it: pairs of parameter ("" for the name) and message."""
+    """Problems of a policy as a model names it: pairs of parameter ("" for the name) and message."""
     return _attempt(kind, name, parameters)[1]
 
 
 def _attempt(kind: str, name: str, parameters: Mapping[str, Any]) -> tuple[Any, list[tuple[str, str]]]:
-    """A policy, and no problems; or None, and all that is wrong with it."""
+    """Create a policy, with no problems; or return None, and all problems as pairs of parameter and message."""
     try:
         cls = _find(kind, name)
     except _RefusedError as refused:
         return None, [(refused.parameter, refused.message)]
-    known = parameters_of(cls)
-    found = [(key, _unknown(name, key, known)) for key in parameters if key not in known]
-    for key, (hint, default) in known.items():
+    accepted = parameters_of(cls)
+    faults = [(key, _unknown(name, key, accepted)) for key in parameters if key not in accepted]
+    for key, (hint, default) in accepted.items():
         if key not in parameters:
             if default is dataclasses.MISSING:
-                found.append((key, f"missing, {name} must have it"))
+                faults.append((key, f"missing, {name} must have it"))
         elif not _fits(parameters[key], hint):
-            found.append((key, f"not understood (got {parameters[key]!r}), expected {_said(hint)}"))
-    if found:
-        return None, found
+            faults.append((key, f"not understood (got {parameters[key]!r}), expected {_said(hint)}"))
+    if faults:
+        return None, faults
     try:
         return cls(**parameters), []
     except PASSED_ON:
         raise
     except BaseException as error:  # noqa: BLE001 - whatever a user's class raises is reported at its place
-        said = str(error) or repr(error)
-        at = next((key for key in parameters if said.startswith(key)), "")
-        return None, [(at, f"{name}: {said}")]
+        message = str(error) or repr(error)
+        parameter = next((key for key in parameters if message.startswith(key)), "")
+        return None, [(parameter, f"{name}: {message}")]
 
 
 @lru_cache(maxsize=64)  # every run creates its policies: their types are read once
@@ -164,7 +164,7 @@ def quantities_of(kind: str, name: str) -> dict[str, str]:
 
 @lru_cache(maxsize=64)
 def notes_of(kind: str, name: str) -> tuple[tuple[str, Any], ...]:
-    """What stands beside the types of the parameters of a policy of ours: kinds of units, and what is usual."""
+    """Notes beside the types of the parameters of a policy of ours: kinds of units, and usual values."""
     if name not in OURS[kind]:
         return ()
     hints = get_type_hints(_find(kind, name), include_extras=True)
@@ -172,19 +172,19 @@ def notes_of(kind: str, name: str) -> tuple[tuple[str, Any], ...]:
 
 
 def reads_threshold(name: str, parameters: Mapping[str, Any]) -> bool:
-    """Whether the levels of a charging policy depend on the battery's threshold: ours is asked with two.
+    """Whether the levels of a charging policy depend on the battery's threshold: ours is asked with two thresholds.
 
     The user's own may read it; one that cannot be made does not.
     """
     if ":" in name:
         return True
-    policy, found = _attempt("charging", name, parameters)
+    policy, faults = _attempt("charging", name, parameters)
     low, high = (RobotView(0, "", "", 1.0, 1.0, threshold) for threshold in (0.25, 0.5))
-    return not found and policy.levels(low) != policy.levels(high)
+    return not faults and policy.levels(low) != policy.levels(high)
 
 
 def resolved(name: str, folder: Path) -> str:
-    """The name with a policy file's path in full: relative to the model's folder, else to the working folder."""
+    """Return the name with the full path of a policy file, relative to the model's folder, else the working folder."""
     place, _, cls = name.rpartition(":")
     if not place.endswith(".py"):
         return name
@@ -195,7 +195,7 @@ def resolved(name: str, folder: Path) -> str:
 
 
 def _is_file(path: Path) -> bool:
-    """Whether there is such a file; a name that no file can have has none."""
+    """Whether the file exists; False for a name that no file can have."""
     try:
         return path.is_file()
     except (OSError, ValueError):
@@ -203,7 +203,7 @@ def _is_file(path: Path) -> bool:
 
 
 def resolved_in(value: Any, folder: Path) -> Any:
-    """A part of a study with the paths of all policy files in it in full, relative to the study's folder."""
+    """Return a part of a study with full paths of all policy files, relative to the study's folder."""
     if isinstance(value, Mapping):
         return {key: resolved_in(item, folder) for key, item in value.items()}
     if isinstance(value, list | tuple):
@@ -212,12 +212,12 @@ def resolved_in(value: Any, folder: Path) -> Any:
 
 
 def source_of(kind: str, name: str) -> str:
-    """The source text of a policy's class; raises PolicyError where it cannot be had."""
+    """Source text of a policy's class; raises PolicyError where it cannot be read."""
     return inspect.getsource(find(kind, name))
 
 
 def user_source(name: str) -> bytes:
-    """The content of the file that a user's own policy comes from; nothing for ours. None of it is run."""
+    """Content of the file of a user's policy, without running it; empty for our policies."""
     place, _, _ = name.rpartition(":")
     if not place:
         return b""
@@ -265,7 +265,7 @@ def _find(kind: str, name: str) -> type:
 
 
 def _defined(cls: type) -> str:
-    """Where a class stands that was read from a file."""
+    """Place of a class that was read from a file."""
     try:
         return f" ({inspect.getsourcefile(cls)}, line {inspect.getsourcelines(cls)[1]})"
     except (OSError, TypeError):
@@ -276,8 +276,8 @@ def _defined(cls: type) -> str:
 def _imported(place: str) -> type:
     """A class of ours, by its module and name."""
     module, _, cls = place.partition(":")
-    found: type = getattr(importlib.import_module(f"desim_warehouse.policies.{module}"), cls)
-    return found
+    policy_class: type = getattr(importlib.import_module(f"desim_warehouse.policies.{module}"), cls)
+    return policy_class
 
 
 def _module(place: str) -> Any:
@@ -310,11 +310,11 @@ def _module(place: str) -> Any:
     return module
 
 
-def _unknown(name: str, key: str, known: Mapping[str, Any]) -> str:
-    near = nearest(key, known)
+def _unknown(name: str, key: str, accepted: Mapping[str, Any]) -> str:
+    near = nearest(key, accepted)
     if near:
         return f"unknown parameter of {name}, did you mean {near!r}?"
-    return f"unknown parameter of {name}, expected {', '.join(known) if known else 'none'}"
+    return f"unknown parameter of {name}, expected {', '.join(accepted) if accepted else 'none'}"
 
 
 def _fits(value: Any, hint: Any) -> bool:

@@ -164,7 +164,7 @@ class RandomPod:
 
 
 def _soonest(call: PodCall, pods: Sequence[PodView]) -> int:
-    """The number of the pod that is there soonest; pods on one edge are there as soon as each other."""
+    """Number of the pod that arrives soonest; pods on the same edge tie."""
     time, nodes, edges = call.travel.time, set(call.robots), {pod.edge for pod in pods}
     first = {begin: min(time(node, begin) for node in nodes) for begin in {begin for begin, _ in edges}}
     soon = {edge: first[edge[0]] + time(edge[1], call.station) for edge in edges}

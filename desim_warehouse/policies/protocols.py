@@ -115,7 +115,7 @@ class BayView:
 
 @dataclass(frozen=True, slots=True)
 class Levels:
-    """What a charging policy decides for a robot: battery levels, in the model's unit of energy.
+    """Battery levels that a charging policy decides for a robot, in the model's unit of energy.
 
     Attributes:
         critical: at or below it a robot charges: it gets no task, and gives back one whose good it has not reached.
@@ -139,7 +139,7 @@ class Levels:
     swap_time: float | None = None
 
     def fault(self) -> str | None:
-        """What is wrong with the levels, in words; None if nothing is."""
+        """Describe the first fault of the levels in words; None where there is none."""
         named = {"critical": self.critical, "good": self.good, "sufficient": self.sufficient, "full": self.full}
         for name, level in named.items():
             if not math.isfinite(level):
@@ -257,7 +257,7 @@ class TaskBatch(NamedTuple):
 
 @dataclass(frozen=True, slots=True)
 class WaitingTasks:
-    """What a batching policy decides on: tasks that may go together and are in no batch yet, in order of release.
+    """Tasks that a batching policy decides on: they may go together and are in no batch yet, in order of release.
 
     They have one load type and are for the same kinds of robots, of which one carries up to `most` loads. `to_come`:
     whether more of them will become known, whatever is done with these; with tasks that are always open none are.
@@ -287,4 +287,4 @@ class Parking(Protocol):
     """
 
     def choose(self, robot: RobotView, bays: Sequence[BayView], travel: Travel) -> str:
-        """The node of one of the given bays, each of which has a free slot."""
+        """Return the node of one of the given bays; every bay has a free slot."""

@@ -21,7 +21,7 @@ OBJECTIVES = ("makespan", "total")
 
 @dataclass(frozen=True)
 class _Queues(ABC):
-    """The parameters and the procedure that the policies of this module share."""
+    """Parameters and procedure that the policies of this module share."""
 
     depth: int = 5
     objective: Literal["makespan", "total"] = "makespan"
@@ -48,12 +48,12 @@ class _Queues(ABC):
             if not tasks:
                 return
             group = free[begin : begin + self.robots]
-            most = max(self.candidates, self.depth * len(group))  # enough to fill the queues of all who are free
+            most = max(self.candidates, self.depth * len(group))  # enough to fill the queues of all free robots
             taken = set()
             for robot, queue in self._planned(situation, group, busy, tasks[:most]):
-                given = queue if self.commit else queue[:1]
-                taken |= {task.number for task in given}
-                yield from ((robot.number, task.number) for task in given)
+                assigned = queue if self.commit else queue[:1]
+                taken |= {task.number for task in assigned}
+                yield from ((robot.number, task.number) for task in assigned)
             tasks = [task for task in tasks if task.number not in taken]
 
     def _planned(
@@ -108,8 +108,8 @@ class Auction(_Queues):
 
     def choose(self, bids: Any) -> tuple[int, int] | None:
         """The lowest bid; ties go to the lower robot, then to the earlier task."""
-        at = int(bids.argmin())
-        robot, task = divmod(at, bids.shape[1])
+        lowest = int(bids.argmin())
+        robot, task = divmod(lowest, bids.shape[1])
         return (robot, task) if math.isfinite(bids[robot, task]) else None
 
 

@@ -98,7 +98,7 @@ class Fastest(Shortest):
 
 
 def _tie(turns: Iterator[int], spread: int) -> int:
-    """Which of the equally good routes is taken in this turn; 0: the one that is always taken without `spread`."""
+    """Rank of the equally good route to take in this turn; 0: the route taken without `spread`."""
     return 0 if spread == 1 else 1 + next(turns) % spread
 
 
@@ -142,7 +142,7 @@ class CongestionAware:
 
 
 def quickest(origin: str, goal: str, roads: Roads, closed_for: Closed, waiting: Waiting = None) -> list[str]:
-    """The way with the least expected time, `waiting` at each edge included; ties go to the node reached first.
+    """Find the way with the least expected time, `waiting` at each edge included; ties go to the node reached first.
 
     A* search with the free time left as its estimate.
     """
@@ -160,14 +160,14 @@ def quickest(origin: str, goal: str, roads: Roads, closed_for: Closed, waiting: 
         if here in done or (here != origin and roads.graph.nodes[here].get("in_lane")):
             continue
         done.add(here)
-        for there in edges[here]:
-            spent = 0.0 if waiting is None else waiting((here, there))
-            time = time_at_end(roads, before.get(here), here, there, least[here], closed_for, spent)
-            if time < least.get(there, math.inf):
-                least[there] = time
-                before[there] = here
+        for successor in edges[here]:
+            spent = 0.0 if waiting is None else waiting((here, successor))
+            time = time_at_end(roads, before.get(here), here, successor, least[here], closed_for, spent)
+            if time < least.get(successor, math.inf):
+                least[successor] = time
+                before[successor] = here
                 rank += 1
-                heapq.heappush(ahead, (time + free.counted(there, goal), rank, there))
+                heapq.heappush(ahead, (time + free.counted(successor, goal), rank, successor))
     way = [goal]
     while way[-1] != origin:
         way.append(before[way[-1]])
@@ -175,7 +175,7 @@ def quickest(origin: str, goal: str, roads: Roads, closed_for: Closed, waiting: 
 
 
 def past_closures(way: Sequence[str], roads: Roads) -> Sequence[str]:
-    """A way, or another where a robot would wait on it for an edge to open, and is there sooner by the other."""
+    """Return the way, or a quicker one where the robot would wait on it for a closed edge to open."""
     if roads.shut_for is None or len(way) < 2:  # noqa: PLR2004 - one node is no way
         return way
     free, usual = (time_along(way, roads, closed_for) for closed_for in (None, roads.shut_for))
@@ -186,27 +186,27 @@ def past_closures(way: Sequence[str], roads: Roads) -> Sequence[str]:
 
 
 def time_along(way: Sequence[str], roads: Roads, closed_for: Closed) -> float:
-    """How long a robot takes along the nodes of a way if it sets out now."""
+    """Time that a robot takes along the nodes of a way if it sets out now."""
     time, before = 0.0, None
-    for here, there in itertools.pairwise(way):
-        time = time_at_end(roads, before, here, there, time, closed_for)
+    for here, successor in itertools.pairwise(way):
+        time = time_at_end(roads, before, here, successor, time, closed_for)
         before = here
     return time
 
 
 def time_at_end(
-    roads: Roads, before: str | None, here: str, there: str, begin: float, closed_for: Closed, waiting: float = 0.0
+    roads: Roads, before: str | None, here: str, target: str, begin: float, closed_for: Closed, waiting: float = 0.0
 ) -> float:
-    """When a robot that is at `here` at `begin`, and came from `before`, is at the end of an edge to `there`."""
-    edge = roads.graph.adj[here][there]
+    """Time at which a robot reaches `target` that is at `here` at `begin`, and came from `before`."""
+    edge = roads.graph.adj[here][target]
     counts = edge.get("counts", 1.0)
-    speed = edge["speed"] if roads.limit is None else roads.limit((here, there))
+    speed = edge["speed"] if roads.limit is None else roads.limit((here, target))
     driving = edge["length"] / min(roads.speed, speed)
-    time: float = begin + driving * counts + roads.time_at(there) * counts + waiting
+    time: float = begin + driving * counts + roads.time_at(target) * counts + waiting
     if not driving:
         time += edge["takes"]  # a ride in a lift
     if closed_for is not None:
-        time += min(closed_for((here, there), begin), NEVER)
+        time += min(closed_for((here, target), begin), NEVER)
     if roads.turning is not None and before is not None:
-        time += roads.turning(before, here, there)
+        time += roads.turning(before, here, target)
     return time

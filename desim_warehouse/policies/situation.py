@@ -1,4 +1,4 @@
-"""What an allocation policy offers and decides on, with the tables that most policies need: times, energies."""
+"""Situation that an allocation policy decides on, with the tables that most policies need: times, energies."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class Handling(Generic[T]):
     stations: Mapping[str, tuple[T | None, T | None]] = field(default_factory=dict)
 
     def at_stop(self, act: Act, flow: str = "", station: str | None = None) -> T:
-        """The time of a stop for a task of a flow: what the station at a node says, else the flow, else all tasks'."""
+        """Handling time of a stop: of the station at a node, else of the task's flow, else of all tasks."""
         if act == "visit":
             return self.visits[flow]
         which = act == "unload"
@@ -50,12 +50,12 @@ class Handling(Generic[T]):
         return self.flows.get(flow, (self.load_time, self.unload_time))[which] if own is None else own
 
     def times(self, task: Task, node: str = "") -> tuple[T, T]:
-        """The times of loading and unloading a task, given the node where it is unloaded, if that is known."""
+        """Times of loading and unloading a task; `node`: where it is unloaded, if that is known."""
         at_pick, at_drop = task.edge[0] if task.good < 0 else None, node if task.drop is None else None
         return self.at_stop("load", task.flow, at_pick), self.at_stop("unload", task.flow, at_drop)
 
     def means(self) -> Handling[float]:
-        """The same with the means of times that vary."""
+        """Return the handling times with every distribution replaced by its mean."""
 
         def both(times: tuple[Any, Any]) -> tuple[Any, Any]:
             load, unload = (None if time is None else mean_of(time) for time in times)
@@ -87,7 +87,7 @@ class OpenTasks(Sequence["Task"]):
         return iter(self._tasks)
 
     def __len__(self) -> int:
-        """How many there are."""
+        """Number of open tasks."""
         return len(self._tasks)
 
     @overload
@@ -95,7 +95,7 @@ class OpenTasks(Sequence["Task"]):
     @overload
     def __getitem__(self, place: slice) -> Sequence[Task]: ...
     def __getitem__(self, place: int | slice) -> Task | Sequence[Task]:
-        """The task at a place from 0, or those of a slice."""
+        """The task at a place from 0, or the tasks of a slice."""
         if self._listed is None:
             self._listed = tuple(self._tasks)
         return self._listed[place]
@@ -106,7 +106,7 @@ class OpenTasks(Sequence["Task"]):
 
 @dataclass(frozen=True)
 class Situation:
-    """What an allocation policy decides on: the free robots, the open tasks, and what is known about both; read-only.
+    """Situation that an allocation policy decides on: free robots, open tasks, and the state of both; read-only.
 
     Times, lengths and energies are in the units of the model; an edge is a pair of nodes. Tables are numpy arrays with
     a row for each robot or origin, and a column for each task or goal.
@@ -177,8 +177,8 @@ class Situation:
             )
         fixed: Any = sum(handling.times(tasks[0])) + handling.clear_time if tasks else 0.0
         if handling.flows or handling.stations:
-            at = [self.station(robot, task) if handling.stations else "" for task in tasks]
-            times = [handling.times(task, node) for task, node in zip(tasks, at, strict=True)]
+            ends = [self.station(robot, task) if handling.stations else "" for task in tasks]
+            times = [handling.times(task, node) for task, node in zip(tasks, ends, strict=True)]
             fixed = np.array([sum(both) + handling.clear_time for both in times])
         if any(task.drop is not None for task in tasks):
             put_down: NDArray[np.float64] = self._driven_loaded(robot, tasks) + fixed
@@ -195,7 +195,7 @@ class Situation:
         """Free driving time of every task with its load: up to the end of the edge, where it is a storage place."""
         import numpy as np
 
-        found = []
+        driven = []
         for task in tasks:
             rest = self.length(task.edge) - task.offset
             if task.drop is None:
@@ -203,8 +203,8 @@ class Situation:
             else:
                 goal = task.drop[0][0]
                 rest += self.length(task.drop[0])
-            found.append(float(self.travel.times([task.edge[1]], [goal])[0, 0]) + rest / robot.speed)
-        return np.array(found)
+            driven.append(float(self.travel.times([task.edge[1]], [goal])[0, 0]) + rest / robot.speed)
+        return np.array(driven)
 
     def onward(self, robot: RobotView, tasks: Sequence[Task]) -> NDArray[np.float64]:
         """Free driving time from the station of every task (rows) to every good (columns): tasks x tasks."""
