@@ -47,7 +47,6 @@ if TYPE_CHECKING:
 _MOTION = frozenset(kind for kind, row in KINDS.items() if row.level != "tasks")
 _LOADING = names(lambda state: state.phase is Phase.LOADING)
 _LOADED = names(lambda state: state.phase is Phase.TO_STATION)
-_OFF = names(lambda state: state.phase in (Phase.TO_GOOD, Phase.TO_BAY))
 _end_of, _due_of = attrgetter("end"), attrgetter("due")
 _CURVE = 16
 """Pieces of a charge curve that is not straight."""
@@ -345,9 +344,14 @@ class History:
         inside: dict[int, str] = {}
         since: dict[int, float] = {}
         spans = []
-        for row in self.rows("docked", "lifted", "stored", *STATES):
+        for row in self.rows("docked", "lifted", "stored", "delivered", *STATES):
             if row.kind == "docked":
                 inside[row.robot] = row.node or ""
+                continue
+            if row.kind == "delivered":
+                if row.edge is not None:  # in the lane at the station's node
+                    inside.pop(row.robot, None)
+                    since.pop(row.robot, None)
                 continue
             if row.kind in {"lifted", "stored"}:  # a pod of a storage place: no server has a hand in that
                 since.pop(row.robot, None)
@@ -355,7 +359,7 @@ class History:
             if row.robot in since:
                 spans.append((inside[row.robot], since.pop(row.robot), row.time))
             has_moved = row.node is not None and row.node != inside.get(row.robot)
-            if has_moved or (row.kind in SERVED and row.task in stored):
+            if has_moved or (row.kind == "loading" and row.task in stored):
                 inside.pop(row.robot, None)  # it has left: goods of a storage place lie outside
             elif row.kind in SERVED and row.robot in inside:
                 since[row.robot] = row.time

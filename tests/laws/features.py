@@ -94,6 +94,9 @@ def restless(mapping, key):
     }
     if battery:
         battery = {**battery, "threshold": battery["capacity"] * draw.choice((0.5, 0.7, 0.8))}
+        draws = battery["consumption"]
+        most = max(draws.values()) if isinstance(draws, dict) else draws
+        battery["charge_rate"] = max(battery["charge_rate"], 2 * fleet["size"] * most)  # what is short never ends
         policies["charging"] = draw.choice(("threshold", {"name": "reach-aware", "margin": draw.uniform(0.1, 0.6)}))
     tasks, unload = mapping["tasks"], mapping["tasks"]["unload_at"]
     if len(unload) > 1 and draw.random() < 0.5:

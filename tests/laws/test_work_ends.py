@@ -57,6 +57,7 @@ WENT_WRONG = {
     "closures": (260,),  # a robot turned off that waited for a robot and then for an opening
     "wider moving": (1213,),  # a run ended while a ring gathered speed: how far its robots had come was wrong
     "closures moving": (2234,),
+    "tours breakdowns": (6, 23),  # served next in its station; unloaded in the lane at a station's node
     EVERYTHING: (287, 572, 701),  # cleared off a lane with people, recalled when let in, in a ring that looked ahead
 }
 LONG, CHUNK = 1300, 10
