@@ -151,7 +151,7 @@ def tile(text: str, what: str) -> BigNumber:
 
 
 def about(name: str, model: Model, seed: int, days: tuple[Days, Target] | None = None) -> Subject:
-    """What the page shows of a design: its median and its worst day by a target, or where none is known its first run.
+    """Return the runs of a design that the page draws: median and worst day by a target, or without days the first run.
 
     Args:
         name: the design in words.
