@@ -223,7 +223,7 @@ class _Planned:
         return max(lasting, key=lambda shown: self.goal.sign * shown.verdict.mean)
 
     def _against(self, sized: Sized) -> str:
-        """Say that the ends of the range contradict the guess of which fleets do better; empty where they do not."""
+        """Say that the ends of the range contradict the assumed order of fleets; empty where they agree with it."""
         if not sized.against:
             return ""
         if sized.fewer:
