@@ -42,19 +42,19 @@ class Mean(Protocol):
 
     @property
     def n(self) -> int:
-        """How many runs."""
+        """Number of runs."""
 
     @property
     def mean(self) -> float:
-        """Of these runs."""
+        """Mean of these runs."""
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Its ends, if there is one."""
+        """Ends of its confidence interval, if there is one."""
 
     @property
     def half_width(self) -> float | None:
-        """The longer side of it."""
+        """Longer side of the interval, from the mean."""
 
     @property
     def sd(self) -> float | None:
@@ -166,14 +166,14 @@ class Scale:
         return f"{shown}{f' {unit}' if unit else ''} ({first} to {last})"
 
     def _digits(self, mean: float, low: float, high: float) -> int:
-        """The decimals that an interval deserves."""
+        """Return the number of decimals for an interval of this width."""
         if not self.is_share:
             return decimals(self.by * max(mean - low, high - mean))
         most = 1 if low > _NEAR and high < 1 - _NEAR else 3
         return min(max(decimals(self.by * (high - low) / 2) - 1, 0), most) if high > low else 1
 
     def _apart(self, value: float, digits: int, target: float | None) -> str:
-        """A value with so many decimals, or with as many more as it takes to look unlike what it is not."""
+        """Format a value with at least `digits` decimals, and enough to differ from the target, 0 and 100 %."""
         aims = [aim for aim in (target, *((0.0, 1.0) if self.is_share else ())) if aim is not None]
         others = [self.by * aim for aim in aims if not math.isclose(value, aim, rel_tol=_SAME, abs_tol=_SAME)]
         if self.is_share and _SAME < value < 1 - _SAME and round(100 * value, _MORE) in {0.0, 100.0}:

@@ -60,7 +60,7 @@ class Option(_Plain):
 
     @property
     def text(self) -> str:
-        """Its first number, or what is said instead."""
+        """Its first number, or the words that replace it."""
         return self.said or (self.numbers[0].text if self.numbers else "no value")
 
     @property
@@ -147,7 +147,7 @@ class Folded(_Plain):
 
 
 class ShownDay(_Plain):
-    """A day that a page shows: its seed, and what it is among those simulated, `the worst of 33 days, 94 % on time`."""
+    """A day that a page shows: its seed, and its place among the days, `the worst of 33 days, 94 % on time`."""
 
     words: str
     seed: int

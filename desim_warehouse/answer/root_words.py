@@ -40,7 +40,7 @@ def root(origin: Root, model: Model) -> str:
 
 
 def _with_names(place: str, model: Model) -> str:
-    """A node or lane with what people call its storage places: `A>B (R-01-01 to R-01-08)`."""
+    """Return a node or lane with the names of its storage places: `A>B (R-01-01 to R-01-08)`."""
     names = model.floor.names_at.get(place, ())
     ends = dict.fromkeys((names[0], names[-1])) if names else ()
     return f"{place} ({' to '.join(ends)})" if ends else place

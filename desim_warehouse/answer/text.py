@@ -90,9 +90,9 @@ def how_sure(answer: AnswerData) -> str:
 
 
 def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[str], list[list[str]]]:
-    """The head and the rows of a table of options: name, a column for each measure, and what is known besides.
+    """Return the head and rows of a table of options: name, a column for each measure, then verdict, runs and cost.
 
-    What is said instead of a number stands in the first of these columns. What no option has, has no column.
+    Words that replace a number stand in the first of these columns. A column without a value is left out.
     """
     with_numbers = {number.of for option in options for number in option.numbers}
     shown = [measure for measure in measures if measure in with_numbers] or list(measures)[:1]
@@ -119,7 +119,7 @@ def _cells(option: Option, shown: Sequence[str]) -> list[str]:
 
 
 def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], width: int) -> Iterator[str]:
-    """A table, or where not all measures fit beside one another, one below the other."""
+    """Yield a table, or several one below the other where not all measures fit into the width."""
     fit = _that_fit(measures, options, width)
     first = dict(list(measures.items())[:fit])
     yield printed_table(title, *table(first, options), width)
@@ -133,7 +133,7 @@ def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], 
 
 
 def _that_fit(measures: Mapping[str, str], options: Sequence[Option], width: int) -> int:
-    """How many measures fit, at least one."""
+    """Return how many measures fit into the width, at least one."""
     for many in range(len(measures), 1, -1):
         heads, rows = table(dict(list(measures.items())[:many]), options)
         widths = [max(map(len, column)) + _GAP for column in zip(heads, *rows, strict=True)]

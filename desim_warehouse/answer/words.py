@@ -240,12 +240,12 @@ def amount(indicator: str, value: float, unit: str = "") -> str:
 
 
 def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
-    """How values of an indicator are written: shares in per cent, times in a unit that fits these values."""
+    """Return the scale of an indicator: shares in per cent, times in a unit that fits these values."""
     return PERCENT if is_share(indicator) else scale_of_kind(indicator_kind(indicator), model, values)
 
 
 def scale_of_kind(kind: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
-    """Return how values of a kind of quantity are written, with their unit; times in a unit that fits these values."""
+    """Return the scale of a kind of quantity (time, share, money ...); times in a unit that fits these values."""
     if kind == "share":
         return PERCENT
     if kind == "time" and model is not None:
@@ -268,7 +268,7 @@ def value(indicator: str, value: float, model: Model) -> str:
 
 
 def scale_of(indicator: str, model: Model | None, estimates: Iterable[HasMean | None]) -> Scale:
-    """The one scale for a column of estimates."""
+    """Return one scale for all estimates of a column."""
     return scale(indicator, model, [estimate.mean for estimate in estimates if estimate is not None])
 
 

@@ -117,7 +117,7 @@ class _Planned:
         return when if sized.rate is None else f"{when} ({numbers.number(sized.rate)} an hour)"
 
     def _sized(self, sized: Sized) -> str:
-        """The answer for one demand."""
+        """Return the answer for one demand: the fleet that is enough, or why none is named."""
         if sized.open:
             return self._ended(sized)
         if sized.best is None:
@@ -137,7 +137,7 @@ class _Planned:
         return line + self._worse(sized) + self._against(sized) + self._most(sized)
 
     def _days(self, shown: Shown) -> str:
-        """The worst of the days of a fleet, behind its mean; empty where there are several targets."""
+        """Return the worst day of a fleet, to follow its mean; empty where there are several targets."""
         text = "" if self.plan.beside else judged.days(shown.days, self.goal, self.model)
         return text and f"; {text}"
 
@@ -194,7 +194,7 @@ class _Planned:
         ]
 
     def _targets(self) -> str:
-        """All that a fleet has to meet: `at least 95 % on time, express and mean cycle time at most 10 min`."""
+        """Join the targets of a fleet: `at least 95 % on time, express and mean cycle time at most 10 min`."""
         return spoken([words.target(goal) for goal in self.plan.targets])
 
     def _undecided(self, sized: Sized) -> str:
@@ -254,7 +254,7 @@ class _Planned:
         return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}{indicator}"
 
     def _most(self, sized: Sized) -> str:
-        """With pods, which fleet does most, where more robots do worse."""
+        """Say which fleet with pods has the largest output, where more robots do worse."""
         most = sized.most
         if most is None:
             return ""
@@ -263,7 +263,7 @@ class _Planned:
         return f" More is not always better here: {best}; {most.largest} do {scale.value(most.at_largest)}."
 
     def _strategies(self) -> list[str]:
-        """Whether another way of dispatching makes do with less."""
+        """Say whether another dispatching policy needs a smaller fleet."""
         plan = self.plan
         lines = []
         if plan.strategy is not None:
@@ -323,7 +323,7 @@ class _Planned:
         return spoken([words.amount(goal.indicator, zone, goal.unit) for goal, zone in zones])
 
     def _beside(self, options: Sequence[Option]) -> list[str]:
-        """Why fleets are not met whose interval holds the target, and closures that never fall into a run."""
+        """Say why an interval that holds the target is no verdict, and which closures never fall into a run."""
         return [*judged.holds_the_target(options, self.goal, self._zone()), *map(sentence, rare.closed(self.model))]
 
     # Numbers
@@ -332,7 +332,7 @@ class _Planned:
         return lasts_not(shown.wrong)
 
     def _text(self, sized: Sized, shown: Shown) -> str:
-        """The number of a fleet, or what it does instead."""
+        """Return the indicator of a fleet in words, or why it has none."""
         if self._lasting(shown):
             done = shown.delivered
             made = self.model.replace({**sized.overrides, **shown.overrides})
@@ -365,7 +365,7 @@ class _Planned:
         return tiles + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
 
     def _tile(self, sized: Sized, best: Shown) -> BigNumber:
-        """The fleet for one of several demands, with what it reaches and costs."""
+        """Return the tile of the fleet for one of several demands, with its indicator and cost."""
         reached = words.reached(self.goal.indicator, self._text(sized, best))
         cost = "" if best.cost is None else f"; {self._money(best.cost)} a year"
         return BigNumber(value=self._fleet(best.counts), what=self._when(sized), note=f"{reached}{cost}")
@@ -375,7 +375,7 @@ class _Planned:
         return [first, *(judged.tile(number.text, words.in_sentence(number.of)) for number in self._also(best))]
 
     def _options(self, sized: Sized) -> list[Option]:
-        """The fleets that show the answer; with the last demand also those with other strategies."""
+        """Return the fleets that show the answer; for the last demand also fleets with other strategies."""
         last = sized is self.demands[-1]
         options = []
         tried = [*([sized.best] if sized.best else []), *sized.below]
@@ -415,7 +415,7 @@ class _Planned:
         )
 
     def _also(self, shown: Shown) -> list[SaidNumber]:
-        """The numbers of a fleet for further targets."""
+        """Return the numbers of a fleet for further targets."""
         each = zip(self.plan.targets[1:], shown.verdict.each[1:], strict=False)
         return [judged.number(verdict, goal, self.model) for goal, verdict in each]
 
@@ -455,7 +455,7 @@ class _Planned:
         return PairGrid(title=title, across=tuple(map(str, robots)), down=down, panels=panels)
 
     def _intervals(self, options: Sequence[Option]) -> Rows | None:
-        """Every value looked at, with its interval beside the target."""
+        """Draw every value judged, with its interval beside the target."""
         title = capital(words.in_sentence(self.goal.indicator))
         bars = (judged.bar(row.name, row.number, row.standing) for row in options if row.number is not None)
         return judged.figure(title, bars, self.goal.value, judged.aim(self.goal))
@@ -512,7 +512,7 @@ class _Planned:
         return f", {number_of(packers[0] * self.packers.nodes, 'packer')}" if packers and self.packers else ""
 
     def _worst(self, sized: Sized) -> str:
-        """The worst part of the day with the fleet of an answer, unless one is the target: `11:30 to 13:00: 97 %.`."""
+        """Name the worst part of the day with the best fleet, unless the target is one: `11:30 to 13:00: 97 %.`."""
         lead = "" if sized.lead is None else departures.in_time(self.model, sized.lead)
         if not sized.hours or AT in self.goal.indicator:
             return lead
@@ -528,7 +528,7 @@ class _Planned:
         return judged.within(ON_TIME, scale, (hour.share.mean, low, high)).text
 
     def _hours(self) -> list[Folded]:
-        """How many orders come by the hour, and how many of them are done on time."""
+        """Return the table of orders and shares on time by the hour of the day."""
         sized = self.answered
         if sized is None or sized.best is None or not sized.hours:
             return []
@@ -542,7 +542,7 @@ class _Planned:
         ]
 
     def _lasts(self) -> list[str]:
-        """How long the fleet for today is enough."""
+        """Say up to which year the fleet for today is enough."""
         first = self.plan.today.best
         if not self.yearly or first is None or self.plan.ended:
             return []
@@ -554,7 +554,7 @@ class _Planned:
         return [f"The fleet for today {too_small} in year {later[0].year}."]
 
     def _years(self) -> list[Folded]:
-        """The answer year by year."""
+        """Return the table of the answer year by year."""
         if not self.yearly:
             return []
         parts = [

@@ -231,7 +231,7 @@ def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: MapScal
 
 
 def _leg_columns(positions: Positions, scale: MapScale) -> Columns:
-    """Per leg: the pause before it, its duration, its edge, and what is left of the edge behind its target.
+    """Return for each leg the pause before it, its duration, its edge, and the rest of the edge behind its target.
 
     On the same edge (code SAME) a leg begins where the one before ended, else at the start of its edge. The first leg
     of a robot says where it begins.
@@ -287,7 +287,7 @@ def _edge_codes(
 
 
 def _state_columns(history: History, scale: MapScale) -> Columns:
-    """Per robot, what it begins to do, with its task; and once more at the end of the run."""
+    """Return for each robot its changes of state, with the task, and the last state again at the end of the run."""
     number = {state.doing: number for number, state in enumerate(_shown(history.model))}
     rows = []
     for changes in history.changes:
@@ -304,7 +304,7 @@ def _state_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _energy_columns(history: History, scale: MapScale) -> Columns:
-    """Per robot, the corners of its battery level, which is linear between them; nothing without batteries."""
+    """Return for each robot the corners of its piecewise linear battery level; nothing without batteries."""
     batteries, curves = history.batteries, history.energy_curves
     if not batteries:
         return {}
@@ -322,7 +322,7 @@ def _energy_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _in_window(rows: list[Any], sizes: list[int], scale: MapScale) -> tuple[list[int], NDArray[np.float64]]:
-    """Of rows that begin with a time, grouped by robot: how many of each are kept, and their columns."""
+    """Cut rows (time, ...), grouped by robot, to the window: rows kept of each robot, and columns (width, rows)."""
     flat = np.array(rows, dtype=float)
     windows = _window(flat[:, 0], np.concatenate([[0], np.cumsum(sizes)]), scale)
     keep = np.concatenate([np.arange(low, high) for low, high in windows])
@@ -361,7 +361,7 @@ def _task_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _wait_columns(history: History, scale: MapScale) -> Columns:
-    """Waits that are counted or under way in the window, in the order in which they end and are counted.
+    """Return the waits that are counted or under way in the window, in order of their ends.
 
     `wait_node`: the number of the node before which a robot waits; -1: it waits behind another on its edge.
     """

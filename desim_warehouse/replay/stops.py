@@ -138,7 +138,7 @@ def _falls_behind(history: History) -> bool:
 
 
 def better(runs: Sequence[History], at_end: Sequence[Mapping[str, float]]) -> str:
-    """Which of two runs does better, by the first indicator at the end of their windows in which they differ."""
+    """Say which of two runs does better, by the first indicator that differs at the end of their windows."""
     behind = [_falls_behind(run) for run in runs]
     if behind[0] != behind[1]:
         return f"{'AB'[behind.index(True)]} cannot keep up, {'AB'[behind.index(False)]} can."

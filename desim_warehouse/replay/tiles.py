@@ -85,7 +85,7 @@ def tiles(history: History) -> list[Tile]:
 
 
 def _count(history: History, times: Iterable[float]) -> Curve:
-    """Events counted from the end of the warm-up on; those that the log dates after the end are counted at the end."""
+    """Count events from the end of the warm-up on; events that the log dates after the end count at the end."""
     counted = sorted(min(time, history.end) for time in times if history.counts(time))
     return counted, list(range(1, len(counted) + 1))
 
@@ -108,7 +108,7 @@ def _waited(history: History) -> Curve:
 
 
 def _on_time(history: History) -> Curve:
-    """Of the tasks that came due so far the share that were done by then; those due after the end count at the end."""
+    """Share of the tasks due so far that were done on time; tasks due after the end count at the end."""
     deadlines = history.deadlines
     late = np.cumsum([deadline.missed for deadline in deadlines])
     shares = 1 - late / np.arange(1, len(deadlines) + 1)
