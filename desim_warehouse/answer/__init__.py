@@ -1,1 +1,1 @@
-"""What an answer is: its value, its words and numbers, and how the terminal prints it. It knows no study."""
+"""Answers: their value, their words and numbers, and how the terminal prints them. It knows no study."""

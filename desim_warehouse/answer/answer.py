@@ -63,7 +63,7 @@ class Answer(AnswerData):
 
 
 class Answering:
-    """What a question returns: printed it is the text of its `answer`, in Jupyter the page, as `repr` a line."""
+    """The value that a question returns: printed the text of its `answer`, in Jupyter the page, as `repr` a line."""
 
     if TYPE_CHECKING:
 

@@ -1,4 +1,4 @@
-"""Who is busiest and what is scarce, in the one sentence that all answers have: of a run, and of what is to come."""
+"""The sentence of all answers on the busiest group and scarce resources: of a run, and of a forecast."""
 
 from __future__ import annotations
 
@@ -68,7 +68,7 @@ def whole_percent(share: float) -> str:
 
 
 def _spent(load: Load) -> str:
-    """What a group did in a run, and what was asked of it beyond."""
+    """Say which share of the time a group was at work in a run, and the work asked for beyond its capacity."""
     verb = "at work" if load.group.kind in _WORK or load.group.packs else "in use"
     asked = f"with {_percent(load.mean)} of what they can do asked for"
     line = asked if load.mean > 1 else f"{verb} {_percent(load.mean)} of the time"

@@ -87,7 +87,7 @@ class Curve(NamedTuple):
 
 
 def stood_still(halt: Halt, model: Model, chargers: int, times: int = 1) -> str:
-    """Say when deliveries stood still and why; `times`: how often for that cause, of which this was the longest."""
+    """Say when deliveries stood still and why; `times`: halts with that cause, this one being the longest."""
     start, end = moment(model, halt.start), moment(model, halt.end)
     more = f" (the longest of {times} times)" if times > 1 else ""
     why = _HELD[halt.cause].format(number_of(chargers, "charger"))
@@ -140,10 +140,10 @@ def worst_hour(day: Day, model: Model) -> str:
         return float(high - low) / (last - first)
 
     means = [mean(float(begin), float(begin) + hour) for begin in begins]
-    at = int(np.argmin(means) if endless else np.argmax(means))
-    first, last = (_as_on_axis(model, float(begins[at]) + more) for more in (0.0, hour))
+    index = int(np.argmin(means) if endless else np.argmax(means))
+    first, last = (_as_on_axis(model, float(begins[index]) + more) for more in (0.0, hour))
     span = f"{first} to {last}"
-    worst, usual = numbers.measured(means[at]), numbers.measured(mean(day.begin, end))
+    worst, usual = numbers.measured(means[index]), numbers.measured(mean(day.begin, end))
     if endless:
         return f"The worst hour was {span}: {worst} loads were delivered, on average {usual}."
     return f"The worst hour was {span}: {worst} tasks were open on average, in all hours {usual}."
@@ -176,14 +176,14 @@ def figure(
         span = f"{moment(model, day.worst.start)} to {moment(model, day.worst.end)}"
         band = low, max(high - low, 2), f"{span}: {flag(day)}"
     drawn = lanes(day, model, chargers, start, end)
-    said = worst(day, model, chargers)
+    summary = worst(day, model, chargers)
     if in_short:
         drawn = [drawn[0], next((lane for lane in drawn if lane.name == _OPEN), drawn[1])]
-        said = said if day.worst is not None else worst_hour(day, model) or said
+        summary = summary if day.worst is not None else worst_hour(day, model) or summary
     title = f"{capital(named)}," if named else "How it went"
     title = capital(named) if in_short else f"{title} by the clock, in means of {part}"
     made: Markup = html.template("course.html").module.course(  # type: ignore[attr-defined] # a macro
-        drawn, band, _across(day.begin, start, end), ticks(model, start, end), title, said, in_short
+        drawn, band, _across(day.begin, start, end), ticks(model, start, end), title, summary, in_short
     )
     return made
 
@@ -268,11 +268,11 @@ def _across(time: float, start: float, end: float) -> int:
 
 
 def _area(values: Numbers, ends: Sequence[int], top: float, step: int = 1) -> str:
-    """The path of the area below a curve of steps; neighbours that are drawn alike are one."""
+    """Return the SVG path of the area below a curve of steps; neighbours of one height are drawn as one step."""
     heights = [step * round(HEIGHT / step * min(float(value) / top, 1.0)) for value in values]
-    path, at, height = [f"M{ends[0]} {HEIGHT}"], ends[0], 0
+    path, across, height = [f"M{ends[0]} {HEIGHT}"], ends[0], 0
     for start, high in zip(ends, heights, strict=False):
         if high != height:
-            path.append(f"{f'h{start - at}' if start > at else ''}v{height - high}")
-            at, height = start, high
+            path.append(f"{f'h{start - across}' if start > across else ''}v{height - high}")
+            across, height = start, high
     return "".join([*path, f"H{ends[-1]}V{HEIGHT}Z"])

@@ -42,19 +42,19 @@ class Mean(Protocol):
 
     @property
     def n(self) -> int:
-        """How many runs."""
+        """Number of runs."""
 
     @property
     def mean(self) -> float:
-        """Of these runs."""
+        """Mean of these runs."""
 
     @property
     def interval(self) -> tuple[float, float] | None:
-        """Its ends, if there is one."""
+        """Ends of its confidence interval, if there is one."""
 
     @property
     def half_width(self) -> float | None:
-        """The longer side of it."""
+        """Longer side of the interval, from the mean."""
 
     @property
     def sd(self) -> float | None:
@@ -82,7 +82,7 @@ def number(value: float, digits: int | None = None) -> str:
 
 
 def measured(value: float) -> str:
-    """What one run gave: three significant digits, and all before the point."""
+    """Format a value of one run: three significant digits, and all before the point."""
     if not value or not math.isfinite(value):
         return number(value)
     shown = number(value, max(0, 2 - math.floor(math.log10(abs(value)))))
@@ -97,13 +97,13 @@ def decimals(half_width: float) -> int:
 
 
 def within(mean: float, low: float, high: float) -> str:
-    """A mean with the ends of its interval, by the digits that this deserves: `1.299 (1.298 to 1.301)`."""
+    """Format a mean with the ends of its interval, to the digits that its width deserves: `1.299 (1.298 to 1.301)`."""
     if math.isnan(low):
         return measured(mean)
     half = (high - low) / 2
     digits = decimals(half) if _EXACT * abs(mean) < half < math.inf else None
-    said = [measured(value) if digits is None else number(value, digits) for value in (mean, low, high)]
-    return f"{said[0]} ({said[1]} to {said[2]})"
+    texts = [measured(value) if digits is None else number(value, digits) for value in (mean, low, high)]
+    return f"{texts[0]} ({texts[1]} to {texts[2]})"
 
 
 def p_value(p: float | None) -> str:
@@ -137,23 +137,23 @@ class Scale:
     is_share: bool = False
 
     def value(self, value: float) -> str:
-        """What one run gave, with its unit: `3.71 min`, `97.4 %`."""
+        """Format a value of one run with its unit: `3.71 min`, `97.4 %`."""
         return self._with_unit(self.bare(value), self.by * value)
 
     def bare(self, value: float) -> str:
-        """The same without the unit."""
+        """Format a value of one run without its unit: `3.71`, `97.4`."""
         return least(100 * value, 1, 100) if self.is_share else measured(self.by * value)
 
     def single(self, value: float) -> str:
-        """The same in a table whose head has the unit; shares have theirs in the cell."""
+        """Format a value for a table with the unit in the head; shares keep theirs in the cell."""
         return self.value(value) if self.is_share else self.bare(value)
 
-    def estimate(self, found: Mean, target: float | None = None) -> str:
+    def estimate(self, mean: Mean, target: float | None = None) -> str:
         """A mean with its unit and the ends of its interval: `97.4 % (97.1 to 97.7)`."""
-        if found.interval is None:
-            return f"{self.value(found.mean)} ({'exact' if found.deterministic else 'one run'})"
-        few = f", {number_of(found.n, 'run')}" if not found.sd and found.n < _FEW else ""
-        return self.within(found.mean, *found.interval, target) + few
+        if mean.interval is None:
+            return f"{self.value(mean.mean)} ({'exact' if mean.deterministic else 'one run'})"
+        few = f", {number_of(mean.n, 'run')}" if not mean.sd and mean.n < _FEW else ""
+        return self.within(mean.mean, *mean.interval, target) + few
 
     def within(self, mean: float, low: float, high: float, target: float | None = None) -> str:
         """A mean with its unit and the ends of its interval, by the digits that this deserves: `97.4 % (97.1 to 97.7)`.
@@ -166,14 +166,14 @@ class Scale:
         return f"{shown}{f' {unit}' if unit else ''} ({first} to {last})"
 
     def _digits(self, mean: float, low: float, high: float) -> int:
-        """The decimals that an interval deserves."""
+        """Return the number of decimals for an interval of this width."""
         if not self.is_share:
             return decimals(self.by * max(mean - low, high - mean))
         most = 1 if low > _NEAR and high < 1 - _NEAR else 3
         return min(max(decimals(self.by * (high - low) / 2) - 1, 0), most) if high > low else 1
 
     def _apart(self, value: float, digits: int, target: float | None) -> str:
-        """A value with so many decimals, or with as many more as it takes to look unlike what it is not."""
+        """Format a value with at least `digits` decimals, and enough to differ from the target, 0 and 100 %."""
         aims = [aim for aim in (target, *((0.0, 1.0) if self.is_share else ())) if aim is not None]
         others = [self.by * aim for aim in aims if not math.isclose(value, aim, rel_tol=_SAME, abs_tol=_SAME)]
         if self.is_share and _SAME < value < 1 - _SAME and round(100 * value, _MORE) in {0.0, 100.0}:

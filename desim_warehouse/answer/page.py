@@ -49,8 +49,8 @@ def page(
     """
     now = datetime.now(UTC).astimezone()
     figure = "" if answer.figure is None else _drawn(answer.figure)
-    drawn = {title: [_drawn(one) for one in several] for title, several in (drawings or {}).items()}
-    every = "".join([figure, *(one for several in drawn.values() for one in several)])
+    drawn = {title: [_drawn(drawing) for drawing in several] for title, several in (drawings or {}).items()}
+    every = "".join([figure, *(drawing for several in drawn.values() for drawing in several)])
     return html.template("page.html").render(
         answer=answer,
         style=html.style([kind for kind in html.FIGURES if f'<figure class="{kind}"' in every]),
@@ -93,7 +93,7 @@ def _points(figure: Points) -> Markup:
         low, span = min(values), max(values) - min(values)
         return round(size * (_EDGE + (1 - 2 * _EDGE) * ((value - low) / span if span else 0.5)), 1)
 
-    marks = [(place(one.x, xs, _WIDE), _HIGH - place(one.y, ys, _HIGH), one) for one in figure.points]
+    marks = [(place(point.x, xs, _WIDE), _HIGH - place(point.y, ys, _HIGH), point) for point in figure.points]
     marks.sort(key=lambda mark: bool(mark[2].name))
     return html.figure("points", figure, marks, place(figure.at, xs, _WIDE), (_WIDE, _HIGH))
 
@@ -106,8 +106,9 @@ def _alike(figures: Sequence[Rows]) -> list[Markup]:
 
 def _ends(figures: Sequence[Rows]) -> tuple[float, float]:
     """The least and the largest value in figures."""
-    values = [end for one in figures for row in one.rows for end in (row.low, row.high, row.mean) if end is not None]
-    values += [one.at or 0.0 for one in figures]
+    rows = [row for figure in figures for row in figure.rows]
+    values = [end for row in rows for end in (row.low, row.high, row.mean) if end is not None]
+    values += [figure.at or 0.0 for figure in figures]
     return min(values, default=0.0), max(values, default=0.0)
 
 
@@ -123,4 +124,4 @@ def _options(answer: AnswerData) -> Iterator[tuple[str, list[str], list[list[str
     """Yield the name of each group of options, the head and rows of its table, and how many columns are words."""
     for group, options in answer.groups().items():
         head, rows = table(answer.measures, options)
-        yield capital(group), head, rows, 2 + sum(of in answer.measures.values() for of in head)
+        yield capital(group), head, rows, 2 + sum(column in answer.measures.values() for column in head)

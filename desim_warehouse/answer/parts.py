@@ -22,7 +22,7 @@ class _Plain(BaseModel):
 
 
 class SaidNumber(_Plain):
-    """A mean with its one interval, that of the verdict on it (None: exact); `text` is how everybody prints it."""
+    """A mean with the interval of its verdict (None: exact); `text` is its form on the terminal, pages and in files."""
 
     of: str
     mean: float
@@ -32,7 +32,7 @@ class SaidNumber(_Plain):
 
 
 class Option(_Plain):
-    """What was tried, one row; `same` are others whose runs are equal to these.
+    """A design that was tried, one row; `same`: designs with equal runs.
 
     `also`: further numbers of it. `days`: the worst of its days, and how many miss the target. `said`: instead of a
     number, such as what an option delivers that cannot keep up. `set`: what makes the model into it. `group`: for which
@@ -60,12 +60,12 @@ class Option(_Plain):
 
     @property
     def text(self) -> str:
-        """Its first number, or what is said instead."""
+        """Its first number, or the words that replace it."""
         return self.said or (self.numbers[0].text if self.numbers else "no value")
 
     @property
     def full_name(self) -> str:
-        """Its name, with those of the options that are the same."""
+        """Its name, with the names of options with equal runs."""
         return f"{self.name} (the same: {', '.join(self.same)})" if self.same else self.name
 
 
@@ -107,7 +107,7 @@ class PairGrid(_Plain):
 
 
 class Dot(_Plain):
-    """An option by two of its means; `name` and `standing` only of one that stands out."""
+    """An option by two of its means; `name` and `standing` only if it stands out."""
 
     x: float
     y: float
@@ -147,7 +147,7 @@ class Folded(_Plain):
 
 
 class ShownDay(_Plain):
-    """A day that a page shows: its seed, and what it is among those simulated, `the worst of 33 days, 94 % on time`."""
+    """A day that a page shows: its seed, and its place among the days, `the worst of 33 days, 94 % on time`."""
 
     words: str
     seed: int
@@ -192,7 +192,7 @@ class AnswerData(_Plain):
     made: dict[str, str] = {}
 
     def content(self, **more: Any) -> dict[str, Any]:
-        """What `--json` prints: all but the model itself."""
+        """Return the content that `--json` prints: all but the model itself."""
         return self.model_dump(mode="json", exclude={"about": {"model"}}) | more
 
     def groups(self) -> dict[str, list[Option]]:

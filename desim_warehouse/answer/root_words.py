@@ -1,4 +1,4 @@
-"""What robots waited for in the end, in words."""
+"""The roots of waiting (the ends of chains of robots that wait) in words."""
 
 from __future__ import annotations
 
@@ -17,29 +17,30 @@ _HANDLING = (Phase.LOADING, Phase.UNLOADING)
 """What robots do at nodes and stations, not in the bays beside them."""
 
 
-def root(of: Root, model: Model) -> str:
-    """What robots waited for: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
-    if of.cause in _PLACES:
-        return _PLACES[of.cause].format(_with_names(of.at, model))
-    if of.cause in TOO_LOW:
+def root(origin: Root, model: Model) -> str:
+    """Name a root of waiting: `for a packer at R`, `at the crossing V`, `for robots loading on B>E`."""
+    if origin.cause in _PLACES:
+        return _PLACES[origin.cause].format(_with_names(origin.at, model))
+    if origin.cause in TOO_LOW:
         return "for a free charger, too low to work"
-    if of.cause in APART:
-        what, at = APART[of.cause].doing.removeprefix("waiting "), _with_names(of.at, model)
-        return what.replace("a lane", at) if "a lane" in what else f"{what} on {at}"
+    if origin.cause in APART:
+        what, place = APART[origin.cause].doing.removeprefix("waiting "), _with_names(origin.at, model)
+        return what.replace("a lane", place) if "a lane" in what else f"{what} on {place}"
     floor = model.floor
-    kinds = (floor.stations,) if SHOWN[of.cause].phase in _HANDLING else (floor.bays, floor.stations)
+    kinds = (floor.stations,) if SHOWN[origin.cause].phase in _HANDLING else (floor.bays, floor.stations)
     zones = {node: item.zone for of_kind in kinds for node, item in of_kind.items()}
-    place, state = f"{zones[of.at]} ({of.at})" if of.at in zones else _with_names(of.at, model), SHOWN[of.cause]
+    place = f"{zones[origin.at]} ({origin.at})" if origin.at in zones else _with_names(origin.at, model)
+    state = SHOWN[origin.cause]
     if state.queue is None:
-        return f"for robots {state.doing} {'on' if '>' in of.at else 'at'} {place}"
+        return f"for robots {state.doing} {'on' if '>' in origin.at else 'at'} {place}"
     if state.queue == OPENING:
         return f"for {place} to open"
-    is_packing = state.queue == SERVER and zones.get(of.at) == PACKING
-    return f"for a {staff(PACKING)} at {of.at}" if is_packing else f"for {state.queue.what} at {place}"
+    is_packing = state.queue == SERVER and zones.get(origin.at) == PACKING
+    return f"for a {staff(PACKING)} at {origin.at}" if is_packing else f"for {state.queue.what} at {place}"
 
 
-def _with_names(at: str, model: Model) -> str:
-    """A node or lane with what people call its storage places: `A>B (R-01-01 to R-01-08)`."""
-    names = model.floor.names_at.get(at, ())
+def _with_names(place: str, model: Model) -> str:
+    """Return a node or lane with the names of its storage places: `A>B (R-01-01 to R-01-08)`."""
+    names = model.floor.names_at.get(place, ())
     ends = dict.fromkeys((names[0], names[-1])) if names else ()
-    return f"{at} ({' to '.join(ends)})" if ends else at
+    return f"{place} ({' to '.join(ends)})" if ends else place

@@ -1,4 +1,4 @@
-"""What an option was shown to be: one list of words for terminal, pages, files and the live page."""
+"""The standings of options: one list of words for terminal, pages, files and the live page."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ class Judged(Protocol):
 
 
 def standing(judged: Judged, wrong: Iterable[Verdict] = ()) -> Standing:
-    """What a design was shown to be beside a target; `wrong`: verdicts on it, of which those that last count first."""
+    """Return the standing of a design beside a target; lasting verdicts in `wrong` take precedence."""
     lasting = lasts_not(wrong)
     if lasting is not None:
         return lasting
@@ -84,16 +84,16 @@ def standing(judged: Judged, wrong: Iterable[Verdict] = ()) -> Standing:
 
 def lasts_not(wrong: Iterable[Verdict]) -> Standing | None:
     """Why the time to come is worse than the time simulated; None: it is not."""
-    codes = [one.code for one in wrong if one.is_lasting]
+    codes = [verdict.code for verdict in wrong if verdict.is_lasting]
     return "overloaded" if PILES_UP in codes else "drained" if codes else None
 
 
 def instead(wrong: Iterable[Verdict], done: float | None, model: Model) -> str:
-    """What is said of an option that cannot last: what it delivers (`done` an hour), never how much of that in time."""
-    lasting = [one for one in wrong if one.is_lasting]
+    """Describe an option that cannot last by its deliveries (`done` an hour), never by its share on time."""
+    lasting = [verdict for verdict in wrong if verdict.is_lasting]
     rate = arrival_rate(model)
     asked = math.inf if rate is None else rate * model.units.hour
-    if done is not None and done < asked and any(one.code == PILES_UP for one in lasting):
-        of = "" if asked == math.inf else f" of {numbers.measured(asked)}"
-        return f"only {numbers.measured(done)}{of} orders an hour delivered"
-    return ", and ".join(_SHORT.sub("", one.text) for one in lasting)
+    if done is not None and done < asked and any(verdict.code == PILES_UP for verdict in lasting):
+        arriving = "" if asked == math.inf else f" of {numbers.measured(asked)}"
+        return f"only {numbers.measured(done)}{arriving} orders an hour delivered"
+    return ", and ".join(_SHORT.sub("", verdict.text) for verdict in lasting)

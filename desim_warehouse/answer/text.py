@@ -53,16 +53,17 @@ def printed(answer: AnswerData, width: int = WIDTH) -> str:
 def _printed(answer: AnswerData, options: Sequence[Option], width: int, *, short: bool = False) -> str:
     """Return the lines of an answer with some of its options; `short`: of each group one table, and no others."""
     parts = ["\n".join(answer.answer)]
-    parts += [printed_table(one.title, one.head, one.rows, width) for one in answer.tables if one.printed and not short]
+    printed = [part for part in answer.tables if part.printed and not short]
+    parts += [printed_table(part.title, part.head, part.rows, width) for part in printed]
     kept = set(map(id, options))
     for group, all_of_it in answer.groups().items():
-        if some := [one for one in all_of_it if id(one) in kept]:
+        if some := [option for option in all_of_it if id(option) in kept]:
             parts += list(_tables(capital(group), answer.measures, some, width))[: 1 if short else None]
     left = len(answer.options) - len(options)
     more = [number_of(left, "option")] if left else []
     more += ["tables"] if short else []
-    said = [f"{' and '.join(more)} more: all are on the page and in the table (.table; --json)."] if more else []
-    return "\n\n".join([*parts, "\n".join([*said, *answer.notes, how_sure(answer)])])
+    lines = [f"{' and '.join(more)} more: all are on the page and in the table (.table; --json)."] if more else []
+    return "\n\n".join([*parts, "\n".join([*lines, *answer.notes, how_sure(answer)])])
 
 
 def printed_rows(title: str, heads: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -83,26 +84,26 @@ def _rank(sentences: str, option: Option) -> int:
 
 
 def how_sure(answer: AnswerData) -> str:
-    """What holds with which confidence, and of how many runs."""
+    """Return the promise of an answer (its confidence), and its number of runs."""
     runs = f"{number_of(answer.runs, 'run')}." if answer.runs else ""
     return f"{answer.promise} {runs}".strip()
 
 
 def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[str], list[list[str]]]:
-    """The head and the rows of a table of options: name, a column for each measure, and what is known besides.
+    """Return the head and rows of a table of options: name, a column for each measure, then verdict, runs and cost.
 
-    What is said instead of a number stands in the first of these columns. What no option has, has no column.
+    Words that replace a number stand in the first of these columns. A column without a value is left out.
     """
-    shown = [of for of in measures if any(number.of == of for one in options for number in one.numbers)]
-    shown = shown or list(measures)[:1]
-    rows = [[one.full_name, *_cells(one, shown)] for one in options]
-    heads = ["option", *(measures[of] for of in shown)]
+    with_numbers = {number.of for option in options for number in option.numbers}
+    shown = [measure for measure in measures if measure in with_numbers] or list(measures)[:1]
+    rows = [[option.full_name, *_cells(option, shown)] for option in options]
+    heads = ["option", *(measures[measure] for measure in shown)]
     more: list[tuple[str, list[str]]] = [
-        ("", [WORDS[one.standing] for one in options]),
-        ("worst day, missed", [one.days for one in options]),
-        ("p", [p_value(one.p) if one.p is not None else "" for one in options]),
-        ("runs", [number(one.runs) for one in options]),
-        ("a year", ["" if one.cost is None else number(one.cost) for one in options]),
+        ("", [WORDS[option.standing] for option in options]),
+        ("worst day, missed", [option.days for option in options]),
+        ("p", [p_value(option.p) if option.p is not None else "" for option in options]),
+        ("runs", [number(option.runs) for option in options]),
+        ("a year", ["" if option.cost is None else number(option.cost) for option in options]),
     ]
     for head, column in more:
         if any(column):
@@ -111,19 +112,19 @@ def table(measures: Mapping[str, str], options: Sequence[Option]) -> tuple[list[
     return heads, rows
 
 
-def _cells(one: Option, shown: Sequence[str]) -> list[str]:
-    found = {number.of: number.text for number in one.numbers}
-    first = one.said or (found.get(shown[0], "") if shown else one.text)
-    return [first, *(found.get(of, "") for of in shown[1:])]
+def _cells(option: Option, shown: Sequence[str]) -> list[str]:
+    texts = {number.of: number.text for number in option.numbers}
+    first = option.said or (texts.get(shown[0], "") if shown else option.text)
+    return [first, *(texts.get(measure, "") for measure in shown[1:])]
 
 
 def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], width: int) -> Iterator[str]:
-    """A table, or where not all measures fit beside one another, one below the other."""
+    """Yield a table, or several one below the other where not all measures fit into the width."""
     fit = _that_fit(measures, options, width)
     first = dict(list(measures.items())[:fit])
     yield printed_table(title, *table(first, options), width)
-    rest = {of: name for of, name in measures.items() if of not in first}
-    bare = [one.model_copy(update={"said": "", "same": (), "number": None}) for one in options if one.also]
+    rest = {measure: name for measure, name in measures.items() if measure not in first}
+    bare = [option.model_copy(update={"said": "", "same": (), "number": None}) for option in options if option.also]
     while rest and bare:
         fit = _that_fit(rest, bare, width)
         heads, rows = table(dict(list(rest.items())[:fit]), bare)
@@ -132,7 +133,7 @@ def _tables(title: str, measures: Mapping[str, str], options: Sequence[Option], 
 
 
 def _that_fit(measures: Mapping[str, str], options: Sequence[Option], width: int) -> int:
-    """How many measures fit, at least one."""
+    """Return how many measures fit into the width, at least one."""
     for many in range(len(measures), 1, -1):
         heads, rows = table(dict(list(measures.items())[:many]), options)
         widths = [max(map(len, column)) + _GAP for column in zip(heads, *rows, strict=True)]

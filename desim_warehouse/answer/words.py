@@ -99,20 +99,20 @@ def unit(kind: str, units: Units | None, seconds: bool = False) -> str:
 
 def indicator_kind(indicator: str) -> str:
     """The kind of unit of an indicator: time, length, count, ...; empty for a column that is no indicator."""
-    known = look_up(indicator)
-    return known.unit if known else _COLUMNS.get(indicator, ("", ""))[1]
+    measure = look_up(indicator)
+    return measure.unit if measure else _COLUMNS.get(indicator, ("", ""))[1]
 
 
 def is_share(indicator: str) -> bool:
     """Whether values of an indicator are shares, shown in per cent."""
-    known = look_up(indicator)
-    return known is not None and known.is_share
+    measure = look_up(indicator)
+    return measure is not None and measure.is_share
 
 
 def indicator_name(indicator: str) -> str:
     """An indicator's title; the column's own name if it is no indicator."""
-    known = look_up(indicator)
-    return known.title if known else _COLUMNS.get(indicator, (indicator, ""))[0]
+    measure = look_up(indicator)
+    return measure.title if measure else _COLUMNS.get(indicator, (indicator, ""))[0]
 
 
 def in_sentence(indicator: str) -> str:
@@ -129,20 +129,20 @@ def indicator_label(indicator: str, units: Units | None, seconds: bool = False) 
 
 def factor_unit(key: str, units: Units | None) -> str:
     """The unit of a factor's values; empty where it has none, or is a case."""
-    known = about(key)
-    return unit(known.kind, units) if known else ""
+    factor = about(key)
+    return unit(factor.kind, units) if factor else ""
 
 
 def factor_name(key: str) -> str:
-    """What a factor is, for legends and heads of tables: `Chargers in parking`; the name of a case as it is."""
+    """Name a factor for legends and heads of tables: `Chargers in parking`; the name of a case as it is."""
     name = in_words(key)
     return name if name == key else f"{name[0].upper()}{name[1:]}"
 
 
 def in_words(key: str) -> str:
-    """What a factor is, inside a sentence: `chargers in parking`; the name of a case as it is."""
-    known = about(key)
-    return known.label if known else key
+    """Name a factor inside a sentence: `chargers in parking`; the name of a case as it is."""
+    factor = about(key)
+    return factor.label if factor else key
 
 
 def factor_head(key: str, units: Units | None) -> str:
@@ -158,13 +158,13 @@ def factor_label(key: str, units: Units | None) -> str:
 
 
 def averaged(factors: Sequence[str]) -> str:
-    """What a mean leaves out of sight, as the second line of an axis; empty if nothing."""
+    """Name the factors averaged over, as the second line of an axis; empty without any."""
     return f"\naveraged over {', '.join(factors)}" if factors else ""
 
 
-def with_unit(name: str, of: str) -> str:
+def with_unit(name: str, unit: str) -> str:
     """A label with its unit in brackets, if there is one."""
-    return f"{name} ({of})" if of else name
+    return f"{name} ({unit})" if unit else name
 
 
 def level(value: Any) -> str:
@@ -187,11 +187,11 @@ def design_spoken(design: Mapping[str, Any]) -> str:
 
 def setting(key: str, value: Any) -> str:
     """A key of the model with a value, in words: `dispatching: nearest`, `goods 20 random`."""
-    known = about(key)
-    if known is None:
+    factor = about(key)
+    if factor is None:
         return level(value) if key == _SAID_ALONE else f"{key}: {level(value)}"
-    said = named_policy(value) if key.startswith("policies.") and isinstance(value, str) else level(value)
-    return f"{known.label}{':' * isinstance(value, str)} {said}"
+    text = named_policy(value) if key.startswith("policies.") and isinstance(value, str) else level(value)
+    return f"{factor.label}{':' * isinstance(value, str)} {text}"
 
 
 def fleet(robots: int, chargers: int, packers: int = 0, *, nodes: int = 1) -> str:
@@ -200,12 +200,12 @@ def fleet(robots: int, chargers: int, packers: int = 0, *, nodes: int = 1) -> st
     `packers`: at each of `nodes` of a station.
     """
     counts = {"fleet.size": robots, "chargers": chargers, "packers": packers * nodes}
-    said = design_spoken({key: count for key, count in counts.items() if count})
-    return said if packers == 0 or nodes == 1 else f"{said} ({packers} at each of {nodes})"
+    text = design_spoken({key: count for key, count in counts.items() if count})
+    return text if packers == 0 or nodes == 1 else f"{text} ({packers} at each of {nodes})"
 
 
 def _counted(key: str, value: Any) -> str:
-    """What a factor counts, in the singular; empty if it is not a number of robots, chargers or packers."""
+    """Return the noun that a factor counts, in the singular; empty if not robots, chargers or packers."""
     if not str(value).isdecimal():
         return ""
     charger = key == "chargers" or key.endswith(".total_chargers")
@@ -240,12 +240,12 @@ def amount(indicator: str, value: float, unit: str = "") -> str:
 
 
 def scale(indicator: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
-    """How values of an indicator are written: shares in per cent, times in a unit that fits these values."""
+    """Return the scale of an indicator: shares in per cent, times in a unit that fits these values."""
     return PERCENT if is_share(indicator) else scale_of_kind(indicator_kind(indicator), model, values)
 
 
 def scale_of_kind(kind: str, model: Model | None, values: Iterable[float] = ()) -> Scale:
-    """The same by the kind of a quantity."""
+    """Return the scale of a kind of quantity (time, share, money ...); times in a unit that fits these values."""
     if kind == "share":
         return PERCENT
     if kind == "time" and model is not None:
@@ -260,16 +260,16 @@ def scale_of_kind(kind: str, model: Model | None, values: Iterable[float] = ()) 
 
 
 def value(indicator: str, value: float, model: Model) -> str:
-    """What a run gave, with its unit; times in a unit of the model's own in seconds, too: `120 steps (6 s)`."""
-    said = scale(indicator, model, (value,)).value(value)
+    """Format a value of a run with its unit; times in a unit of the model's own in seconds, too: `120 steps (6 s)`."""
+    text = scale(indicator, model, (value,)).value(value)
     if indicator_kind(indicator) != "time" or model.units.time in SECONDS or not math.isfinite(value):
-        return said
-    return f"{said} ({duration(value * model.units.seconds, 's')})"
+        return text
+    return f"{text} ({duration(value * model.units.seconds, 's')})"
 
 
-def scale_of(indicator: str, model: Model | None, found: Iterable[HasMean | None]) -> Scale:
-    """The one scale for a column of estimates."""
-    return scale(indicator, model, [one.mean for one in found if one is not None])
+def scale_of(indicator: str, model: Model | None, estimates: Iterable[HasMean | None]) -> Scale:
+    """Return one scale for all estimates of a column."""
+    return scale(indicator, model, [estimate.mean for estimate in estimates if estimate is not None])
 
 
 def head(indicator: str, scale: Scale) -> str:
@@ -293,9 +293,9 @@ def money(model: Model | None) -> str:
 
 
 def policy(key: str, name: str) -> str:
-    """What a policy does, its name, and its parameters: `the nearest robot (nearest)`; one's own without its folder."""
-    said = _POLICIES.get(key.removeprefix("policies."), {}).get(name.partition("(")[0])
-    return named_policy(name) if said is None else f"{said} ({named_policy(name)})"
+    """Describe a policy, with name and parameters: `the nearest robot (nearest)`; one's own without its folder."""
+    description = _POLICIES.get(key.removeprefix("policies."), {}).get(name.partition("(")[0])
+    return named_policy(name) if description is None else f"{description} ({named_policy(name)})"
 
 
 def named_policy(name: str) -> str:

@@ -41,7 +41,7 @@ SHELF, AISLE, GOODS = palette.GROUND["light"]["border"], "white", "#F3C7A5"
 
 
 def width(model: Model, floor: Layout) -> float:
-    """Inches of a picture in which every cell can be seen."""
+    """Return the width in inches at which every cell of a floor can be seen."""
     xs = [x for _, x in floor.graph.nodes(data="x")]
     return float(min(max(_PIXELS * (max(xs) - min(xs)) / cell_size(model, floor) / DPI, _WIDTH), _WIDEST))
 
@@ -52,7 +52,7 @@ def is_map(model: Model, floor: Layout) -> bool:
 
 
 def draw(axes: Axes, floor: Layout, model: Model) -> None:
-    """Cells and lanes, coloured by what robots do there, with arrows on one-way lanes, and a key."""
+    """Draw cells and lanes, coloured by their use, with arrows on one-way lanes, and a key."""
     from matplotlib.collections import LineCollection, PolyCollection
     from matplotlib.lines import Line2D
 

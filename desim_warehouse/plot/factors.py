@@ -199,7 +199,7 @@ def _merged(levels: list[Any]) -> list[Any]:
 
 
 def _errors(chosen: list[Cell]) -> list[list[float]] | None:
-    """How far the intervals reach below and above the means, nan where one is missing; None where all are."""
+    """Return the reach of intervals below and above the means, shape (2, cells), nan for none; None without any."""
     ends = [cell.estimate.interval or (math.nan, math.nan) for cell in chosen]
     if all(math.isnan(low) for low, _ in ends):
         return None

@@ -1,4 +1,4 @@
-"""What is said of the inputs of a run: how long its warm-up is, and which distribution measured times have."""
+"""Words for the inputs of a run: how long its warm-up is, and which distribution fits measured times."""
 
 from __future__ import annotations
 
@@ -15,20 +15,20 @@ if TYPE_CHECKING:
     from desim_warehouse.study.warm_up import Settling
 
 
-def settled(found: Settling, model: Model, observed: str, runs: int) -> list[str]:
-    """What `desim warm-up` found, as the terminal has it."""
-    lines = [f"{observed}, {number_of(runs, 'run')}, one observation each {found.width:g} {found.time_unit}"]
-    if found.time is not None:
-        return [*lines, f"{found.found.note}: run.warm_up: {found.time:g}  # {found.time_unit}"]
-    lines.append(f"not settled: {found.found.note}")
+def settled(settling: Settling, model: Model, observed: str, runs: int) -> list[str]:
+    """Return the lines that `desim warm-up` prints: when the model has settled, or that it has not."""
+    lines = [f"{observed}, {number_of(runs, 'run')}, one observation each {settling.width:g} {settling.time_unit}"]
+    if settling.time is not None:
+        return [*lines, f"{settling.found.note}: run.warm_up: {settling.time:g}  # {settling.time_unit}"]
+    lines.append(f"not settled: {settling.found.note}")
     if model.calendars:
         lines.append("what changes by calendars never settles: let run.length and run.warm_up be whole periods")
     return lines
 
 
-def warm_up(found: Settling, model: Model, observed: str, runs: int) -> Answer:
-    """The same as the answer that its folder keeps, beside its figures."""
-    first, *lines = settled(found, model, observed, runs)
+def warm_up(settling: Settling, model: Model, observed: str, runs: int) -> Answer:
+    """Return the length of the warm-up as the answer that its folder keeps, beside its figures."""
+    first, *lines = settled(settling, model, observed, runs)
     return Answer(
         kind="warm-up",
         name=model.name,
@@ -39,45 +39,45 @@ def warm_up(found: Settling, model: Model, observed: str, runs: int) -> Answer:
         runs=runs,
         confidence=None,
         made={"model": model.digest()},
-        warm_up=found.time,
+        warm_up=settling.time,
     )
 
 
-def fitted(found: Fitted, unit: str) -> list[str]:
-    """What `desim fit` found: the times, and whether the best distribution fits."""
-    times = found.times
-    rounded = f", rounded to {found.step:g} {unit}" if found.step else ""
-    verdict = "nothing speaks against it" if found.fits else "it does not fit"
+def fitted(fitting: Fitted, unit: str) -> list[str]:
+    """Return the lines that `desim fit` prints: the measured times, and whether the best distribution fits."""
+    times = fitting.times
+    rounded = f", rounded to {fitting.step:g} {unit}" if fitting.step else ""
+    verdict = "nothing speaks against it" if fitting.fits else "it does not fit"
     spread = f"mean {times.mean():.4g} {unit}, cv {times.std() / times.mean():.4g}{rounded}"
-    tested = f"Cramér-von Mises {found.statistic:.3g}, p = {found.p_value:.2g} (Monte Carlo)"
+    tested = f"Cramér-von Mises {fitting.statistic:.3g}, p = {fitting.p_value:.2g} (Monte Carlo)"
     return [
         f"{len(times)} times from {times.min():.4g} to {times.max():.4g} {unit}, {spread}",
-        f"{found.best.kind}: {tested}: {verdict}",
+        f"{fitting.best.kind}: {tested}: {verdict}",
     ]
 
 
-def proposed(found: Fitted, file: str, column: str) -> str:
-    """What the model file should say."""
-    if found.fits:
-        return f"proposed: {got(found.best.content())}"
+def proposed(fitting: Fitted, file: str, column: str) -> str:
+    """Return the line that proposes a distribution for the model file, or the measured times where none fits."""
+    if fitting.fits:
+        return f"proposed: {got(fitting.best.content())}"
     return f"proposed, as none of them fits: {{empirical: {{file: {file}, column: {column}}}}}"
 
 
-def candidates(found: Fitted, unit: str) -> list[tuple[str, str]]:
-    """The distributions tried, and Akaike's criterion of each."""
-    return [(one.distribution.words(unit), f"{one.aic:,.1f}") for one in found.candidates]
+def candidates(fitting: Fitted, unit: str) -> list[tuple[str, str]]:
+    """Return a row for each distribution tried: the distribution in words, and Akaike's criterion."""
+    return [(candidate.distribution.words(unit), f"{candidate.aic:,.1f}") for candidate in fitting.candidates]
 
 
-def fit(found: Fitted, file: str, column: str, unit: str) -> Answer:
-    """The same as the answer that its folder keeps, beside its figure."""
-    measured, verdict = fitted(found, unit)
+def fit(fitting: Fitted, file: str, column: str, unit: str) -> Answer:
+    """Return the fitted distribution as the answer that its folder keeps, beside its figure."""
+    measured, verdict = fitted(fitting, unit)
     return Answer(
         kind="fit",
         name=column,
         question=f"Which distribution fits {column} of {file}?",
-        answer=(sentence(verdict), sentence(proposed(found, file, column)), sentence(measured)),
+        answer=(sentence(verdict), sentence(proposed(fitting, file, column)), sentence(measured)),
         tables=(
-            Folded(title="Distributions tried", head=("distribution", "AIC"), rows=tuple(candidates(found, unit))),
+            Folded(title="Distributions tried", head=("distribution", "AIC"), rows=tuple(candidates(fitting, unit))),
         ),
         notes=("The figure fit.svg is in its folder.",),
         runs=0,

@@ -81,12 +81,12 @@ def is_perfect(verdict: DesignVerdict[Any], goal: Target) -> bool:
 
 
 def standing_of(verdict: DesignVerdict[Any], goal: Target) -> Standing:
-    """The standing of a design; `edge` where it is perfect on each day, as no run will decide whether it is on all."""
+    """Return the standing of a design; `edge` where every day is perfect, as no number of runs proves 100 %."""
     return "edge" if is_perfect(verdict, goal) else standing(verdict)
 
 
 def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
-    """Say what the days show of a design that is perfect on each of them."""
+    """Say which share n days without a miss prove for a design, as no number of days proves 100 %."""
     least = PERCENT.value(verdict.low or 0.0)
     return (
         f"{words.amount(goal.indicator, 1.0, goal.unit)} on every one of {verdict.n} days, which shows at least "
@@ -95,7 +95,7 @@ def perfect(verdict: DesignVerdict[Any], goal: Target) -> str:
 
 
 def days(shown: Days | None, goal: Target, model: Model) -> str:
-    """The days behind a mean, for planners: `the worst of 40 days 35 %, 4 below 95 %`; empty for a single day."""
+    """Summarise the days behind a mean: `the worst of 40 days 35 %, 4 below 95 %`; empty for a single day."""
     if shown is None:
         return ""
     aim, beyond = words.amount(goal.indicator, goal.value, goal.unit), "below" if goal.sign > 0 else "above"
@@ -133,14 +133,14 @@ def _holds(value: SaidNumber, aim: float) -> bool:
 
 
 def promise(what: str, confidence: float, *, exact: bool) -> str:
-    """How sure all numbers or verdicts of an answer are."""
+    """Return the promise of an answer: its joint confidence, or that each number is exact."""
     if exact:
         return "Nothing in this model is random: one run of each option is exact."
     return f"All {what} hold at once with {100 * confidence:g} % confidence."
 
 
 def each(confidence: float) -> str:
-    """How sure intervals are, each by itself."""
+    """Return the promise of an answer whose intervals hold one by one, with their confidence."""
     return f"Each interval holds with {100 * confidence:g} % confidence."
 
 
@@ -151,7 +151,7 @@ def tile(text: str, what: str) -> BigNumber:
 
 
 def about(name: str, model: Model, seed: int, days: tuple[Days, Target] | None = None) -> Subject:
-    """What the page shows of a design: its median and its worst day by a target, or where none is known its first run.
+    """Return the runs of a design that the page draws: median and worst day by a target, or without days the first run.
 
     Args:
         name: the design in words.

@@ -78,50 +78,51 @@ def worded(turned: SearchedDirections, search: Search = USUAL) -> BetterDirectio
     return BetterDirections(**vars(turned), answer=answer(turned).keep(search.out, search.command))
 
 
-def answer(found: SearchedDirections) -> Answer:
+def answer(directions: SearchedDirections) -> Answer:
     """Put directions into words: what is turned, what that gains, and with which fleets and demands."""
-    model, of = found.model, words.in_sentence(found.indicator)
-    places = [] if found.gain is None else [found.gain, *found.elsewhere]
+    model, indicator = directions.model, words.in_sentence(directions.indicator)
+    places = [] if directions.gain is None else [directions.gain, *directions.elsewhere]
     options = tuple(
         Option(
-            name=one.where or "as it is",
-            standing=_STANDING[one.is_better],
-            number=SaidNumber(of=found.indicator, mean=one.mean, low=one.low, high=one.high, text=_gain(one)),
-            runs=2 * one.pairs,
+            name=gain.where or "as it is",
+            standing=_STANDING[gain.is_better],
+            number=SaidNumber(of=directions.indicator, mean=gain.mean, low=gain.low, high=gain.high, text=_gain(gain)),
+            runs=2 * gain.pairs,
         )
-        for one in places
+        for gain in places
     )
-    bars = (judged.bar(one.name, one.number, one.standing) for one in options if one.number is not None)
+    bars = (judged.bar(row.name, row.number, row.standing) for row in options if row.number is not None)
     return Answer(
         kind="orient",
         name=model.name,
         description=model.description,
-        question=f"Which way should aisles lead for the best {of}?",
-        answer=tuple(sentences(found)),
-        measures={found.indicator: f"gain in {of}"},
+        question=f"Which way should aisles lead for the best {indicator}?",
+        answer=tuple(sentences(directions)),
+        measures={directions.indicator: f"gain in {indicator}"},
         options=options,
-        figure=judged.figure(f"What turned aisles gain in {of}, of that as drawn", bars, 0.0, "no gain"),
-        promise=judged.each(found.confidence),
-        runs=found.runs,
-        confidence=found.confidence,
+        figure=judged.figure(f"What turned aisles gain in {indicator}, of that as drawn", bars, 0.0, "no gain"),
+        promise=judged.each(directions.confidence),
+        runs=directions.runs,
+        confidence=directions.confidence,
         made={"model": model.digest()},
     )
 
 
-def sentences(found: SearchedDirections) -> list[str]:
+def sentences(directions: SearchedDirections) -> list[str]:
     """The answer: what is turned, what that gains on fresh days, for which fleets and demands it holds, its price."""
-    if found.gain is None:
-        return [f"No better directions found than those drawn, in {number_of(found.runs, 'run')}."]
-    verdict = {True: "", False: ", which is worse", None: ", which may be chance"}[found.gain.is_better]
-    name = words.indicator_name(found.indicator)
-    gains = f"{name}: {_gain(found.gain)} in {found.gain.pairs} pairs of runs on fresh days"
-    lines = [f"{len(found.turned)} of {found.units} turned: {'; '.join(found.turned)}.", f"{gains}{verdict}."]
-    for is_better, said in ((True, "It holds"), (None, "It may be chance"), (False, "It is worse")):
-        places = [f"{one.where}, {_gain(one)}" for one in found.elsewhere if one.is_better is is_better]
+    if directions.gain is None:
+        return [f"No better directions found than those drawn, in {number_of(directions.runs, 'run')}."]
+    verdict = {True: "", False: ", which is worse", None: ", which may be chance"}[directions.gain.is_better]
+    name = words.indicator_name(directions.indicator)
+    gains = f"{name}: {_gain(directions.gain)} in {directions.gain.pairs} pairs of runs on fresh days"
+    turned = f"{len(directions.turned)} of {directions.units} turned: {'; '.join(directions.turned)}."
+    lines = [turned, f"{gains}{verdict}."]
+    for is_better, lead in ((True, "It holds"), (None, "It may be chance"), (False, "It is worse")):
+        places = [f"{place.where}, {_gain(place)}" for place in directions.elsewhere if place.is_better is is_better]
         if places:
-            lines.append(f"{said} with {'; '.join(places)}.")
-    if found.cost:
-        lines.append(f"Turning costs {Scale(words.money(found.model)).value(found.cost)} once.")
+            lines.append(f"{lead} with {'; '.join(places)}.")
+    if directions.cost:
+        lines.append(f"Turning costs {Scale(words.money(directions.model)).value(directions.cost)} once.")
     return lines
 
 

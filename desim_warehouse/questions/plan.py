@@ -52,12 +52,12 @@ class Plan(Answered, FleetSizes):
 
     @property
     def cost(self) -> float | None:
-        """What is counted of the fleet a year, in the currency of the model; None without prices, or a fleet."""
+        """Cost of the fleet a year, in the currency of the model; None without prices, or a fleet."""
         return None if self.today.best is None else self.today.best.cost
 
     @property
     def overrides(self) -> dict[str, Any]:
-        """What makes the model into that with the fleet: `plan.model.replace(plan.overrides)`; empty without one."""
+        """Keys and values that give the model the fleet: `plan.model.replace(plan.overrides)`; empty without one."""
         best = self.today.best
         return {} if best is None else {**self.today.overrides, **best.overrides}
 
@@ -72,7 +72,7 @@ class Plan(Answered, FleetSizes):
 
         rows = []
         for sized in self.demands:
-            fleets = {one.counts: one for one in (*sized.below, *([sized.best] if sized.best else []))}
+            fleets = {shown.counts: shown for shown in (*sized.below, *([sized.best] if sized.best else []))}
             rows += [self._row(sized, fleets[counts]) for counts in sorted(fleets)]
         return pd.DataFrame(rows)
 
@@ -81,17 +81,17 @@ class Plan(Answered, FleetSizes):
         later = [f"{_fleet(sized, short=True)} {_when(sized)}" for sized in self.demands[1:]]
         return "; ".join([_fleet(self.today), *later])
 
-    def _row(self, sized: Sized, one: Shown) -> dict[str, Any]:
-        verdict = one.vetoed or next((said.text for said in one.wrong if said.is_lasting), "")
+    def _row(self, sized: Sized, shown: Shown) -> dict[str, Any]:
+        verdict = shown.vetoed or next((finding.text for finding in shown.wrong if finding.is_lasting), "")
         return {
             "growth": sized.growth,
-            "robots": one.robots,
-            "chargers": one.chargers,
-            "packers": one.packers,
-            **number_columns(self.target.indicator, one.verdict.mean, one.verdict.low, one.verdict.high),
-            "verdict": verdict or WORDS[judged.standing_of(one.verdict, self.target)],
-            "annual_cost": one.cost,
-            "runs": one.verdict.n,
+            "robots": shown.robots,
+            "chargers": shown.chargers,
+            "packers": shown.packers,
+            **number_columns(self.target.indicator, shown.verdict.mean, shown.verdict.low, shown.verdict.high),
+            "verdict": verdict or WORDS[judged.standing_of(shown.verdict, self.target)],
+            "annual_cost": shown.cost,
+            "runs": shown.verdict.n,
         }
 
 

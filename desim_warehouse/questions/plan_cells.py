@@ -1,4 +1,4 @@
-"""What each fleet that a plan searched was shown to be, and by which words those that remain open are called."""
+"""The standing of each fleet that a plan searched, and the words for the fleets that remain open."""
 
 from __future__ import annotations
 
@@ -25,21 +25,21 @@ def named(plan: FleetSizes, counts: Counts) -> str:
 
 
 def cells(sized: Sized) -> dict[Counts, Standing]:
-    """What each fleet was shown to be, or what follows from others where more never does worse."""
+    """Return the standing of each fleet: shown by its runs, or implied by other fleets where more never does worse."""
     best = None if sized.best is None else sized.best.counts
-    known: dict[Counts, Standing] = dict.fromkeys(sized.failed_before, "not met")
-    known |= {one.counts: lasts_not(one.wrong) or standing(one.verdict) for one in sized.below}
+    standings: dict[Counts, Standing] = dict.fromkeys(sized.failed_before, "not met")
+    standings |= {shown.counts: lasts_not(shown.wrong) or standing(shown.verdict) for shown in sized.below}
     follows = sized.ordered
-    return {one: _stands(one, best, known, set(sized.open), follows=follows) for one in sized.counts}
+    return {counts: _stands(counts, best, standings, set(sized.open), follows=follows) for counts in sized.counts}
 
 
 def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
     """Name all fleets of one standing inside a sentence, `4 robots and 2 to 5 chargers`; empty where there is none."""
-    counts = sorted(one for one, known in cells(sized).items() if known == kind)
+    counts = sorted(fleet for fleet, verdict in cells(sized).items() if verdict == kind)
     if not counts:
         return ""
     if isinstance(plan.designs, OneKey):
-        return spoken([named(plan, one) for one in counts], "or")
+        return spoken([named(plan, fleet) for fleet in counts], "or")
     packers = plan.designs.packers
     nodes = (1, 1, 1 if packers is None else packers.nodes)
     spans = [(min(side), max(side)) for side in zip(*counts, strict=True)]
@@ -51,7 +51,7 @@ def left(plan: FleetSizes, sized: Sized, kind: Standing) -> str:
     if len(counts) == math.prod(high - low + 1 for low, high in spans):
         return spoken(parts)
     if len(counts) <= _LISTED:
-        return spoken([named(plan, one) for one in counts], "or")
+        return spoken([named(plan, fleet) for fleet in counts], "or")
     return f"{len(counts)} other fleets, of {spoken(parts)},"
 
 
@@ -63,16 +63,16 @@ def but(plan: FleetSizes) -> str:
 
 
 def _stands(
-    one: Counts, best: Counts | None, known: Mapping[Counts, Standing], untold: set[Counts], *, follows: bool
+    counts: Counts, best: Counts | None, standings: Mapping[Counts, Standing], untold: set[Counts], *, follows: bool
 ) -> Standing:
-    """What a fleet is: none smaller than one that is too small is enough, and all larger than one that is are."""
-    if one == best or (follows and best is not None and within_counts(best, one)):
+    """Return the standing of a fleet; if it `follows`, fleets below a failing one fail, fleets above the best meet."""
+    if counts == best or (follows and best is not None and within_counts(best, counts)):
         return "met"
-    if one in known or not follows:
-        return known.get(one, "open" if one in untold else "untried")
-    over = {verdict for other, verdict in known.items() if within_counts(one, other)}
+    if counts in standings or not follows:
+        return standings.get(counts, "open" if counts in untold else "untried")
+    over = {verdict for other, verdict in standings.items() if within_counts(counts, other)}
     if over & {"not met", "overloaded", "drained", "fails"}:
         return "not met"
-    if one in untold or "open" in over:
+    if counts in untold or "open" in over:
         return "open"
     return "edge" if "edge" in over else "untried"

@@ -1,4 +1,4 @@
-"""What the sheet of a plan has beside its answer: the nearest misses, what would change it, and what it rests on."""
+"""The sheet of a plan beside its answer: the nearest misses, what would change the answer, and what it rests on."""
 
 from __future__ import annotations
 
@@ -28,10 +28,10 @@ def nearest(options: Iterable[Option], goal: Target) -> tuple[Rows, ...]:
             groups.setdefault(option.group, []).append(option)
     figures = []
     for group, shown in groups.items():
-        enough = [one for one in shown if one.standing == "met"][:1]
-        missing = [one for one in shown if one.standing != "met"]
-        miss = sorted(missing, key=lambda one: -goal.sign * (one.number.mean if one.number else 0.0))[:1]
-        bars = (judged.bar(one.name, one.number, one.standing) for one in (*enough, *miss) if one.number is not None)
+        enough = [option for option in shown if option.standing == "met"][:1]
+        missing = [option for option in shown if option.standing != "met"]
+        miss = sorted(missing, key=lambda option: -goal.sign * (option.number.mean if option.number else 0.0))[:1]
+        bars = (judged.bar(row.name, row.number, row.standing) for row in (*enough, *miss) if row.number is not None)
         title = f"{capital(words.in_sentence(goal.indicator))}{f', {group}' if group else ''}"
         figure = judged.figure(title, bars, goal.value, judged.aim(goal))
         figures += [] if figure is None else [figure]
@@ -46,7 +46,8 @@ def tables(plan: FleetSizes, grown: Sequence[tuple[str, str]], guesses: Sequence
         grown: what more demand makes of the answer, in words.
         guesses: keys of the model that are guesses; None: it is not known which are.
     """
-    changes = [*grown, *((f"Dispatching by {_choice(one)}", _with(one, plan.strategy)) for one in plan.strategies)]
+    tried = ((f"Dispatching by {_choice(strategy)}", _with(strategy, plan.strategy)) for strategy in plan.strategies)
+    changes = [*grown, *tried]
     if guesses:
         changes.append((GUESSES, "not tried"))
     return (

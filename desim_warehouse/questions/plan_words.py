@@ -42,7 +42,7 @@ def more_orders(growth: float) -> str:
 
 
 class _Planned:
-    """A plan, with the last demand that has an answer: of that alone a page shows anything."""
+    """A plan and the last demand that has an answer, the only demand that a page draws."""
 
     def __init__(self, plan: FleetSizes, guesses: Sequence[str] | None) -> None:
         self.guesses = guesses
@@ -57,14 +57,14 @@ class _Planned:
     def answer(self) -> Answer:
         plan = self.plan
         sized = [line for sized in self.demands for line in (self._sized(sized), *self._each(sized))]
-        said = sized + self._lasts() + self._strategies() + self._busiest()
+        lines = sized + self._lasts() + self._strategies() + self._busiest()
         options = tuple(option for sized in self.demands for option in self._options(sized))
         return Answer(
             kind="plan" if self.key is None else "size",
             name=self.model.name,
             description=self.model.description,
             question=self._question(),
-            answer=tuple(said),
+            answer=tuple(lines),
             measures={goal.indicator: words.in_sentence(goal.indicator) for goal in plan.targets},
             tiles=tuple(self._tiles()),
             options=options,
@@ -117,7 +117,7 @@ class _Planned:
         return when if sized.rate is None else f"{when} ({numbers.number(sized.rate)} an hour)"
 
     def _sized(self, sized: Sized) -> str:
-        """The answer for one demand."""
+        """Return the answer for one demand: the fleet that is enough, or why none is named."""
         if sized.open:
             return self._ended(sized)
         if sized.best is None:
@@ -137,29 +137,29 @@ class _Planned:
         return line + self._worse(sized) + self._against(sized) + self._most(sized)
 
     def _days(self, shown: Shown) -> str:
-        """The worst of the days of a fleet, behind its mean; empty where there are several targets."""
-        said = "" if self.plan.beside else judged.days(shown.days, self.goal, self.model)
-        return said and f"; {said}"
+        """Return the worst day of a fleet, to follow its mean; empty where there are several targets."""
+        text = "" if self.plan.beside else judged.days(shown.days, self.goal, self.model)
+        return text and f"; {text}"
 
     def _would_tell(self, sized: Sized) -> str:
-        """How many runs of a fleet would tell whether it is enough, where those done did not."""
-        needed = [one.to_tell for one in sized.below if standing(one.verdict) == "open"]
-        known = [runs for runs in needed if runs is not None]
-        if not known or len(known) < len(needed):
+        """Estimate how many runs would tell whether an open fleet is enough."""
+        needed = [shown.to_tell for shown in sized.below if standing(shown.verdict) == "open"]
+        told_by = [runs for runs in needed if runs is not None]
+        if not told_by or len(told_by) < len(needed):
             return "even many more runs may not tell"
-        return f"some {10 * math.ceil(max(known) / 10)} runs of a {self.noun} would tell (--cap)"
+        return f"some {10 * math.ceil(max(told_by) / 10)} runs of a {self.noun} would tell (--cap)"
 
     def _ended(self, sized: Sized) -> str:
-        """What is known where the runs allowed ended before an answer."""
-        few = [self._fleet(one.counts) for one in sized.below]
-        known = f" {capital(self._fleet(sized.best.counts))} are enough." if sized.best else ""
-        known += f" {capital(spoken(few))} are too few." if 0 < len(few) <= _LISTED else ""
+        """Say which fleets are enough, too few or open when the runs allowed ended before an answer."""
+        few = [self._fleet(shown.counts) for shown in sized.below]
+        shown_enough = f" {capital(self._fleet(sized.best.counts))} are enough." if sized.best else ""
+        shown_enough += f" {capital(spoken(few))} are too few." if 0 < len(few) <= _LISTED else ""
         left = f"{len(sized.open)} of {number_of(len(sized.counts), self.noun)} remain open"
         runs = number_of(self.plan.runs, "run")
-        return f"{self._then(sized, f'undecided after {runs}')}.{known} {left}."
+        return f"{self._then(sized, f'undecided after {runs}')}.{shown_enough} {left}."
 
     def _none(self, sized: Sized) -> str:
-        """What the largest fleet does, where none is enough, and what more robots would not cure."""
+        """Say that no fleet is enough, how the largest does, and what more robots would not cure."""
         if sized.undecided:
             return self._undecided(sized)
         largest = self._nearest(sized)
@@ -181,7 +181,7 @@ class _Planned:
         return f"{line} {sentence(capital(busiest.are(sized.loads, _time(sized))))}" if sized.loads else line
 
     def _each(self, sized: Sized) -> list[str]:
-        """Of several targets a line for each, of the fleet that is named."""
+        """Return a line for each of several targets on the fleet that the answer names."""
         if not self.plan.beside or sized.open or not (sized.best or sized.below):
             return []
         named = sized.best or self._nearest(sized)
@@ -189,21 +189,21 @@ class _Planned:
             return []
         fleet = capital(self._fleet(named.counts))
         return [
-            f"{fleet}, {words.target(goal)}: {judged.number(one, goal, self.model).text}, {WORDS[standing(one)]}."
-            for goal, one in zip(self.plan.targets, named.verdict.each, strict=True)
+            f"{fleet}, {words.target(goal)}: {judged.number(mean, goal, self.model).text}, {WORDS[standing(mean)]}."
+            for goal, mean in zip(self.plan.targets, named.verdict.each, strict=True)
         ]
 
     def _targets(self) -> str:
-        """All that a fleet has to meet: `at least 95 % on time, express and mean cycle time at most 10 min`."""
+        """Join the targets of a fleet: `at least 95 % on time, express and mean cycle time at most 10 min`."""
         return spoken([words.target(goal) for goal in self.plan.targets])
 
     def _undecided(self, sized: Sized) -> str:
-        """What is open where the runs tell of no fleet that it is enough, nor of the largest that it is not."""
+        """Say which fleets remain open where none is shown to be enough, and the largest is not shown to miss."""
         largest = self._nearest(sized)
         verdict, name = largest.verdict, capital(self._fleet(largest.counts))
         if judged.is_perfect(verdict, self.goal):
-            fleet, known = self._fleet(largest.counts), judged.perfect(verdict, self.goal)
-            return f"{self._then(sized, f'no {self.noun} can be shown to be enough')}. {capital(fleet)}: {known}"
+            fleet, reason = self._fleet(largest.counts), judged.perfect(verdict, self.goal)
+            return f"{self._then(sized, f'no {self.noun} can be shown to be enough')}. {capital(fleet)}: {reason}"
         days = number_of(verdict.n, "day")
         line = f"{self._then(sized, f'not decided after {days}')}:"
         if left := plan_cells.left(self.plan, sized, "open"):
@@ -216,14 +216,14 @@ class _Planned:
         return f"{line} {name}: {reached}."
 
     def _nearest(self, sized: Sized) -> Shown:
-        """The largest fleet that was judged; where fewer robots do better the one that comes nearest to the target."""
-        lasting = [one for one in sized.below if not one.vetoed]
+        """Return the largest fleet judged; where fewer robots do better, the fleet nearest to the target."""
+        lasting = [shown for shown in sized.below if not shown.vetoed]
         if not sized.fewer or not lasting or self.plan.beside:
             return sized.below[-1]
-        return max(lasting, key=lambda one: self.goal.sign * one.verdict.mean)
+        return max(lasting, key=lambda shown: self.goal.sign * shown.verdict.mean)
 
     def _against(self, sized: Sized) -> str:
-        """That the ends of the range contradict the guess of which fleets do better."""
+        """Say that the ends of the range contradict the assumed order of fleets; empty where they agree with it."""
         if not sized.against:
             return ""
         if sized.fewer:
@@ -232,28 +232,29 @@ class _Planned:
         return f" {more} better, not here: the smallest {self.noun} is enough, the largest is not."
 
     def _trip(self, trip: Estimate) -> str:
-        """What a task takes against the time in which it is due, where nothing is scarce."""
+        """Say how long a trip takes, beside the time allowed, where no resource is scarce."""
         due = due_within(self.model)
         scale = words.scale(TRIP, self.model, (trip.mean,))
-        of = "" if due is None else f" where {scale.value(due)} are allowed"
-        return f"Nothing is scarce: a trip takes {scale.value(trip.mean)}{of}, waits included; more robots do not help."
+        limit = "" if due is None else f" where {scale.value(due)} are allowed"
+        time = f"{scale.value(trip.mean)}{limit}"
+        return f"Nothing is scarce: a trip takes {time}, waits included; more robots do not help."
 
     def _worse(self, sized: Sized) -> str:
-        """Larger designs that do worse than a smaller one."""
+        """Name larger designs that do worse than a smaller design."""
         if not sized.worse:
             return ""
-        said = [self._does_worse(*one) for one in sized.worse]
-        return f" More is not always better here: {spoken(said)}."
+        phrases = [self._does_worse(*contrast) for contrast in sized.worse]
+        return f" More is not always better here: {spoken(phrases)}."
 
     def _does_worse(self, more: Counts, less: Counts, by: Estimate | None, goal: Target) -> str:
         if by is None:
             return f"with {self._fleet(more)} robots run flat, with {self._fleet(less)} they do not"
         scale = words.scale(goal.indicator, self.model, (by.mean,))
-        of = f" in {words.in_sentence(goal.indicator)}" if self.plan.beside else ""
-        return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}{of}"
+        indicator = f" in {words.in_sentence(goal.indicator)}" if self.plan.beside else ""
+        return f"{self._fleet(more)} do worse than {self._fleet(less)} by {scale.value(abs(by.mean))}{indicator}"
 
     def _most(self, sized: Sized) -> str:
-        """With pods, which fleet does most, where more robots do worse."""
+        """Say which fleet with pods has the largest output, where more robots do worse."""
         most = sized.most
         if most is None:
             return ""
@@ -262,26 +263,26 @@ class _Planned:
         return f" More is not always better here: {best}; {most.largest} do {scale.value(most.at_largest)}."
 
     def _strategies(self) -> list[str]:
-        """Whether another way of dispatching makes do with less."""
+        """Say whether another dispatching policy needs a smaller fleet."""
         plan = self.plan
-        said = []
+        lines = []
         if plan.strategy is not None:
             own = self._own()
-            said = [f"This is with {_choice(plan.strategy)}, which needs fewer than {own}."]
+            lines = [f"This is with {_choice(plan.strategy)}, which needs fewer than {own}."]
         elif plan.strategies:
-            tried = [_choice(one) for one in plan.strategies if one.shown]
-            same = [_choice(one) for one in plan.strategies if not one.shown]
+            tried = [_choice(strategy) for strategy in plan.strategies if strategy.shown]
+            same = [_choice(strategy) for strategy in plan.strategies if not strategy.shown]
             parts = [f"{spoken(tried)} need{'s' * (len(tried) == 1)} as many"] if tried else []
             parts += [f"{spoken(same)} change{'s' * (len(same) == 1)} nothing"] if same else []
-            said = [f"Other strategies than {self._own()} do not help: {', '.join(parts)}."]
-        return said + ([f"No runs were left to try {spoken(plan.untried)}."] if plan.untried else [])
+            lines = [f"Other strategies than {self._own()} do not help: {', '.join(parts)}."]
+        return lines + ([f"No runs were left to try {spoken(plan.untried)}."] if plan.untried else [])
 
     def _own(self) -> str:
         """The strategy of the model in words."""
         return words.named_policy(self.plan.own)
 
     def _busiest(self) -> list[str]:
-        """What is busiest with the fleet of the answer."""
+        """Name the busiest resource with the fleet of the answer."""
         sized = self.answered
         if sized is None or sized.best is None:
             return []
@@ -290,15 +291,16 @@ class _Planned:
 
     def _promise(self) -> str:
         plan = self.plan
-        judged_fleets = [fleet for one in self.demands for fleet in (one.best, *one.below) if fleet is not None]
+        judged_fleets = [fleet for sized in self.demands for fleet in (sized.best, *sized.below) if fleet is not None]
         if judged_fleets and all(fleet.verdict.deterministic for fleet in judged_fleets):
             return "Nothing in the model is left to chance, so each number above is exact."
         sure = f"{100 * plan.confidence:g} % confidence{' for each demand' * (self.key is None)}"
         if plan.ended or self.answered is None:
             return f"Each answer above holds with {sure}."
-        most = [one.most.up_to for one in self.demands if one.most is not None]
+        most = [sized.most.up_to for sized in self.demands if sized.most is not None]
         up_to = f", up to {min(most)} robots" if most else ""
-        alike = f" This takes it that more never does worse{up_to}." if all(one.ordered for one in self.demands) else ""
+        is_ordered = all(sized.ordered for sized in self.demands)
+        alike = f" This takes it that more never does worse{up_to}." if is_ordered else ""
         alike = f"{self._covers()}{alike}"
         if self.yearly:
             alike += " What fails with less demand is taken to fail with more."
@@ -308,7 +310,7 @@ class _Planned:
         )
 
     def _covers(self) -> str:
-        """Of which days the runs of the fleets named are enough to know."""
+        """Say how rare the days are that the runs of the fleets named can still show."""
         named = [(sized, sized.best) for sized in self.demands if sized.best is not None]
         least = min(best.verdict.least for _, best in named)
         if not least or any(best.verdict.deterministic for _, best in named):
@@ -321,7 +323,7 @@ class _Planned:
         return spoken([words.amount(goal.indicator, zone, goal.unit) for goal, zone in zones])
 
     def _beside(self, options: Sequence[Option]) -> list[str]:
-        """Why fleets are not met whose interval holds the target, and closures that never fall into a run."""
+        """Say why an interval that holds the target is no verdict, and which closures never fall into a run."""
         return [*judged.holds_the_target(options, self.goal, self._zone()), *map(sentence, rare.closed(self.model))]
 
     # Numbers
@@ -330,7 +332,7 @@ class _Planned:
         return lasts_not(shown.wrong)
 
     def _text(self, sized: Sized, shown: Shown) -> str:
-        """The number of a fleet, or what it does instead."""
+        """Return the indicator of a fleet in words, or why it has none."""
         if self._lasting(shown):
             done = shown.delivered
             made = self.model.replace({**sized.overrides, **shown.overrides})
@@ -352,18 +354,18 @@ class _Planned:
             what = f"robot{'s' * (value != 1)}" if self.key.is_fleet else words.in_words(self.key.of)
             return [BigNumber(value=words.level(value), what=what), *self._reached(sized, best)]
         if len(self.demands) > 1:
-            return [self._tile(one, one.best) for one in self.demands if one.best is not None and not one.open]
-        found = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}")]
+            return [self._tile(size, size.best) for size in self.demands if size.best is not None and not size.open]
+        tiles = [BigNumber(value=str(best.robots), what=f"robot{'s' * (best.robots != 1)}")]
         if best.chargers:
-            found.append(BigNumber(value=str(best.chargers), what=f"charger{'s' * (best.chargers != 1)}"))
+            tiles.append(BigNumber(value=str(best.chargers), what=f"charger{'s' * (best.chargers != 1)}"))
         if self.packers is not None:
             packers = best.packers * self.packers.nodes
-            found.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
-        found += self._reached(sized, best)
-        return found + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
+            tiles.append(BigNumber(value=str(packers), what=f"packer{'s' * (packers != 1)}"))
+        tiles += self._reached(sized, best)
+        return tiles + ([] if best.cost is None else [BigNumber(value=self._money(best.cost), what="a year")])
 
     def _tile(self, sized: Sized, best: Shown) -> BigNumber:
-        """The fleet for one of several demands, with what it reaches and costs."""
+        """Return the tile of the fleet for one of several demands, with its indicator and cost."""
         reached = words.reached(self.goal.indicator, self._text(sized, best))
         cost = "" if best.cost is None else f"; {self._money(best.cost)} a year"
         return BigNumber(value=self._fleet(best.counts), what=self._when(sized), note=f"{reached}{cost}")
@@ -373,67 +375,68 @@ class _Planned:
         return [first, *(judged.tile(number.text, words.in_sentence(number.of)) for number in self._also(best))]
 
     def _options(self, sized: Sized) -> list[Option]:
-        """The fleets that show the answer; with the last demand also those with other strategies."""
+        """Return the fleets that show the answer; for the last demand also fleets with other strategies."""
         last = sized is self.demands[-1]
-        found = []
+        options = []
         tried = [*([sized.best] if sized.best else []), *sized.below]
-        for one in tried if self.key is None else sorted(tried, key=lambda shown: shown.counts):
-            same = [item.label for item in self.plan.strategies if one.counts in item.same]
-            found.append(self._option(sized, one, self._fleet(one.counts), sized.overrides, same if last else []))
+        for shown in tried if self.key is None else sorted(tried, key=lambda shown: shown.counts):
+            same = [item.label for item in self.plan.strategies if shown.counts in item.same]
+            options.append(self._option(sized, shown, self._fleet(shown.counts), sized.overrides, same if last else []))
         if sized.capped is not None:
-            found.append(self._capped(sized))
+            options.append(self._capped(sized))
         for strategy in self.plan.strategies if last else ():
-            for one in strategy.shown:
+            for shown in strategy.shown:
                 changes = {**self._without_better(sized), **strategy.overrides}
-                found.append(self._option(sized, one, f"{self._fleet(one.counts)}, {_choice(strategy)}", changes, []))
-        return found
+                name = f"{self._fleet(shown.counts)}, {_choice(strategy)}"
+                options.append(self._option(sized, shown, name, changes, []))
+        return options
 
     def _without_better(self, sized: Sized) -> dict[str, Any]:
-        """The changes of a demand, without those of a better strategy."""
+        """Return the overrides of a demand without the overrides of a better strategy."""
         better = {} if self.plan.strategy is None else self.plan.strategy.overrides
         return {key: value for key, value in sized.overrides.items() if key not in better}
 
-    def _option(self, sized: Sized, one: Shown, name: str, changes: Mapping[str, Any], same: Sequence[str]) -> Option:
-        lasting = self._lasting(one)
-        fails = one.estimate is None or one.vetoed is not None
-        known = lasting is None and not fails
+    def _option(self, sized: Sized, shown: Shown, name: str, changes: Mapping[str, Any], same: Sequence[str]) -> Option:
+        lasting = self._lasting(shown)
+        fails = shown.estimate is None or shown.vetoed is not None
+        has_number = lasting is None and not fails
         return Option(
             name=name,
-            standing=lasting or ("fails" if fails else judged.standing_of(one.verdict, self.goal)),
-            number=judged.number(one.verdict, self.goal, self.model) if known else None,
-            also=tuple(self._also(one)) if known else (),
-            days=judged.in_row(one.days, self.goal, self.model) if known else "",
-            said="" if known else self._text(sized, one),
-            runs=one.verdict.n,
-            cost=one.cost,
+            standing=lasting or ("fails" if fails else judged.standing_of(shown.verdict, self.goal)),
+            number=judged.number(shown.verdict, self.goal, self.model) if has_number else None,
+            also=tuple(self._also(shown)) if has_number else (),
+            days=judged.in_row(shown.days, self.goal, self.model) if has_number else "",
+            said="" if has_number else self._text(sized, shown),
+            runs=shown.verdict.n,
+            cost=shown.cost,
             group=self._when(sized) if len(self.demands) > 1 else "",
-            set={**changes, **one.overrides},
+            set={**changes, **shown.overrides},
             same=tuple(same),
         )
 
-    def _also(self, one: Shown) -> list[SaidNumber]:
-        """The numbers of a fleet for further targets."""
-        each = zip(self.plan.targets[1:], one.verdict.each[1:], strict=False)
+    def _also(self, shown: Shown) -> list[SaidNumber]:
+        """Return the numbers of a fleet for further targets."""
+        each = zip(self.plan.targets[1:], shown.verdict.each[1:], strict=False)
         return [judged.number(verdict, goal, self.model) for goal, verdict in each]
 
     def _capped(self, sized: Sized) -> Option:
-        """What a cap on the robots under way gives the largest fleet."""
-        found, largest = sized.capped, sized.below[-1]
-        assert found is not None
-        scale = words.scale(self.goal.indicator, self.model, (found.mean,))
+        """Return the row of the largest fleet with a cap on the robots under way."""
+        cap, largest = sized.capped, sized.below[-1]
+        assert cap is not None
+        scale = words.scale(self.goal.indicator, self.model, (cap.mean,))
         return Option(
-            name=f"{self._fleet(largest.counts)}, at most {found.cap} under way",
+            name=f"{self._fleet(largest.counts)}, at most {cap.cap} under way",
             standing="known",
-            number=judged.within(self.goal.indicator, scale, (found.mean, None, None)),
-            runs=found.gain.n,
+            number=judged.within(self.goal.indicator, scale, (cap.mean, None, None)),
+            runs=cap.gain.n,
             group=self._when(sized) if len(self.demands) > 1 else "",
-            set={**sized.overrides, **largest.overrides, **found.overrides},
+            set={**sized.overrides, **largest.overrides, **cap.overrides},
         )
 
     # The figure, and the design that the page shows
 
     def _grid(self) -> PairGrid | None:
-        """Every fleet searched, by robots and chargers; of packers those of the answer, or the most."""
+        """Draw the standing of every fleet searched, by robots and chargers; packers as in the answer, or the most."""
         searched = dict.fromkeys(counts for sized in self.demands for counts in sized.counts)
         if not searched:
             return None
@@ -452,9 +455,9 @@ class _Planned:
         return PairGrid(title=title, across=tuple(map(str, robots)), down=down, panels=panels)
 
     def _intervals(self, options: Sequence[Option]) -> Rows | None:
-        """Every value looked at, with its interval beside the target."""
+        """Draw every value judged, with its interval beside the target."""
         title = capital(words.in_sentence(self.goal.indicator))
-        bars = (judged.bar(one.name, one.number, one.standing) for one in options if one.number is not None)
+        bars = (judged.bar(row.name, row.number, row.standing) for row in options if row.number is not None)
         return judged.figure(title, bars, self.goal.value, judged.aim(self.goal))
 
     def _about(self) -> Subject | None:
@@ -464,8 +467,8 @@ class _Planned:
         made = self.model.replace({**sized.overrides, **sized.best.overrides})
         when = "" if self.key is not None else f", {self._when(sized)}"
         days = sized.best.days
-        known = None if days is None else (days, self.goal)
-        return judged.about(f"{self._fleet(sized.best.counts)}{when}", made, self.plan.seed, known)
+        sorted_days = None if days is None else (days, self.goal)
+        return judged.about(f"{self._fleet(sized.best.counts)}{when}", made, self.plan.seed, sorted_days)
 
     def _facts(self, sized: Sized) -> dict[str, Any]:
         best = sized.best
@@ -481,7 +484,7 @@ class _Planned:
         }
 
     def _sheet(self) -> tuple[Folded, ...]:
-        """What stands on the one sheet beside the answer; nothing where one key is sized."""
+        """Return the tables beside the answer on the one sheet; none where one key is sized."""
         if self.key is not None:
             return ()
         grown = [(capital(self._when(sized)), self._in_short(sized)) for sized in self.demands[1:]]
@@ -502,14 +505,14 @@ class _Planned:
         """The counts of a design as JSON has them, packers in all nodes of their station."""
         if self.key is not None:
             return {self.key.of: self.key.value(counts)}
-        found = dict(zip(("robots", "chargers"), counts, strict=False))
-        return found if self.packers is None else {**found, "packers": counts[2] * self.packers.nodes}
+        content = dict(zip(("robots", "chargers"), counts, strict=False))
+        return content if self.packers is None else {**content, "packers": counts[2] * self.packers.nodes}
 
     def _with_packers(self, packers: Counts) -> str:
         return f", {number_of(packers[0] * self.packers.nodes, 'packer')}" if packers and self.packers else ""
 
     def _worst(self, sized: Sized) -> str:
-        """The worst part of the day with the fleet of an answer, unless one is the target: `11:30 to 13:00: 97 %.`."""
+        """Name the worst part of the day with the best fleet, unless the target is one: `11:30 to 13:00: 97 %.`."""
         lead = "" if sized.lead is None else departures.in_time(self.model, sized.lead)
         if not sized.hours or AT in self.goal.indicator:
             return lead
@@ -517,7 +520,7 @@ class _Planned:
         return f" {worst.named}: {words.reached(ON_TIME, self._on_time(worst))}.{lead}"
 
     def _worst_of(self, sized: Sized) -> Hour:
-        return min(sized.hours, key=lambda one: one.share.mean)
+        return min(sized.hours, key=lambda hour: hour.share.mean)
 
     def _on_time(self, hour: Hour) -> str:
         low, high = hour.share.interval or (None, None)
@@ -525,11 +528,11 @@ class _Planned:
         return judged.within(ON_TIME, scale, (hour.share.mean, low, high)).text
 
     def _hours(self) -> list[Folded]:
-        """How many orders come by the hour, and how many of them are done on time."""
+        """Return the table of orders and shares on time by the hour of the day."""
         sized = self.answered
         if sized is None or sized.best is None or not sized.hours:
             return []
-        rows = [(one.named, numbers.number(one.orders), self._on_time(one)) for one in sized.hours]
+        rows = [(hour.named, numbers.number(hour.orders), self._on_time(hour)) for hour in sized.hours]
         note = f"With {self._fleet(sized.best.counts)}, by when orders come. All intervals hold at once."
         if self.goal.indicator == ON_TIME:
             worst = replace(self.goal, measure=find(self._worst_of(sized).indicator))
@@ -539,19 +542,19 @@ class _Planned:
         ]
 
     def _lasts(self) -> list[str]:
-        """How long the fleet for today is enough."""
+        """Say up to which year the fleet for today is enough."""
         first = self.plan.today.best
         if not self.yearly or first is None or self.plan.ended:
             return []
-        later = [one for one in self.plan.demands if one.best is None or one.best.counts != first.counts]
+        later = [sized for sized in self.plan.demands if sized.best is None or sized.best.counts != first.counts]
         if not later:
             return ["The fleet for today is enough in all of these years."]
-        known = plan_cells.cells(later[0]).get(first.counts)
-        too_small = "is too small" if known == "not met" else "is not shown to be enough"
+        standing_then = plan_cells.cells(later[0]).get(first.counts)
+        too_small = "is too small" if standing_then == "not met" else "is not shown to be enough"
         return [f"The fleet for today {too_small} in year {later[0].year}."]
 
     def _years(self) -> list[Folded]:
-        """The answer year by year."""
+        """Return the table of the answer year by year."""
         if not self.yearly:
             return []
         parts = [
@@ -585,5 +588,5 @@ def _choice(strategy: Strategy) -> str:
 
 
 def _time(sized: Sized) -> str:
-    """What shares of the time are of."""
+    """Return the time that busy shares refer to, in words: all of it, or the hours of a shift plan."""
     return "of their hours" if sized.in_hours else "of the time"

@@ -1,4 +1,4 @@
-"""What is said of designs of a study: their names, what is wrong with them, and the knee of the throughput."""
+"""Words for designs of a study: their names, what is wrong with them, and the knee of the throughput."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ UNSETTLED = "not settled by the middle of its runs, and counted from there on; l
 
 
 def wrong(study: ResultsData, *, lasting: bool = False) -> list[str]:
-    """What is wrong, a line for each kind of verdict, with the design that has it worst.
+    """Return a line for each kind of verdict, with the design that has it worst.
 
-    `lasting`: also of those that cannot last, which answers with a row for each design say there.
+    `lasting`: also of designs that cannot last, which answers with a row for each design say in that row.
     """
     lines = []
     for code in RULES:
-        found = {
-            design: one
-            for design, said in study.verdicts.items()
-            for one in said
-            if one.code == code and (lasting or not one.is_lasting)
+        by_design = {
+            design: verdict
+            for design, verdicts in study.verdicts.items()
+            for verdict in verdicts
+            if verdict.code == code and (lasting or not verdict.is_lasting)
         }
-        if found:
-            worst = max(found, key=lambda design: found[design].size)
+        if by_design:
+            worst = max(by_design, key=lambda design: by_design[design].size)
             judged = sum(bool(study.runs(design)) for design in study.designs)
-            of = f"; {len(found)} of {judged} options" if len(found) > 1 else ""
-            where = f" ({name_of(study, worst)}{of})" if len(study.designs) > 1 else ""
-            lines.append(f"{found[worst].text}{where}")
+            share = f"; {len(by_design)} of {judged} options" if len(by_design) > 1 else ""
+            where = f" ({name_of(study, worst)}{share})" if len(study.designs) > 1 else ""
+            lines.append(f"{by_design[worst].text}{where}")
     return lines
 
 
@@ -47,7 +47,7 @@ def name_of(study: ResultsData, design: str) -> str:
 
 
 def option_of(study: ResultsData, design: str) -> tuple[str, str]:
-    """What is decided in a design, and the demand that it is for; both in the first where there is no target."""
+    """Name the decisions of a design, and the demand that it is for; both in the first without a target."""
     levels = _levels(study, design)
     asked = {key: level for key, level in levels.items() if study.is_demand(key)}
     if study.target is None or len(asked) in {0, len(levels)}:
@@ -57,7 +57,7 @@ def option_of(study: ResultsData, design: str) -> tuple[str, str]:
 
 
 def apart_from(study: ResultsData, design: str, other: str) -> str:
-    """A design by what makes it another than one like it."""
+    """Name a design by the factors in which it differs from another design."""
     ours, theirs = _levels(study, design), _levels(study, other)
     differ = {key: level for key, level in ours.items() if level != theirs[key]}
     if len(differ) != 1:
@@ -73,26 +73,26 @@ def _levels(study: ResultsData, design: str) -> dict[str, Any]:
 
 
 def knee_of_throughput(study: ResultsData) -> list[str]:
-    """Where more robots stop paying off, if throughput rises significantly up to there."""
+    """Say where more robots stop paying off, if throughput rises significantly up to that knee."""
     from desim_warehouse.study.statistics.comparison import paired
     from desim_warehouse.study.statistics.knee import knee
 
     factor, indicator = "fleet.size", "throughput_per_hour"
     if factor not in study.factors or indicator not in study.moving:
         return []
-    found = cells(study.table, [factor], indicator, study.plan.confidence)
-    sizes = [cell.levels[0] for cell in found]
+    means = cells(study.table, [factor], indicator, study.plan.confidence)
+    sizes = [cell.levels[0] for cell in means]
     if len(sizes) < 3 or not is_numeric(sizes):  # noqa: PLR2004 - fewer have no knee
         return []
-    shape = knee(sizes, [cell.estimate.mean for cell in found])
+    shape = knee(sizes, [cell.estimate.mean for cell in means])
     if shape.at is None or shape.output is None:
         return []
-    first, there = found[0].by_replication, found[sizes.index(shape.at)].by_replication
-    common = sorted(first.keys() & there.keys())
+    first, at_knee = means[0].by_replication, means[sizes.index(shape.at)].by_replication
+    common = sorted(first.keys() & at_knee.keys())
     if not common:
         return []
     rise = paired(
-        [there[r] for r in common],
+        [at_knee[r] for r in common],
         [first[r] for r in common],
         study.plan.confidence,
         deterministic=study.deterministic,

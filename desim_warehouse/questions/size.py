@@ -1,4 +1,4 @@
-"""What is the smallest value that meets a target: `size`, a plan of one key; or with which most is done: `most`."""
+"""Which value of a key is the smallest that meets a target: `size`, a plan of one key; and which does most: `most`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What do the designs of a study do, and which of them meets the target? Studies whose results answer in words."""
+"""Which designs of a study meet the target, and how do all of them do? Studies whose results answer in words."""
 
 from __future__ import annotations
 
@@ -56,25 +56,25 @@ class Comparison(Answering, comparison.Differences):
         import pandas as pd
 
         rows = []
-        for one in self.differences:
-            low, high = one.estimate.interval or (None, None)
-            factors = zip(self.results.factors, self.results.designs[str(one.design)], strict=True)
+        for difference in self.differences:
+            low, high = difference.estimate.interval or (None, None)
+            factors = zip(self.results.factors, self.results.designs[str(difference.design)], strict=True)
             rows.append(
                 {
                     **dict(factors),
-                    "baseline": one.baseline,
-                    **number_columns("difference", one.estimate.mean, low, high),
-                    "p": one.p_adjusted,
-                    "differs": one.differs,
-                    "runs": one.estimate.n,
-                    "missing": one.missing,
+                    "baseline": difference.baseline,
+                    **number_columns("difference", difference.estimate.mean, low, high),
+                    "p": difference.p_adjusted,
+                    "differs": difference.differs,
+                    "runs": difference.estimate.n,
+                    "missing": difference.missing,
                 }
             )
         return pd.DataFrame(rows)
 
     def in_short(self) -> str:
         """Name the indicator, and how many designs differ."""
-        differ = sum(bool(one.differs) for one in self.differences)
+        differ = sum(bool(difference.differs) for difference in self.differences)
         return f"{self.indicator}: {differ} of {number_of(len(self.differences), 'difference')} shown"
 
 
@@ -95,22 +95,22 @@ class MainEffects(screening.Effects):
         import pandas as pd
 
         return pd.DataFrame(
-            {"factor": one.factor, "level": level, "effect": effect, "swing": one.swing, "runs": one.runs[level]}
-            for one in self.factors
-            for level, effect in one.effects.items()
+            {"factor": row.factor, "level": level, "effect": effect, "swing": row.swing, "runs": row.runs[level]}
+            for row in self.factors
+            for level, effect in row.effects.items()
         )
 
     def __str__(self) -> str:
         rows = [
-            (one.factor, str(level), f"{effect:+.4g}", str(one.runs[level]))
-            for one in self.factors
-            for level, effect in one.effects.items()
+            (factor.factor, str(level), f"{effect:+.4g}", str(factor.runs[level]))
+            for factor in self.factors
+            for level, effect in factor.effects.items()
         ]
         title = f"{self.indicator}: {self.grand_mean:.4g} on average, and what levels add to it"
         return printed_rows(title, ("factor", "level", "effect", "runs"), rows)
 
     def __repr__(self) -> str:
-        swings = ", ".join(f"{one.factor} {one.swing:.3g}" for one in self.factors)
+        swings = ", ".join(f"{factor.factor} {factor.swing:.3g}" for factor in self.factors)
         return f"MainEffects({self.indicator}: {swings})"
 
 

@@ -203,7 +203,7 @@ class _Studied:
         return capital(f"{when}no option is shown to give {aim}. Best so far: {best}."), None
 
     def _count(self, designs: list[str]) -> list[str]:
-        """How many options have which verdict, and how many runs would probably decide on the open ones."""
+        """Count the options of each standing, and say how many runs would probably decide the open ones."""
         if len(designs) == 1 and self.options[designs[0]].standing != "open":
             return []
         met = Counter(self.options[design].standing for design in designs)
@@ -284,7 +284,7 @@ class _Studied:
         return spoken(names if len(names) <= _LISTED + 1 else [*names[:_LISTED], f"{len(names) - _LISTED} more"])
 
     def _question(self) -> str:
-        """The question: what was varied, and what for."""
+        """Return the question: the factors that vary, and the target or indicators."""
         study = self.study
         keys = [key for key in study.varied or study.factors if self.goal is None or not study.is_demand(key)]
         robots = [self._robots() for key in keys if key == "fleet.size" and len(study.levels(key)) > 1]
@@ -392,7 +392,7 @@ class _Studied:
 
 
 def _replications(plan: StudyPlan) -> str:
-    """How many replications each design has, in words."""
+    """Return the number of replications of each design in words."""
     rule = plan.replications
     if isinstance(rule, int):
         return str(rule)

@@ -94,12 +94,13 @@ def with_thresholds(answer: Answer, points: TippingPoints) -> Answer:
 
 
 def _beside(changes: Folded, points: TippingPoints) -> Folded:
-    """Add to what would change the answer of a plan up to where its fleet is enough."""
+    """Add up to which value of each input the fleet is enough to the table of changes of a plan."""
     units = points.model.units
     tried = [
-        (_from_to(one, unit := words.factor_unit(one.key, units)), _known(points, one, unit)) for one in points.inputs
+        (_from_to(threshold, unit := words.factor_unit(threshold.key, units)), _known(points, threshold, unit))
+        for threshold in points.inputs
     ]
-    rest = [(OTHER_GUESSES, said) if what == GUESSES else (what, said) for what, said in changes.rows]
+    rest = [(OTHER_GUESSES, text) if what == GUESSES else (what, text) for what, text in changes.rows]
     return changes.model_copy(update={"rows": (*tried, *rest)})
 
 

@@ -240,7 +240,7 @@ class _Held:
         return f"{shown} {self.scale.unit}".rstrip()
 
     def _lost(self) -> str:
-        """How long robots waited in the run that was looked at, and for what mostly; empty where nobody waited."""
+        """Say how much of their time robots waited in one run, and the main roots of waiting; empty if none waited."""
         lost = self.costs.lost
         if not lost:
             return ""
@@ -249,7 +249,7 @@ class _Held:
         return f"Robots spent {whole} of their time waiting in the run looked at: {spoken(most)}."
 
     def _batched(self) -> str:
-        """How long tasks waited for others to go with them; empty where none did."""
+        """Say which share of their time tasks waited for a batch to fill; empty where none did."""
         if not self.costs.batched:
             return ""
         share = numbers.PERCENT.value(self.costs.batched)
@@ -269,7 +269,7 @@ class _Held:
         return [judged.tile(shown.text, f"{self.of}, as it is")]
 
     def _health(self) -> list[BigNumber]:
-        """How the warehouse does, where no sentence says it."""
+        """Return tiles with the share on time and the idle share of robots, where no sentence has them."""
         state = self.costs.state
         if state is None or not self.costs.is_held_up:
             return []
@@ -324,7 +324,7 @@ class _Held:
         return judged.figure(title, bars, 0.0, "no gain")
 
     def _changes(self) -> list[Folded]:
-        """How large each change is, how long robots waited there, and what it gains as a whole."""
+        """Return the table of changes: the size of each, the waiting at its place, and its whole gain."""
         rows = tuple(
             (
                 suspect.relief,
@@ -349,7 +349,7 @@ def dose(suspect: Suspect) -> str:
 
 
 def _state(now: Health) -> str:
-    """How the warehouse does as it is."""
+    """Return the idle share of robots and the share on time of the warehouse as it is, in words."""
     due = [] if now.on_time is None else [f"{numbers.PERCENT.value(now.on_time)} on time"]
     return ", ".join([f"robots idle {100 * now.idle:.0f} %", *due])
 

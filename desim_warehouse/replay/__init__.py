@@ -49,8 +49,8 @@ def replay(
     from desim_warehouse.replay.page import page
 
     runs = [history] if beside is None else [history, beside]
-    for one in runs:
-        need_all(one)
+    for run in runs:
+        need_all(run)
     if palette not in PALETTES:
         raise ReportError(f"palette: {palette!r} is not known; expected one of {', '.join(PALETTES)}")
     windows = [window(history, start, end)]

@@ -41,10 +41,10 @@ def page(runs: Sequence[History], windows: Sequence[tuple[float, float]], palett
         work = (history.model.content()["tasks"], history.seed)
         headers.append({**header, "label": label, "work": work == first, "columns": index})
         texts.append(f'<script type="text/plain" class="columns">{text}</script>')
-    told = {"better": better(runs, [header["at_end"] for header in headers])} if len(runs) > 1 else {}
+    comparison = {"better": better(runs, [header["at_end"] for header in headers])} if len(runs) > 1 else {}
     parts = {
         "title": html.escape(f"{' and '.join(dict.fromkeys(history.model.name for history in runs))}: replay"),
-        "header": safe_json({"palette": palette, "colours": colours(), "runs": headers, **told}),
+        "header": safe_json({"palette": palette, "colours": colours(), "runs": headers, **comparison}),
         "columns": "\n".join(texts),
         "course": f"<style>{course_style(themes=True)}</style>" + "".join(courses(runs, windows)),
     }
@@ -63,24 +63,24 @@ def courses(runs: Sequence[History], windows: Sequence[tuple[float, float]]) -> 
 
 
 def labels(runs: Sequence[History]) -> list[str]:
-    """What tells each run from the others: the keys in which their models differ, else their seeds; alone, its seed.
+    """Label each run by the keys in which the models differ, else by seed; a single run by its seed.
 
-    Of models that have little in common, their names. Of a run that another version simulated it says so.
+    Models with little in common are labelled by name. A run that another version simulated is marked as such.
     """
     contents = [dict(_flat(history.model.content())) for history in runs]
     keys = dict.fromkeys(key for content in contents for key in content)
     differ = [key for key in keys if key not in _SAID and len({_text(content.get(key)) for content in contents}) > 1]
     apart = len({content["name"] for content in contents}) == len(contents)
-    found = []
+    captions = []
     for history, content in zip(runs, contents, strict=True):
-        said = [key for key in differ if content.get(key) is not None] or differ
-        parts = [_setting(key, content.get(key)) for key in said[:_KEYS]]
-        if len(said) > _KEYS:
+        distinct = [key for key in differ if content.get(key) is not None] or differ
+        parts = [_setting(key, content.get(key)) for key in distinct[:_KEYS]]
+        if len(distinct) > _KEYS:
             parts = [content["name"]] if apart else [*parts, "..."]
         if not differ or len({history.seed for history in runs}) > 1:
             parts.append(f"seed {history.seed}")
-        found.append(", ".join(filter(None, (*parts, simulated_with(history.log.version)))))
-    return found
+        captions.append(", ".join(filter(None, (*parts, simulated_with(history.log.version)))))
+    return captions
 
 
 def _flat(content: Mapping[str, Any], before: str = "") -> Iterator[tuple[str, Any]]:
@@ -96,8 +96,8 @@ def _setting(key: str, value: Any) -> str:
     """A key with its value, as people say it: `3 robots`, `warm-up 600`."""
     if key == "fleet.size" and isinstance(value, int):
         return number_of(value, "robot")
-    known = about(key)
-    return f"{known.label if known else key} {_text(value)}"
+    factor = about(key)
+    return f"{factor.label if factor else key} {_text(value)}"
 
 
 def _text(value: Any) -> str:

@@ -1,4 +1,4 @@
-"""What a replay page is given: a header of plain JSON values and columns of whole numbers.
+"""The data of a replay page: a header of plain JSON values and columns of whole numbers.
 
 Lengths are counted in steps of `grain`, and times in steps of `tick` from the start of the window. Both are so fine
 that a robot is drawn within a small fraction of its radius of where the log has it.
@@ -58,13 +58,13 @@ Columns = dict[str, Any]
 
 
 def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
-    """For each root, most time first: in words, the node, its time and part of all in words, and its longest waits.
+    """List the roots of waiting, most time first: in words, node, time and share of all time, and longest waits.
 
     Of a wait: its robot, a moment in the middle of it, and its length, in the time of the run.
     """
-    found: defaultdict[Root, list[Lost]] = defaultdict(list)
-    for one in chains.lost(history):
-        found[one.root].append(one)
+    by_root: defaultdict[Root, list[Lost]] = defaultdict(list)
+    for wait in chains.lost(history):
+        by_root[wait.root].append(wait)
     number = {node: i for i, node in enumerate(history.layout.graph.nodes)}
     until = min(scale.end, history.end)
     unit, whole = history.model.units.time, (until - history.begin) * history.model.fleet.size
@@ -75,9 +75,9 @@ def lost_to(history: History, scale: MapScale) -> list[dict[str, Any]]:
             "time": f"{numbers.duration(time, unit)}, {numbers.PERCENT.value(time / whole)}",
             "robots": robots,
             "longest": [
-                [one.robot, (one.start + one.end) / 2, one.end - one.start]
-                for one in heapq.nlargest(_LONGEST, found[root], key=lambda one: one.end - one.start)
-                if scale.start <= (one.start + one.end) / 2 <= scale.end
+                [wait.robot, (wait.start + wait.end) / 2, wait.end - wait.start]
+                for wait in heapq.nlargest(_LONGEST, by_root[root], key=lambda wait: wait.end - wait.start)
+                if scale.start <= (wait.start + wait.end) / 2 <= scale.end
             ],
         }
         for root, (time, robots) in list(chains.lost_to(history, until).items())[:_ROOTS]
@@ -96,24 +96,24 @@ def pod_columns(history: History, scale: MapScale) -> dict[str, Any]:
     if spec is None:
         return {}
     shelves = Shelves(spec, history.layout.storage, Streams(history.seed), keep=False)
-    at = [pod.place for pod in shelves.pods]
+    places = [pod.place for pod in shelves.pods]
     moves = []
     for row in history.rows("lifted", "stored"):
         pod, where = int(row.value or 0), row.other if row.kind == "stored" else -1 - row.robot
         if row.time < scale.start:
-            at[pod] = where
+            places[pod] = where
         elif row.time <= scale.end:
             moves.append((row.time, pod, where))
     node = {name: number for number, name in enumerate(history.layout.graph)}
-    given = {one.task: one.start for one in history.assignments if one.ended == "delivered"}
-    lines = sorted((given[row.task], row) for row in history.rows("delivered"))
+    assigned = {work.task: work.start for work in history.assignments if work.ended == "delivered"}
+    lines = sorted((assigned[row.task], row) for row in history.rows("delivered"))
     item = {row.task: row.other for row in history.rows("released")}
     puts = {name for name, flow in history.model.tasks.flows.items() if not isinstance(flow.target, tuple)}
     units = [-spec.bundle if history.log.flows[row.task] in puts else 1 for _, row in lines]
     begin, done = scale.times([time for time, _ in lines]), scale.times([row.time for _, row in lines])
     held = [(item, units) for pod in shelves.pods for item, units in sorted(pod.stock.items())]
     return {
-        "pod_at": at,
+        "pod_at": places,
         "move_time": np.diff(scale.times([time for time, _, _ in moves]), prepend=0),
         "move_pod": [pod for _, pod, _ in moves],
         "move_to": [where for _, _, where in moves],
@@ -187,7 +187,7 @@ def _header(
         "two_way": [[edge, back] for edge, back in enumerate(edges.twin.tolist()) if edge < back],
         "places": edges.start[edges.real :].tolist(),
         "zones": [[zone.kind, zone.name, number[zone.node], len(zone.places), zone.room] for zone in positions.zones],
-        "resources": [[one.kind, one.zone, number[one.node], one.number] for one in places],
+        "resources": [[place.kind, place.zone, number[place.node], place.number] for place in places],
         "stops": stops(history, places, scale, at_end),
         "at_end": at_end,
         "lost": lost_to(history, scale),
@@ -207,10 +207,11 @@ def _header(
     }
 
 
-def _resource_columns(found: list[Resource], scale: MapScale) -> dict[str, Any]:
+def _resource_columns(resources: list[Resource], scale: MapScale) -> dict[str, Any]:
     """For each resource, how many are busy and how many robots queue, from the start of the run on."""
     columns: dict[str, Any] = {}
-    for what, curves in (("busy", [one.busy for one in found]), ("queue", [one.queue for one in found])):
+    busy, queues = [resource.busy for resource in resources], [resource.queue for resource in resources]
+    for what, curves in (("busy", busy), ("queue", queues)):
         kept = [[(time, count) for time, count in zip(*curve, strict=True) if time <= scale.end] for curve in curves]
         flat = [item for curve in kept for item in curve]
         columns[f"{what}_count"] = [len(curve) for curve in kept]
@@ -230,7 +231,7 @@ def _window(times: NDArray[np.float64], first: NDArray[np.int64], scale: MapScal
 
 
 def _leg_columns(positions: Positions, scale: MapScale) -> Columns:
-    """Per leg: the pause before it, its duration, its edge, and what is left of the edge behind its target.
+    """Return for each leg the pause before it, its duration, its edge, and the rest of the edge behind its target.
 
     On the same edge (code SAME) a leg begins where the one before ended, else at the start of its edge. The first leg
     of a robot says where it begins.
@@ -286,7 +287,7 @@ def _edge_codes(
 
 
 def _state_columns(history: History, scale: MapScale) -> Columns:
-    """Per robot, what it begins to do, with its task; and once more at the end of the run."""
+    """Return for each robot its changes of state, with the task, and the last state again at the end of the run."""
     number = {state.doing: number for number, state in enumerate(_shown(history.model))}
     rows = []
     for changes in history.changes:
@@ -303,7 +304,7 @@ def _state_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _energy_columns(history: History, scale: MapScale) -> Columns:
-    """Per robot, the corners of its battery level, which is linear between them; nothing without batteries."""
+    """Return for each robot the corners of its piecewise linear battery level; nothing without batteries."""
     batteries, curves = history.batteries, history.energy_curves
     if not batteries:
         return {}
@@ -321,7 +322,7 @@ def _energy_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _in_window(rows: list[Any], sizes: list[int], scale: MapScale) -> tuple[list[int], NDArray[np.float64]]:
-    """Of rows that begin with a time, grouped by robot: how many of each are kept, and their columns."""
+    """Cut rows (time, ...), grouped by robot, to the window: rows kept of each robot, and columns (width, rows)."""
     flat = np.array(rows, dtype=float)
     windows = _window(flat[:, 0], np.concatenate([[0], np.cumsum(sizes)]), scale)
     keep = np.concatenate([np.arange(low, high) for low, high in windows])
@@ -360,7 +361,7 @@ def _task_columns(history: History, scale: MapScale) -> Columns:
 
 
 def _wait_columns(history: History, scale: MapScale) -> Columns:
-    """Waits that are counted or under way in the window, in the order in which they end and are counted.
+    """Return the waits that are counted or under way in the window, in order of their ends.
 
     `wait_node`: the number of the node before which a robot waits; -1: it waits behind another on its edge.
     """
@@ -386,15 +387,15 @@ def _blocked_columns(history: History, scale: MapScale) -> Columns:
     if not history.model.waits_apart:
         return {}
     number = {edge: i for i, edge in enumerate(history.layout.graph.edges)}
-    shown = [one for one in history.blocked if one.end >= scale.start and one.start <= scale.end]
-    begin = scale.times([one.start for one in shown])
+    shown = [closure for closure in history.blocked if closure.end >= scale.start and closure.start <= scale.end]
+    begin = scale.times([closure.start for closure in shown])
     causes = [WAITING.name, *APART]
     waits = [wait for wait in history.waits if wait.end >= scale.start and wait.start <= scale.end]
     return {
-        "shut_edge": [number[one.edge] for one in shown],
+        "shut_edge": [number[closure.edge] for closure in shown],
         "shut_time": _steps(begin),
-        "shut_length": scale.times([one.end for one in shown]) - begin,
-        "shut_visit": [one.visit for one in shown],
+        "shut_length": scale.times([closure.end for closure in shown]) - begin,
+        "shut_visit": [closure.visit for closure in shown],
         "wait_cause": [causes.index(wait.cause) for wait in waits],
     }
 

@@ -38,7 +38,7 @@ class MapScale:
 
 
 def scale_of(history: History, start: float, end: float) -> MapScale:
-    """Steps fit for a run: a hundredth of the smallest robot, and the time in which the fastest drives that far."""
+    """Return steps for a run: a hundredth of the smallest robot's radius, and the fastest robot's time for that."""
     grain = min(robot_radii(history.model)) / FINENESS
     longest = max(end - start, history.log.end)
     return MapScale(grain, max(grain / history.model.fleet.fastest, 4 * longest / LARGEST), start, end)

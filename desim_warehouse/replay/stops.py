@@ -38,47 +38,47 @@ _TOLD: dict[str, tuple[bool, Callable[[float, str], str]]] = {
 def stops(
     history: History, places: Sequence[Resource], scale: MapScale, at_end: Mapping[str, float]
 ) -> list[dict[str, Any]]:
-    """What is worth seeing: `said`, `time` (None: the end), and the `robots` or `place` (its number) to look at.
+    """List the moments worth seeing: `said`, `time` (None: the end), and the `robots` or `place` (its number) shown.
 
     `at_end`: the indicators at the end of the window (`tiles.figures`).
     """
-    found = (
+    moments = (
         _standstill(history, scale),
         _busiest(history, places, scale),
         _longest_wait(history, scale),
         worst_jam(history, scale),
     )
-    return [*(one for one in found if one is not None), {"said": _totals(history, at_end), "time": None}]
+    return [*(moment for moment in moments if moment is not None), {"said": _totals(history, at_end), "time": None}]
 
 
 def _standstill(history: History, scale: MapScale) -> dict[str, Any] | None:
-    """The longest time in which deliveries stood still, as the run says it."""
-    inside = [one for one in halts(history) if scale.start <= (one.start + one.end) / 2 <= scale.end]
+    """Return the stop at the longest halt of deliveries; None without one in the window."""
+    inside = [halt for halt in halts(history) if scale.start <= (halt.start + halt.end) / 2 <= scale.end]
     if not inside:
         return None
-    one = max(inside, key=lambda halt: halt.end - halt.start)
-    return {"said": stood_still(one, history.model, history.chargers), "time": (one.start + one.end) / 2}
+    halt = max(inside, key=lambda halt: halt.end - halt.start)
+    return {"said": stood_still(halt, history.model, history.chargers), "time": (halt.start + halt.end) / 2}
 
 
 def worst_jam(history: History, scale: MapScale) -> dict[str, Any] | None:
-    """The moment at which most robots wait for one root in the end; None where never two do."""
+    """Return the stop at which most robots wait for one root of waiting; None where never two do."""
     behind = defaultdict(list)
-    for one in chains.lost(history):
-        if one.end > scale.start and one.start < scale.end:
-            behind[one.root].append(one)
+    for wait in chains.lost(history):
+        if wait.end > scale.start and wait.start < scale.end:
+            behind[wait.root].append(wait)
     best: tuple[int, float, float, Any] = (1, 0.0, 0.0, None)
     for root, waits in behind.items():
-        if len({one.robot for one in waits}) > best[0]:
-            changes = [change for one in waits for change in ((one.start, 1), (one.end, -1))]
+        if len({wait.robot for wait in waits}) > best[0]:
+            changes = [change for wait in waits for change in ((wait.start, 1), (wait.end, -1))]
             robots, time, lasts = _most(steps(changes), scale)
             if (robots, lasts) > (best[0], best[2]):
                 best = robots, time, lasts, root
     robots, time, _, root = best
     if root is None:
         return None
-    there = sorted({one.robot for one in behind[root] if one.start <= time < one.end})
-    said = f"The worst jam: {robots} robots wait, in the end {in_words(root, history.model)}."
-    return {"said": said, "time": time, "robots": there}
+    jammed = sorted({wait.robot for wait in behind[root] if wait.start <= time < wait.end})
+    text = f"The worst jam: {robots} robots wait, in the end {in_words(root, history.model)}."
+    return {"said": text, "time": time, "robots": jammed}
 
 
 def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> dict[str, Any] | None:
@@ -88,7 +88,7 @@ def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> d
     if not sentence:
         return None
     begin, group = max(history.begin, scale.start), busiest(measured)[0].group
-    said = sentence if scale.end >= history.end else f"Of the whole run: {sentence}"
+    text = sentence if scale.end >= history.end else f"Of the whole run: {sentence}"
     among = {
         number: place.utilisation(history.begin, history.end)
         for number, place in enumerate(places)
@@ -96,21 +96,21 @@ def _busiest(history: History, places: Sequence[Resource], scale: MapScale) -> d
         or (place.kind == "station" and place.zone == group.zone and group.nodes)
     }
     if not among:
-        return {"said": said, "time": begin}
+        return {"said": text, "time": begin}
     number = max(among, key=among.__getitem__)
     _, time, _ = _most(places[number].queue, scale)
-    return {"said": said, "time": time or begin, "place": number}
+    return {"said": text, "time": time or begin, "place": number}
 
 
 def _longest_wait(history: History, scale: MapScale) -> dict[str, Any] | None:
-    """The longest wait in traffic; the page adds the chain of robots that it is for."""
-    inside = [one for one in history.waits if scale.start <= (one.start + one.end) / 2 <= scale.end]
+    """Return the stop at the longest wait in traffic; the page adds the chain of robots waited for."""
+    inside = [wait for wait in history.waits if scale.start <= (wait.start + wait.end) / 2 <= scale.end]
     if not inside:
         return None
-    one = max(inside, key=lambda wait: wait.end - wait.start)
-    lasts = numbers.duration(one.end - one.start, history.model.units.time)
-    said = f"The longest wait in traffic: robot {one.robot}, {lasts} in all."
-    return {"said": said, "time": (one.start + one.end) / 2, "robots": [one.robot]}
+    wait = max(inside, key=lambda wait: wait.end - wait.start)
+    lasts = numbers.duration(wait.end - wait.start, history.model.units.time)
+    text = f"The longest wait in traffic: robot {wait.robot}, {lasts} in all."
+    return {"said": text, "time": (wait.start + wait.end) / 2, "robots": [wait.robot]}
 
 
 def _most(queue: Steps, scale: MapScale) -> tuple[int, float, float]:
@@ -139,15 +139,15 @@ def _falls_behind(history: History) -> bool:
 
 
 def better(runs: Sequence[History], at_end: Sequence[Mapping[str, float]]) -> str:
-    """Which of two runs does better, by the first indicator at the end of their windows in which they differ."""
+    """Say which of two runs does better, by the first indicator that differs at the end of their windows."""
     behind = [_falls_behind(run) for run in runs]
     if behind[0] != behind[1]:
         return f"{'AB'[behind.index(True)]} cannot keep up, {'AB'[behind.index(False)]} can."
     unit = runs[0].model.units.time
-    for name, (more, said) in _TOLD.items():
+    for name, (more, phrase) in _TOLD.items():
         first, second = (figures.get(name, math.nan) for figures in at_end)
         if first != second and math.isfinite(first + second) and not (behind[0] and name == "on_time"):
             best = int((second > first) == more)
-            told = [said(value, unit) for value in (first, second)]
-            return f"{'AB'[best]} does better in this run: {told[best]}, {'AB'[1 - best]}: {told[1 - best]}."
+            texts = [phrase(value, unit) for value in (first, second)]
+            return f"{'AB'[best]} does better in this run: {texts[best]}, {'AB'[1 - best]}: {texts[1 - best]}."
     return "Both do the same."

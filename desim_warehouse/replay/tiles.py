@@ -1,4 +1,4 @@
-"""What the tiles of a replay page show: indicators of the run as they grow, each read from the run's history.
+"""The tiles of a replay page: indicators of the run as they grow, each read from the run's history.
 
 A tile's last value is the indicator itself. Which tiles there are depends on the run: those that do not apply to it
 are left out.
@@ -59,33 +59,33 @@ def tiles(history: History) -> list[Tile]:
     has, tasks = kpis(history), history.model.tasks
     ends = not tasks.never_end
     saturated = isinstance(tasks.goods, SaturatedGoods)
-    found = []
+    shown = []
     if not saturated:
-        found.append(Tile("backlog", "Open tasks", "open", _backlog(history)))
-    found += [
+        shown.append(Tile("backlog", "Open tasks", "open", _backlog(history)))
+    shown += [
         Tile("tasks", "Delivered", "count", _count(history, (task.delivered for task in history.delivered))),
         Tile("throughput_per_hour", "Delivered an hour", "rate"),
     ]
     if "on_time" in has:
-        found.append(Tile("on_time", INDICATORS["on_time"].title, "share", _on_time(history)))
+        shown.append(Tile("on_time", INDICATORS["on_time"].title, "share", _on_time(history)))
     if (tasks.flows or not ends) and history.cycle_times:
-        found.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
+        shown.append(Tile("cycle_time_p95", "Cycle time p95", "time", _cycle_time(history)))
     if ends:
-        found.append(
+        shown.append(
             Tile("S", "Waits for other robots", "count", _count(history, (wait.end for wait in history.collisions)))
         )
     else:
-        found.append(Tile("share_waiting", "Waiting in traffic", "lost", _waited(history)))
+        shown.append(Tile("share_waiting", "Waiting in traffic", "lost", _waited(history)))
     if history.model.battery is not None:
-        found.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
-        found.append(Tile("battery", "Battery, and the lowest", "battery"))
+        shown.append(Tile("C", INDICATORS["C"].title, "count", _count(history, history.recharges)))
+        shown.append(Tile("battery", "Battery, and the lowest", "battery"))
     if "charger_utilisation" in has:
-        found.append(Tile("charger_utilisation", "Chargers in use", "chargers"))
-    return found
+        shown.append(Tile("charger_utilisation", "Chargers in use", "chargers"))
+    return shown
 
 
 def _count(history: History, times: Iterable[float]) -> Curve:
-    """Events counted from the end of the warm-up on; those that the log dates after the end are counted at the end."""
+    """Count events from the end of the warm-up on; events that the log dates after the end count at the end."""
     counted = sorted(min(time, history.end) for time in times if history.counts(time))
     return counted, list(range(1, len(counted) + 1))
 
@@ -108,10 +108,11 @@ def _waited(history: History) -> Curve:
 
 
 def _on_time(history: History) -> Curve:
-    """Of the tasks that came due so far the share that were done by then; those due after the end count at the end."""
+    """Share of the tasks due so far that were done on time; tasks due after the end count at the end."""
     deadlines = history.deadlines
-    late = np.cumsum([one.missed for one in deadlines])
-    return [min(one.due, history.end) for one in deadlines], (1 - late / np.arange(1, len(deadlines) + 1)).tolist()
+    late = np.cumsum([deadline.missed for deadline in deadlines])
+    shares = 1 - late / np.arange(1, len(deadlines) + 1)
+    return [min(deadline.due, history.end) for deadline in deadlines], shares.tolist()
 
 
 def _cycle_time(history: History) -> Curve:

@@ -8,7 +8,7 @@ from desim_warehouse.model.parse import read_yaml
 
 
 def example() -> Model:
-    """Draft a small warehouse and run it for an hour, ten minutes of which are warm-up."""
+    """Return the model of a small warehouse that runs for an hour, with ten minutes of warm-up."""
     words = Draft(size=(16.0, 14.0), orders=60.0, due=2.5, name="an example")
     content = read_yaml(draft(words), "the example").data
     return load({**content, "run": {"length": 3600, "warm_up": 600}})

@@ -65,10 +65,10 @@ def export(
                 file.writelines(f"{line}\n" for line in messages(run, noise=noise, gaps=gaps))
             return path
         make_folder(path)
-        found = tables(run)
+        frames = tables(run)
         if not force:
-            refuse_theirs(path, [f"{name}.{form}" for name in found])
-        for name, table in found.items():
+            refuse_theirs(path, [f"{name}.{form}" for name in frames])
+        for name, table in frames.items():
             if form == "csv":
                 (path / f"{name}.csv").write_text(as_csv(table), encoding="utf-8")
             else:
@@ -120,17 +120,17 @@ def trace(run: RunData) -> dict[str, Any]:
     """
     microseconds = run.model.units.seconds * 1e6
 
-    def at(time: float) -> float:
+    def in_microseconds(time: float) -> float:
         """A time of the run in microseconds, to the nanosecond."""
         return round(time * microseconds, 3)
 
     events = [
         *_names(run),
-        *_states(run, at),
-        *_tasks(run, at),
-        *_waits(run, at),
-        *_batteries(run, at),
-        *_rotations(run, at),
+        *_states(run, in_microseconds),
+        *_tasks(run, in_microseconds),
+        *_waits(run, in_microseconds),
+        *_batteries(run, in_microseconds),
+        *_rotations(run, in_microseconds),
     ]
     return {
         "traceEvents": events,
@@ -175,13 +175,13 @@ def _slice(pid: int, track: int, name: str, span: tuple[float, float], args: dic
     }
 
 
-def _states(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _states(run: RunData, in_microseconds: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         _slice(
             _process(span.robot),
             _STATES,
             words.STATE_WORDS[span.state],
-            (at(span.start), at(span.end)),
+            (in_microseconds(span.start), in_microseconds(span.end)),
             {} if span.task == NONE else {"task": span.task},
         )
         for robot in run.history.states
@@ -189,26 +189,26 @@ def _states(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
     ]
 
 
-def _tasks(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _tasks(run: RunData, in_microseconds: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         _slice(
-            _process(one.robot),
+            _process(work.robot),
             _TASKS,
-            f"task {one.task}",
-            (at(one.start), at(one.end)),
-            {"ended": one.ended},
+            f"task {work.task}",
+            (in_microseconds(work.start), in_microseconds(work.end)),
+            {"ended": work.ended},
         )
-        for one in run.history.assignments
+        for work in run.history.assignments
     ]
 
 
-def _waits(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _waits(run: RunData, in_microseconds: Callable[[float], float]) -> list[dict[str, Any]]:
     """A slice for each wait, and a flow from the robot waited for."""
     events: list[dict[str, Any]] = []
     for number, wait in enumerate(run.history.waits):
         place = f"before {wait.node}" if wait.edge is None else f"on {'>'.join(wait.edge)}"
         whom = "waits" if wait.other == NONE else f"waits for robot {wait.other}"
-        span = (at(wait.start), at(wait.end))
+        span = (in_microseconds(wait.start), in_microseconds(wait.end))
         events.append(_slice(_process(wait.robot), _WAITS, whom, span, {"where": place}))
         if wait.other != NONE:
             flow = {"cat": "waits", "name": "in the way", "id": number, "ts": span[0]}
@@ -217,14 +217,14 @@ def _waits(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
     return events
 
 
-def _batteries(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _batteries(run: RunData, in_microseconds: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         {
             "ph": "C",
             "pid": _process(number),
             "tid": 0,
             "name": "battery",
-            "ts": at(time),
+            "ts": in_microseconds(time),
             "args": {"energy": round(level, 6)},
         }
         for number, (times, levels) in enumerate(run.history.energy_curves)
@@ -233,7 +233,7 @@ def _batteries(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any
     ]
 
 
-def _rotations(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any]]:
+def _rotations(run: RunData, in_microseconds: Callable[[float], float]) -> list[dict[str, Any]]:
     return [
         {
             "ph": "I",
@@ -242,7 +242,7 @@ def _rotations(run: RunData, at: Callable[[float], float]) -> list[dict[str, Any
             "tid": 0,
             "cat": "rotations",
             "name": "gridlock rotation",
-            "ts": at(time),
+            "ts": in_microseconds(time),
             "args": {"robots": list(robots), "edges": list(edges)},
         }
         for time, robots, edges in run.history.rotations

@@ -1,4 +1,4 @@
-"""The paper's experiment repeated: T, S and C of its 30 cells, beside those of the paper and its program."""
+"""The paper's experiment repeated: T, S and C of its 30 cells, beside the paper's and its program's values."""
 
 from __future__ import annotations
 
@@ -54,7 +54,7 @@ class Reproduction:
 
     @property
     def answer(self) -> Answer:
-        """The same for its folder, with all cells."""
+        """The comparison as the answer that its folder keeps, with all cells."""
         cells = self.table.round(4)
         return Answer(
             kind="paper",

@@ -20,38 +20,40 @@ _METHOD = (
 HEAD = ("Measure", "Real", "Simulated", "Band", "Verdict")
 
 
-def page(found: Validation, command: str = "") -> str:
+def page(validation: Validation, command: str = "") -> str:
     """Compose the page of real days held against a model; `command` is the line that repeats it."""
-    days = len(found.days)
-    worst = farthest(found)
+    days = len(validation.days)
+    worst = farthest(validation)
     others = [number for number in range(days) if number != worst]
     first = "The day that lies out farthest" if others else "The day"
+    drops = [plot.real_day(validation, worst)]
+    driven = [] if validation.passed is None else [plot.passages(validation), plot.residuals(validation)]
     drawings = {
-        first: [plot.real_day(found, worst)],
-        "Where robots drove": [] if found.passed is None else [plot.passages(found), plot.residuals(found)],
-        "Where robots stood": [] if found.stood is None else [plot.residuals(found, by="stood")],
-        "Other days": [plot.real_day(found, number, title=found.days[number]) for number in others],
+        first: drops,
+        "Where robots drove": driven,
+        "Where robots stood": [] if validation.stood is None else [plot.residuals(validation, by="stood")],
+        "Other days": [plot.real_day(validation, number, title=validation.days[number]) for number in others],
     }
     answer = Answer(
         kind="validate",
-        name=found.model.name,
+        name=validation.model.name,
         question=f"Do {days} real days refute this model?" if days > 1 else "Does a real day refute this model?",
-        answer=tuple(capital(f"{line}.") for line in found.lines()),
+        answer=tuple(capital(f"{line}.") for line in validation.lines()),
         tiles=(
             BigNumber(
-                value="refuted" if found.refuted else "not refuted",
+                value="refuted" if validation.refuted else "not refuted",
                 what="Verdict",
-                note=f"p = {found.measures.p_value:.2g}",
+                note=f"p = {validation.measures.p_value:.2g}",
             ),
             BigNumber(
-                value=f"{len(found.outside)} of {len(found.names)}",
+                value=f"{len(validation.outside)} of {len(validation.names)}",
                 what="Measures outside",
                 note="even a correct model shows one on 1 day in 20",
             ),
         ),
         tables=(
-            Folded(title=first, note=_said_of(found, worst), printed=True),
-            Folded(title="Measures", head=HEAD, rows=tuple(cells(found)), numbers=True, printed=True),
+            Folded(title=first, note=_in_words(validation, worst), printed=True),
+            Folded(title="Measures", head=HEAD, rows=tuple(cells(validation)), numbers=True, printed=True),
             *(Folded(title=title) for title in drawings if title != first),
         ),
         notes=_METHOD,
@@ -62,21 +64,21 @@ def page(found: Validation, command: str = "") -> str:
     return page_of(answer, drawings)
 
 
-def _said_of(found: Validation, number: int) -> str:
-    """What the first figure shows, in words."""
-    out = int(found.drops[number].out.sum())
-    where = f"outside the band of the simulated days in {out} of its {len(found.drops[number].out)} parts"
+def _in_words(validation: Validation, number: int) -> str:
+    """Describe the first figure: in how many parts of the day drops lie outside the simulated band."""
+    out = int(validation.drops[number].out.sum())
+    where = f"outside the band of the simulated days in {out} of its {len(validation.drops[number].out)} parts"
     held = where if out else "wholly inside the band of the simulated days"
-    besides = ", which lies out farthest of all" if len(found.days) > 1 else ""
-    return f"Drops on the day {found.days[number]}{besides}: {held}."
+    besides = ", which lies out farthest of all" if len(validation.days) > 1 else ""
+    return f"Drops on the day {validation.days[number]}{besides}: {held}."
 
 
-def cells(found: Validation) -> list[tuple[str, ...]]:
+def cells(validation: Validation) -> list[tuple[str, ...]]:
     """The rows of the table below `HEAD`, those farthest out first."""
     rows: list[tuple[str, ...]] = []
-    for row in sorted(found.rows(), key=lambda row: -abs(row.off)):
+    for row in sorted(validation.rows(), key=lambda row: -abs(row.off)):
         meaning, _, kind = MEASURES[row.name]
-        scale = words.scale_of_kind(kind, found.model, (row.real, row.simulated))
+        scale = words.scale_of_kind(kind, validation.model, (row.real, row.simulated))
         name = words.with_unit(capital(meaning), "" if scale.is_share else scale.unit)
         high = min(row.high, 1.0) if scale.is_share else row.high
         band = f"{scale.bare(row.low)} to {scale.single(high)}"

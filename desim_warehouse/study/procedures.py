@@ -76,7 +76,7 @@ def race(
 
     Source: KN, Kim & Nelson (2001); see `statistics.kn_steps` for what is promised and assumed.
     """
-    is_own = any(indicator == one.name for one in study.plan.own)
+    is_own = any(indicator == own.name for own in study.plan.own)
     if is_own and maximise is None:
         raise StudyError(f"indicator {indicator!r}: of one of your own, expected maximise=False or True")
     measure = None if is_own else find(indicator)

@@ -320,7 +320,7 @@ class ResultsData:
         baseline: Mapping[str, Any] | None = None,
         method: comparison.Method = "bonferroni",
     ) -> comparison.Differences:
-        """Paired differences of designs to a baseline; the arguments are those of `questions.study.Results.compare`.
+        """Return paired differences of designs to a baseline; arguments as for `questions.study.Results.compare`.
 
         Raises:
             StudyError: no such indicator or baseline, or a design without a replication in common with it.

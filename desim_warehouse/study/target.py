@@ -116,13 +116,13 @@ def days_of(values: Iterable[float], goal: Target) -> Days | None:
         values: one for each replication, by its number; nan where it failed or is missing.
         goal: the target.
     """
-    known = {run: float(value) for run, value in enumerate(values) if math.isfinite(value)}
-    if len(known) < 2 or is_constant(np.asarray([*known.values()])):  # noqa: PLR2004 - the mean says it all
+    by_run = {run: float(value) for run, value in enumerate(values) if math.isfinite(value)}
+    if len(by_run) < 2 or is_constant(np.asarray([*by_run.values()])):  # noqa: PLR2004 - the mean says it all
         return None
-    order = sorted(known, key=lambda run: (goal.sign * known[run], run))
+    order = sorted(by_run, key=lambda run: (goal.sign * by_run[run], run))
     worst, middle = order[0], order[(len(order) - 1) // 2]
-    missed = sum(not goal.met_by(value) for value in known.values())
-    return Days(len(known), known[worst], missed, known[middle], worst, middle)
+    missed = sum(not goal.met_by(value) for value in by_run.values())
+    return Days(len(by_run), by_run[worst], missed, by_run[middle], worst, middle)
 
 
 def first_look(goal: Target, cap: int) -> int:

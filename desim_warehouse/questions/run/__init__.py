@@ -1,4 +1,4 @@
-"""What did this run do? `simulate` a model, and the run shows itself: as tables, in words, on a page."""
+"""How did this run go? `simulate` a model, and the run shows itself: as tables, in words, on a page."""
 
 from __future__ import annotations
 

@@ -99,7 +99,7 @@ def floor(run: RunData) -> Markup | None:
     rooms: defaultdict[tuple[str, float], list[str]] = defaultdict(list)
     for x, y, size, kind in slots:
         rooms[kind, size].append(f"M{_short(x)} {_short(y)}h0")
-    goods = _columns([(one.x, one.y) for one in layout.storage], 2 * side)
+    goods = _columns([(place.x, place.y) for place in layout.storage], 2 * side)
     most = list(waits_by_row(run.history).items())[:1] if run.record.level == "all" else []
     title = f"Where robots wait: {numbers.PERCENT.value(run.kpis['share_waiting'])} of their time"
     title += "".join(f", at {row} alone {numbers.PERCENT.value(share)}" for row, share in most)

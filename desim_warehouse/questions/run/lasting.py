@@ -72,7 +72,7 @@ def lasting(run: RunData) -> Lasting | None:
 
 
 def _asked(run: RunData, estimate: QuickEstimate | None) -> dict[str, float]:
-    """Return for each group the share of what it can give that is asked of it where most is, measured or foreseen.
+    """Return for each group the share of its capacity that its peak asks for, measured or foreseen.
 
     The larger of the two: a run alone measures less where fewer tasks come than on average, or batteries still hold
     what they began with. What robots wait for keeps them from work, too.

@@ -1,4 +1,4 @@
-"""What did this run do? Its answer in sentences and tables, and the page of that with drawings and figures."""
+"""How did this run go? Its answer in sentences and tables, and its page with drawings and figures."""
 
 from __future__ import annotations
 

@@ -106,7 +106,7 @@ def _asked(run: RunData) -> list[str]:
 
 
 def _left_open(run: RunData) -> list[str]:
-    """Say what cycle times leave out, where that grows."""
+    """Say how many open tasks the cycle times leave out, where the backlog grows."""
     left = int(run.kpis["backlog"])
     if not left or not piles_up(run.verdicts):
         return []
@@ -130,7 +130,7 @@ def _keeps_up(run: RunData) -> list[str]:
 
 
 def _against(judged: Lasting) -> str:
-    """Say what speaks against a run that keeps up, to be added to what is open at its end."""
+    """Return the evidence that a run may not keep up, as the end of its sentence on the backlog."""
     if judged.unknown:
         return f", and its model cannot be checked: {judged.unknown}"
     if judged.overload:

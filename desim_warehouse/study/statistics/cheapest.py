@@ -259,7 +259,7 @@ class _Proof:
             yield from self.scan(self._before_best())
 
     def _worse_than_failing(self, number: int) -> bool:
-        """Whether a design is as large in all counts as one that misses the target, or no larger than a vetoed one."""
+        """Whether another design rules it out: a smaller design that misses the target, or a larger vetoed design."""
         vetoed, counts = set(self.judge.vetoed), self.designs[number]
         missed = (n for n in self.failing - vetoed if any(not goal.more_helps for goal in self.judge.missed(n)))
         return self._covers(number, vetoed) or any(within_counts(self.designs[n], counts) for n in missed)

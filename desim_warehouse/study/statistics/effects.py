@@ -49,7 +49,7 @@ class Gain:
 
     @property
     def competes(self) -> bool:
-        """Whether the change may be the one that gains most: in the contest, always with a value, of some effect."""
+        """Whether the change may gain most: it is in the contest, always has a value, and some effect."""
         return self.scale is not None and not self.same and not self.failed
 
 

@@ -318,10 +318,10 @@ class TaskShare(float):
 
     of: float
 
-    def __new__(cls, share: float, of: float = 0.0) -> Self:
+    def __new__(cls, share: float, tasks: float = 0.0) -> Self:
         """A share of a number of tasks; 0: that is not known, as of the mean that `statistics` makes of several."""
         made = super().__new__(cls, share)
-        made.of = of
+        made.of = tasks
         return made
 
 
